@@ -1,0 +1,133 @@
+//! Rotations between frames.
+
+use core::marker::PhantomData;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{Direction, Frame, GeometryError, Real};
+
+/// A rotation that turns vectors given in frame `From` into the same vectors given in frame `To`.
+///
+/// `Rotation<Body, World>` is the attitude `R_wb` of the UAV.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rotation<From: Frame, To: Frame, T: Real = f32> {
+    matrix: Matrix3<T>,
+    frames: PhantomData<(From, To)>,
+}
+
+impl<From: Frame, To: Frame, T: Real> Rotation<From, To, T> {
+    /// The rotation of two frames whose axes coincide.
+    pub fn identity() -> Self {
+        Self {
+            matrix: Matrix3::identity(),
+            frames: PhantomData,
+        }
+    }
+
+    /// From a quaternion [w, x, y, z] (Hamilton), normalised here.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotFinite`] for NaN or infinity, [`GeometryError::ZeroLength`] for a zero quaternion.
+    pub fn from_quaternion([w, x, y, z]: [T; 4]) -> Result<Self, GeometryError> {
+        let norm = (w * w + x * x + y * y + z * z).sqrt();
+        if !norm.is_finite() {
+            return Err(GeometryError::NotFinite);
+        }
+        if norm <= T::zero() {
+            return Err(GeometryError::ZeroLength);
+        }
+        let (w, x, y, z) = (w / norm, x / norm, y / norm, z / norm);
+        let (one, two) = (T::one(), T::of(2.0));
+        #[rustfmt::skip]
+        let matrix = Matrix3::new(
+            one - two * (y * y + z * z), two * (x * y - w * z),       two * (x * z + w * y),
+            two * (x * y + w * z),       one - two * (x * x + z * z), two * (y * z - w * x),
+            two * (x * z - w * y),       two * (y * z + w * x),       one - two * (x * x + y * y),
+        );
+        Ok(Self {
+            matrix,
+            frames: PhantomData,
+        })
+    }
+
+    /// From yaw (about z), then pitch (about the new y), then roll (about the new x), rad.
+    ///
+    /// In forward-left-up axes a positive pitch lowers the nose.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotFinite`] for NaN or infinity.
+    pub fn from_yaw_pitch_roll(yaw_rad: T, pitch_rad: T, roll_rad: T) -> Result<Self, GeometryError> {
+        if !(yaw_rad.is_finite() && pitch_rad.is_finite() && roll_rad.is_finite()) {
+            return Err(GeometryError::NotFinite);
+        }
+        let half = T::of(0.5);
+        let (sy, cy) = (yaw_rad * half).sin_cos_libm();
+        let (sp, cp) = (pitch_rad * half).sin_cos_libm();
+        let (sr, cr) = (roll_rad * half).sin_cos_libm();
+        Self::from_quaternion([
+            cy * cp * cr + sy * sp * sr,
+            cy * cp * sr - sy * sp * cr,
+            cy * sp * cr + sy * cp * sr,
+            sy * cp * cr - cy * sp * sr,
+        ])
+    }
+
+    /// Turns a direction.
+    pub fn apply(&self, direction: Direction<From, T>) -> Direction<To, T> {
+        Direction::from_unit(self.matrix * direction.vector())
+    }
+
+    /// Turns a free vector, such as a lever arm.
+    pub fn apply_vector(&self, vector: &Vector3<T>) -> Vector3<T> {
+        self.matrix * vector
+    }
+
+    /// The rotation back.
+    pub fn inverse(&self) -> Rotation<To, From, T> {
+        Rotation {
+            matrix: self.matrix.transpose(),
+            frames: PhantomData,
+        }
+    }
+
+    /// Rotation matrix, rows in `To`, columns in `From`.
+    pub fn matrix(&self) -> &Matrix3<T> {
+        &self.matrix
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::f64::consts::FRAC_PI_2;
+
+    use super::*;
+    use crate::geometry::{Body, World};
+
+    #[test]
+    fn yaw_turns_forward_to_north_and_pitch_lowers_the_nose() {
+        let forward = Direction::<Body, f64>::from_vector(Vector3::x()).expect("unit");
+        let yaw = Rotation::<Body, World, f64>::from_yaw_pitch_roll(FRAC_PI_2, 0.0, 0.0).expect("finite");
+        assert!((yaw.apply(forward).vector() - Vector3::y()).norm() < 1e-15);
+        let pitch = Rotation::<Body, World, f64>::from_yaw_pitch_roll(0.0, 0.2, 0.0).expect("finite");
+        assert!(pitch.apply(forward).vector().z < 0.0);
+    }
+
+    #[test]
+    fn inverse_undoes() {
+        let r = Rotation::<Body, World, f64>::from_quaternion([0.3, -0.8, 0.1, 2.0]).expect("finite");
+        let v = Vector3::new(0.2, -3.0, 0.7);
+        assert!((r.inverse().apply_vector(&r.apply_vector(&v)) - v).norm() < 1e-14);
+        assert!((r.matrix().determinant() - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn bad_quaternions_are_named() {
+        let make = Rotation::<Body, World, f32>::from_quaternion;
+        assert_eq!(make([0.0; 4]), Err(GeometryError::ZeroLength));
+        assert_eq!(make([f32::NAN, 0.0, 0.0, 1.0]), Err(GeometryError::NotFinite));
+        assert_eq!(
+            make([f32::MAX, f32::MAX, 0.0, 1.0]),
+            Err(GeometryError::NotFinite)
+        );
+    }
+}

@@ -1,0 +1,2 @@
+//! Binds the receiver to a chip.
+#![no_std]
