@@ -3,4 +3,8 @@
 pub mod cli;
 mod commands;
 pub mod input;
+pub mod measurement;
 pub mod paths;
+pub mod solve;
+pub mod statistics;
+pub mod table;
