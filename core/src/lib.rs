@@ -25,3 +25,7 @@
 
 pub mod constants;
 pub mod geometry;
+pub mod map;
+pub mod path;
+pub mod reflection;
+pub mod telemetry;
