@@ -19,6 +19,8 @@ struct Cli {
 
 #[derive(Subcommand, Debug)]
 enum Command {
+    /// Fly: measure, solve, map and send (the default)
+    Fly(commands::fly::Args),
     /// Solve the reflection point of each path of a paths file
     Solve(commands::solve::Args),
 }
@@ -28,7 +30,8 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = match cli.command {
         Some(Command::Solve(args)) => commands::solve::run(&args),
-        None => Ok(()),
+        Some(Command::Fly(args)) => commands::fly::run(&args),
+        None => commands::fly::run(&commands::fly::Args::default()),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
