@@ -26,10 +26,6 @@ use crate::report::{Report, TelemetryFigures, table};
 const SWEEP_RATE_HZ: f64 = 2.0;
 
 /// Arguments of `cslam fly`.
-///
-/// The UAV hears the GMT on one link after the other, solves the reflection point of each path, judges it, and sends
-/// what it found to the ground. Every measurement has errors of the stated size; the receiver never sees the truth.
-/// Writes map.ply, map_truth.ply, packets.bin and report.json.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Paths file to fly over (.jsonl or .jsonl.gz); without it, the bundled outdoor list

@@ -16,9 +16,6 @@ use crate::statistics::{quantile, rms};
 use crate::table::Table;
 
 /// Arguments of `cslam solve`.
-///
-/// Every path leads to a line: a point, or the reason why there is none. Where the file knows the truth (order and
-/// last vertex), the summary compares with it.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Paths file (.jsonl or .jsonl.gz), one link a line
