@@ -3,4 +3,11 @@
 pub mod cli;
 mod commands;
 pub mod input;
+pub mod measurement;
+pub mod path_flight;
 pub mod paths;
+pub mod ply;
+pub mod random;
+pub mod solve;
+pub mod statistics;
+pub mod table;
