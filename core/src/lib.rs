@@ -25,6 +25,7 @@
 
 pub mod constants;
 pub mod geometry;
+pub mod ltd;
 pub mod map;
 pub mod path;
 pub mod reflection;
