@@ -1,0 +1,238 @@
+//! Cancellation: takes a fitted path out of the taps, or puts it back.
+//!
+//! The band is rectangular, so a path's kernel decays with 1/|x| only: it is cancelled, not windowed away (signal.md
+//! section 2). How far depends on its strength: up to where its sidelobes fall [`MARGIN`] in amplitude under the noise.
+//! Taps are int16 and stay so; each subtraction rounds once, half up, which adds 0.3 LSB of noise to taps that already
+//! carry 1.1 LSB from the transform (kernels.md section 2). The power-delay profile is updated with exactly the integers
+//! that changed, so it stays the sum of the taps' powers.
+
+use nalgebra::{Complex, Vector3};
+
+use super::iq::Iq;
+use super::model::{ArrayModel, steering};
+use super::phase::phasor;
+use super::stages::Channel;
+use super::tables::SAMPLES;
+use super::template::{SPAN, Template};
+
+/// Sidelobes are cancelled down to a quarter of the noise amplitude.
+const MARGIN: f32 = 4.0;
+/// Taps on both sides that are always cancelled.
+const LEAST: usize = 8;
+
+/// A path as it is cancelled.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Source<const A: usize> {
+    /// Tap to which delay and phase refer.
+    pub(super) origin: usize,
+    /// Delay at the body origin, taps from the origin.
+    pub(super) delay_taps: f32,
+    pub(super) u: Vector3<f32>,
+    /// Gains at the arrays, LSB.
+    pub(super) gains: [Complex<f32>; A],
+}
+
+impl<const A: usize> Source<A> {
+    /// Mean power over the arrays, squared LSB of a tap.
+    pub(super) fn power(&self) -> f32 {
+        self.gains.iter().map(|g| g.norm_sqr()).sum::<f32>() / A as f32
+    }
+
+    /// Taps on both sides over which the path stands out of the noise.
+    fn reach(&self, noise: f32, occupancy: f32) -> usize {
+        let strongest = self.gains.iter().map(|g| g.norm_sqr()).fold(0.0, f32::max);
+        // |D(x)| <= 1 / (pi occupancy x) up to a quarter of the period, and less than twice that beyond.
+        let ratio = strongest / noise.max(f32::MIN_POSITIVE);
+        let reach = MARGIN * ratio.sqrt() / (core::f32::consts::PI * occupancy);
+        (reach.min(SAMPLES as f32) as usize).clamp(LEAST, SAMPLES / 2)
+    }
+}
+
+/// Subtract or add back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Change {
+    Subtract,
+    Add,
+}
+
+/// Bits behind the point of the model's amplitude.
+const FRACTION_BITS: i32 = 8;
+
+/// Changes the taps by the path's model and keeps `profile` in step. `noise`: variance of a tap, which sets the reach;
+/// adding back must use the value that was used for subtracting.
+pub(super) fn change<const A: usize, const E: usize, const C: usize>(
+    model: &ArrayModel<A, E>,
+    template: &Template,
+    taps: &mut [Channel; C],
+    profile: &mut [u64; SAMPLES],
+    source: &Source<A>,
+    noise: f32,
+    change: Change,
+) {
+    const { assert!(C == A * E) };
+    let reach = source.reach(noise, template.occupancy());
+    // The whole period once: from -256 to 255.
+    let count = (2 * reach + 1).min(SAMPLES);
+    let first = -(reach as i32);
+    let start = source.origin.wrapping_sub(reach);
+    let sign = if change == Change::Subtract { -1.0 } else { 1.0 };
+    let arrays = model.arrays().zip(&source.gains).zip(taps.as_chunks_mut::<E>().0);
+    for (((step, lead), gain), rows) in arrays {
+        let delay = source.delay_taps - lead.dot(&source.u);
+        let mut column = [[0_i32; 2]; SAMPLES];
+        let scaled = gain * (sign * (1 << FRACTION_BITS) as f32);
+        for (value, d) in column.iter_mut().zip(kernel(template, first, delay)).take(count) {
+            let v = scaled * d;
+            *value = [v.re as i32, v.im as i32];
+        }
+        for (row, phase) in rows.iter_mut().zip(steering::<E>(step.dot(&source.u))) {
+            // Q15 without the 1 that int16 cannot hold.
+            let (c, s) = ((phase.re * 32_768.0) as i32, (phase.im * 32_768.0) as i32);
+            for (i, [re, im]) in column.iter().take(count).enumerate() {
+                let n = start.wrapping_add(i) & (SAMPLES - 1);
+                let old = row[n];
+                let new = Iq::new(
+                    moved(old.re(), high(*re, c) - high(*im, s)),
+                    moved(old.im(), high(*re, s) + high(*im, c)),
+                );
+                row[n] = new;
+                profile[n] = profile[n]
+                    .wrapping_add(u64::from(new.power()))
+                    .wrapping_sub(u64::from(old.power()));
+            }
+        }
+    }
+}
+
+/// `x w / 2^16` of a 32-bit number and a Q15 factor, floor (SMULWB).
+fn high(x: i32, w: i32) -> i32 {
+    ((i64::from(x) * i64::from(w)) >> 16) as i32
+}
+
+/// Sample plus a change with [`FRACTION_BITS`] - 1 bits behind the point, round half up, saturating.
+fn moved(sample: i16, by: i32) -> i16 {
+    let rounded = (by + (1 << (FRACTION_BITS - 2))) >> (FRACTION_BITS - 1);
+    (i32::from(sample) + rounded).clamp(i32::from(i16::MIN), i32::from(i16::MAX)) as i16
+}
+
+/// The kernel with its band centre put back, at coordinates `first`, `first + 1`, ...: from the table near the peak, by the
+/// closed form beyond. Phases advance by products and start anew every 32 taps, so that their rounding stays under 4e-6.
+fn kernel(template: &Template, first: i32, delay: f32) -> impl Iterator<Item = Complex<f32>> {
+    // Half turns per tap of the two sines in D(x) = sin(pi Na x / N) / (Na sin(pi x / N)).
+    let (band_step, period_step) = (0.5 * template.occupancy(), 0.5 / SAMPLES as f32);
+    let (band_turn, period_turn) = (phasor(band_step), phasor(period_step));
+    let centre = template.centre_turns();
+    let centre_turn = phasor(centre);
+    let zero = Complex::new(0.0, 0.0);
+    let (mut band, mut period, mut twist) = (zero, zero, zero);
+    (0..SAMPLES as i32).map(move |i| {
+        let x = (first + i) as f32 - delay;
+        if i & 31 == 0 {
+            band = phasor(band_step * x);
+            period = phasor(period_step * x);
+            twist = phasor(centre * (first + i) as f32);
+        } else {
+            band *= band_turn;
+            period *= period_turn;
+            twist *= centre_turn;
+        }
+        let value = if x.abs() < (SPAN - 1) as f32 {
+            template.at(x)[0]
+        } else {
+            band.im / (template.active() * period.im)
+        };
+        twist * value
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::array::UavArrays;
+    use crate::waveform::Waveform;
+
+    fn source() -> Source<4> {
+        Source {
+            origin: 100,
+            delay_taps: 0.37,
+            u: Vector3::new(0.36, -0.48, 0.8),
+            gains: core::array::from_fn(|j| phasor(0.21 * j as f32) * (6000.0 - 1500.0 * j as f32)),
+        }
+    }
+
+    /// The taps of the source by the definition of the signal, in double precision, rounded.
+    fn exact(model: &ArrayModel<4, 8>, waveform: &Waveform, source: &Source<4>) -> [Channel; 32] {
+        let mut taps = [[Iq::ZERO; SAMPLES]; 32];
+        let mut kernel = [[Complex::new(0.0_f64, 0.0); SAMPLES]; 4];
+        for (row, (_, lead)) in kernel.iter_mut().zip(model.arrays()) {
+            let delay = f64::from(source.delay_taps - lead.dot(&source.u));
+            for (n, value) in row.iter_mut().enumerate() {
+                let x = n as f64 - source.origin as f64;
+                for i in 0..waveform.active {
+                    let k = f64::from(waveform.offset(i));
+                    // The gain's phase refers to the band centre at the delay, to the origin tap elsewhere.
+                    let turns = (k * (x - delay) - 0.5 * delay) / SAMPLES as f64;
+                    let (sine, cosine) = (
+                        libm::sin(core::f64::consts::TAU * turns),
+                        libm::cos(core::f64::consts::TAU * turns),
+                    );
+                    *value += Complex::new(cosine, sine) / waveform.active as f64;
+                }
+            }
+        }
+        for (c, row) in taps.iter_mut().enumerate() {
+            let (j, i) = (c / 8, c % 8);
+            let (step, _) = model.arrays().nth(j).expect("array");
+            let angle = core::f64::consts::TAU * f64::from(step.dot(&source.u)) * (i as f64 - 3.5);
+            let g = source.gains[j];
+            let gain = Complex::new(f64::from(g.re), f64::from(g.im)) * Complex::new(libm::cos(angle), libm::sin(angle));
+            for (sample, d) in row.iter_mut().zip(&kernel[j]) {
+                let value = gain * d;
+                *sample = Iq::new(libm::round(value.re) as i16, libm::round(value.im) as i16);
+            }
+        }
+        taps
+    }
+
+    fn profile_of(taps: &[Channel; 32]) -> [u64; SAMPLES] {
+        core::array::from_fn(|n| taps.iter().map(|row| u64::from(row[n].power())).sum())
+    }
+
+    #[test]
+    fn path_leaves_only_rounding_and_the_profile_keeps_step() {
+        let waveform = Waveform::default();
+        let model = ArrayModel::<4, 8>::new(&UavArrays::default(), &waveform);
+        let template = Template::new(&waveform);
+        let source = source();
+        let mut taps = exact(&model, &waveform, &source);
+        let before = taps;
+        let mut profile = profile_of(&taps);
+        // Noise so weak that the whole period is cancelled.
+        change(&model, &template, &mut taps, &mut profile, &source, 1e-3, Change::Subtract);
+        let left: u64 = profile.iter().sum();
+        assert_eq!(profile, profile_of(&taps));
+        let rms = libm::sqrt(left as f64 / (2.0 * 32.0 * SAMPLES as f64));
+        assert!(rms < 0.45, "{rms} LSB per component");
+        let largest = taps.iter().flatten().map(|x| x.power()).max().expect("taps");
+        assert!(largest <= 8, "{largest}");
+        change(&model, &template, &mut taps, &mut profile, &source, 1e-3, Change::Add);
+        assert_eq!(profile, profile_of(&taps));
+        let back = taps.iter().flatten().zip(before.iter().flatten());
+        assert!(back.clone().all(|(a, b)| a == b), "{:?}", back.clone().find(|(a, b)| a != b));
+    }
+
+    #[test]
+    fn reach_follows_the_strength() {
+        let waveform = Waveform::default();
+        let model = ArrayModel::<4, 8>::new(&UavArrays::default(), &waveform);
+        let template = Template::new(&waveform);
+        let weak = Source { gains: [Complex::new(40.0, 0.0); 4], ..source() };
+        let mut taps = [[Iq::ZERO; SAMPLES]; 32];
+        let mut profile = [0; SAMPLES];
+        change(&model, &template, &mut taps, &mut profile, &weak, 16.0, Change::Add);
+        let touched = |n: usize| profile.get(n).is_some_and(|&e| e > 0);
+        // Amplitude ten times the noise: 4 x 10 / 2.55 = 15 taps.
+        assert!(touched(100 - 10) && touched(100 + 10));
+        assert!((116..596).all(|n| !touched(n % SAMPLES)) && !touched(84));
+    }
+}

@@ -1,0 +1,152 @@
+//! Coarse search of the direction: four spatial transforms and a table of where each direction falls in them.
+//!
+//! The directions lie on rings of constant zenith, one step apart. For each of them the table holds, per array, the bin
+//! of a 32-point transform over the elements; their powers add up without phases between arrays (signal.md section 3.1).
+//! Directions themselves are computed when one is asked for: the table is all that the grid keeps.
+
+use nalgebra::{Complex, Vector3};
+
+use super::model::ArrayModel;
+use super::phase::{phasor, round_half_up};
+
+/// Bins over one turn per element. The nearest bin loses at most 0.06 dB with eight elements.
+const BINS: usize = 32;
+/// Step of the grid, degrees; divides 180.
+const STEP_DEG: usize = 4;
+const RINGS: usize = 180 / STEP_DEG + 1;
+/// Directions of the grid: 4 pi over the square of the step, rounded ring by ring.
+pub(super) const DIRECTIONS: usize = directions();
+
+/// Directions on a ring.
+const fn on_ring(ring: usize) -> usize {
+    // 90 sin(zenith) by Bhaskara's rational form of the sine, good to 0.2 %: a constant function has no sine.
+    let x = (ring * STEP_DEG) as f64;
+    let sine = 4.0 * x * (180.0 - x) / (40_500.0 - x * (180.0 - x));
+    let count = (360 / STEP_DEG) as f64 * sine + 0.5;
+    if count < 1.0 { 1 } else { count as usize }
+}
+
+const fn directions() -> usize {
+    let (mut sum, mut ring) = (0, 0);
+    while ring < RINGS {
+        sum += on_ring(ring);
+        ring += 1;
+    }
+    sum
+}
+
+/// Table of the grid for `A` arrays.
+#[derive(Clone, Debug)]
+pub(super) struct AngleGrid<const A: usize> {
+    bins: [[u8; A]; DIRECTIONS],
+    /// `exp(-j 2 pi b / 32)`.
+    roots: [Complex<f32>; BINS],
+}
+
+impl<const A: usize> AngleGrid<A> {
+    pub(super) fn new<const E: usize>(model: &ArrayModel<A, E>) -> Self {
+        let mut bins = [[0; A]; DIRECTIONS];
+        let places = (0..RINGS).flat_map(|ring| (0..on_ring(ring)).map(move |i| direction_of(ring, i)));
+        for (row, u) in bins.iter_mut().zip(places) {
+            *row = model
+                .steps()
+                .map(|step| (round_half_up(BINS as f32 * step.dot(&u)) & (BINS as i32 - 1)) as u8);
+        }
+        Self {
+            bins,
+            roots: core::array::from_fn(|b| phasor(-(b as f32) / BINS as f32)),
+        }
+    }
+
+    /// Direction of the grid that explains most of `snapshot`, one complex value per channel.
+    pub(super) fn strongest<const E: usize, const C: usize>(&self, snapshot: &[Complex<f32>; C]) -> Vector3<f32> {
+        const { assert!(C == A * E) };
+        let mut powers = [[0.0_f32; BINS]; A];
+        for (powers, elements) in powers.iter_mut().zip(snapshot.as_chunks::<E>().0) {
+            for (bin, power) in powers.iter_mut().enumerate() {
+                let mut sum = Complex::new(0.0, 0.0);
+                for (i, x) in elements.iter().enumerate() {
+                    sum += x * self.roots[(bin * i) & (BINS - 1)];
+                }
+                *power = sum.norm_sqr();
+            }
+        }
+        let (mut best, mut most) = (0, -1.0);
+        for (index, bins) in self.bins.iter().enumerate() {
+            let mut sum = 0.0;
+            for (powers, bin) in powers.iter().zip(bins) {
+                sum += powers[usize::from(*bin) & (BINS - 1)];
+            }
+            if sum > most {
+                (best, most) = (index, sum);
+            }
+        }
+        direction(best)
+    }
+}
+
+/// Direction of a grid index; the last one's for an index beyond the grid.
+fn direction(index: usize) -> Vector3<f32> {
+    let mut rest = index;
+    for ring in 0..RINGS {
+        let count = on_ring(ring);
+        if rest < count {
+            return direction_of(ring, rest);
+        }
+        rest -= count;
+    }
+    -Vector3::z()
+}
+
+fn direction_of(ring: usize, i: usize) -> Vector3<f32> {
+    let zenith = phasor((ring * STEP_DEG) as f32 / 360.0);
+    let azimuth = phasor(i as f32 / on_ring(ring) as f32);
+    Vector3::new(zenith.im * azimuth.re, zenith.im * azimuth.im, zenith.re)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::array::UavArrays;
+    use crate::ltd::model::steering;
+    use crate::waveform::Waveform;
+
+    #[test]
+    fn grid_leaves_no_hole() {
+        // Any direction lies within 0.75 steps of a grid direction (half the diagonal of a square cell is 0.71).
+        let mut worst = 0.0_f32;
+        for k in 0..500 {
+            let z = 1.0 - (k as f32 + 0.5) / 250.0;
+            let azimuth = phasor(0.618_034 * k as f32);
+            let s = (1.0 - z * z).sqrt();
+            let u = Vector3::new(s * azimuth.re, s * azimuth.im, z);
+            let nearest = (0..DIRECTIONS).map(|i| direction(i).dot(&u)).fold(-1.0, f32::max);
+            worst = worst.max(libm::acosf(nearest.min(1.0)).to_degrees());
+        }
+        assert!(worst < 0.75 * STEP_DEG as f32, "{worst} deg");
+    }
+
+    #[test]
+    fn strongest_direction_is_the_neighbour_of_the_truth() {
+        let waveform = Waveform::default();
+        let model = ArrayModel::<4, 8>::new(&UavArrays::default(), &waveform);
+        let grid = AngleGrid::new(&model);
+        for k in 0..200 {
+            let z = 1.0 - (k as f32 + 0.5) / 100.0;
+            let azimuth = phasor(0.618_034 * k as f32);
+            let s = (1.0 - z * z).sqrt();
+            let u = Vector3::new(s * azimuth.re, s * azimuth.im, z);
+            let mut snapshot = [Complex::new(0.0, 0.0); 32];
+            for (j, (step, rows)) in model.steps().iter().zip(snapshot.as_chunks_mut::<8>().0).enumerate() {
+                // A phase of its own for each array.
+                let gain = phasor(0.3 * j as f32);
+                for (x, s) in rows.iter_mut().zip(steering::<8>(step.dot(&u))) {
+                    *x = s * gain;
+                }
+            }
+            let found = grid.strongest::<8, 32>(&snapshot);
+            let off = libm::acosf(found.dot(&u).min(1.0)).to_degrees();
+            assert!(off < 1.5 * STEP_DEG as f32, "{off} deg off at {u}");
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! The signal model of a path at the arrays: steering phases and array delays, in the units of the scoring loops.
+//!
+//! Element i of array j sees `g_j exp(+j n_i w_j) D(n - d_j)` with `n_i = i - (E - 1)/2`, `w_j` the phase step of the
+//! array's axis towards the path and `d_j = (c tau - p_j . u) / metres per tap`. `g_j` is free: arrays share no
+//! oscillator, and elements have patterns (signal.md sections 1 and 3.1). Angles here are turns, delays taps.
+
+use nalgebra::{Complex, Vector3};
+
+use super::phase::phasor;
+use crate::array::UavArrays;
+use crate::waveform::Waveform;
+
+/// Steering and lever arms of `A` linear arrays of `E` elements.
+#[derive(Clone, Debug)]
+pub(super) struct ArrayModel<const A: usize, const E: usize> {
+    /// Turns from an element to the next = step . u.
+    step_turns: [Vector3<f32>; A],
+    /// Taps by which a wave from u leads at the array = lead . u.
+    lead_taps: [Vector3<f32>; A],
+    metres_per_tap: f32,
+}
+
+impl<const A: usize, const E: usize> ArrayModel<A, E> {
+    pub(super) fn new(arrays: &UavArrays<f32, A, E>, waveform: &Waveform) -> Self {
+        let metres_per_tap = waveform.metres_per_sample() as f32;
+        let turns = arrays.turns_per_element();
+        Self {
+            step_turns: arrays.arrays().map(|array| array.axis * turns),
+            lead_taps: arrays.arrays().map(|array| array.centre_m / metres_per_tap),
+            metres_per_tap,
+        }
+    }
+
+    pub(super) fn metres_per_tap(&self) -> f32 {
+        self.metres_per_tap
+    }
+
+    /// Per array: turns per element along its axis, and the lead in taps, both as vectors to be multiplied by `u`.
+    pub(super) fn arrays(&self) -> impl Iterator<Item = (&Vector3<f32>, &Vector3<f32>)> {
+        self.step_turns.iter().zip(&self.lead_taps)
+    }
+
+    /// Turns per element of each array, as vectors to be multiplied by `u`.
+    pub(super) fn steps(&self) -> &[Vector3<f32>; A] {
+        &self.step_turns
+    }
+}
+
+/// Place of element `i` of a row of `E`, in spacings from its centre.
+pub(super) fn place<const E: usize>(i: usize) -> f32 {
+    i as f32 - (E as f32 - 1.0) / 2.0
+}
+
+/// `exp(+j n_i w)` of all elements for a step of `w` turns: one sine and cosine, then products. The error grows to 4e-7.
+pub(super) fn steering<const E: usize>(step_turns: f32) -> [Complex<f32>; E] {
+    let half = phasor(0.5 * step_turns);
+    let step = half * half;
+    // From the centre outwards; the other half is conjugate.
+    let mut out = [Complex::new(1.0, 0.0); E];
+    let mut current = if E.is_multiple_of(2) { half } else { Complex::new(1.0, 0.0) };
+    for i in E / 2..E {
+        if let Some(s) = out.get_mut(i) {
+            *s = current;
+        }
+        if let Some(s) = out.get_mut(E - 1 - i) {
+            *s = current.conj();
+        }
+        current *= step;
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steering_is_the_definition() {
+        for k in -50..=50 {
+            let turns = k as f32 / 100.0;
+            for (i, s) in steering::<8>(turns).iter().enumerate() {
+                let angle = core::f64::consts::TAU * f64::from(turns) * (i as f64 - 3.5);
+                assert!((f64::from(s.re) - libm::cos(angle)).abs() < 1e-6);
+                assert!((f64::from(s.im) - libm::sin(angle)).abs() < 1e-6);
+            }
+            for (i, s) in steering::<5>(turns).iter().enumerate() {
+                let angle = core::f64::consts::TAU * f64::from(turns) * f64::from(place::<5>(i));
+                assert!((f64::from(s.re) - libm::cos(angle)).abs() < 1e-6);
+                assert!((f64::from(s.im) - libm::sin(angle)).abs() < 1e-6);
+            }
+        }
+    }
+}
