@@ -83,6 +83,11 @@ impl<T: Real, const ARRAYS: usize, const ELEMENTS: usize> UavArrays<T, ARRAYS, E
         &mut self.arrays
     }
 
+    /// Phase from an element to the next per unit of `axis . u`, rad: pi at half a wavelength.
+    pub fn phase_per_element_rad(&self) -> T {
+        self.phase_per_element_rad
+    }
+
     /// Per array, the phase from an element to the next for a wave from `u`, rad: `pi axis_j . u` at half a wavelength.
     pub fn phase_step_rad(&self, u: &Direction<Body, T>) -> [T; ARRAYS] {
         self.arrays

@@ -43,7 +43,7 @@ impl<const A: usize> Source<A> {
         let strongest = self.gains.iter().map(|g| g.norm_sqr()).fold(0.0, f32::max);
         // |D(x)| <= 1 / (pi occupancy x) up to a quarter of the period, and less than twice that beyond.
         let ratio = strongest / noise.max(f32::MIN_POSITIVE);
-        let reach = MARGIN * ratio.sqrt() / (core::f32::consts::PI * occupancy);
+        let reach = MARGIN * libm::sqrtf(ratio) / (core::f32::consts::PI * occupancy);
         (reach.min(SAMPLES as f32) as usize).clamp(LEAST, SAMPLES / 2)
     }
 }
@@ -75,12 +75,12 @@ pub(super) fn change<const A: usize, const E: usize, const C: usize>(
     let count = (2 * reach + 1).min(SAMPLES);
     let first = -(reach as i32);
     let start = source.origin.wrapping_sub(reach);
-    let sign = if change == Change::Subtract { -1.0 } else { 1.0 };
+    let sign = if change == Change::Subtract { -1 } else { 1 };
     let arrays = model.arrays().zip(&source.gains).zip(taps.as_chunks_mut::<E>().0);
     for (((step, lead), gain), rows) in arrays {
         let delay = source.delay_taps - lead.dot(&source.u);
         let mut column = [[0_i32; 2]; SAMPLES];
-        let scaled = gain * (sign * (1 << FRACTION_BITS) as f32);
+        let scaled = gain * (1 << FRACTION_BITS) as f32;
         for (value, d) in column.iter_mut().zip(kernel(template, first, delay)).take(count) {
             let v = scaled * d;
             *value = [v.re as i32, v.im as i32];
@@ -92,8 +92,8 @@ pub(super) fn change<const A: usize, const E: usize, const C: usize>(
                 let n = start.wrapping_add(i) & (SAMPLES - 1);
                 let old = row[n];
                 let new = Iq::new(
-                    moved(old.re(), high(*re, c) - high(*im, s)),
-                    moved(old.im(), high(*re, s) + high(*im, c)),
+                    moved(old.re(), sign * rounded(high(*re, c) - high(*im, s))),
+                    moved(old.im(), sign * rounded(high(*re, s) + high(*im, c))),
                 );
                 row[n] = new;
                 profile[n] = profile[n]
@@ -109,10 +109,15 @@ fn high(x: i32, w: i32) -> i32 {
     ((i64::from(x) * i64::from(w)) >> 16) as i32
 }
 
-/// Sample plus a change with [`FRACTION_BITS`] - 1 bits behind the point, round half up, saturating.
+/// LSB of an amplitude with [`FRACTION_BITS`] - 1 bits behind the point, round half up. The same integer is subtracted and
+/// added back, so that adding back undoes a subtraction exactly.
+fn rounded(x: i32) -> i32 {
+    (x + (1 << (FRACTION_BITS - 2))) >> (FRACTION_BITS - 1)
+}
+
+/// Sample plus a change, saturating.
 fn moved(sample: i16, by: i32) -> i16 {
-    let rounded = (by + (1 << (FRACTION_BITS - 2))) >> (FRACTION_BITS - 1);
-    (i32::from(sample) + rounded).clamp(i32::from(i16::MIN), i32::from(i16::MAX)) as i16
+    (i32::from(sample) + by).clamp(i32::from(i16::MIN), i32::from(i16::MAX)) as i16
 }
 
 /// The kernel with its band centre put back, at coordinates `first`, `first + 1`, ...: from the table near the peak, by the
@@ -185,7 +190,8 @@ mod tests {
             let (step, _) = model.arrays().nth(j).expect("array");
             let angle = core::f64::consts::TAU * f64::from(step.dot(&source.u)) * (i as f64 - 3.5);
             let g = source.gains[j];
-            let gain = Complex::new(f64::from(g.re), f64::from(g.im)) * Complex::new(libm::cos(angle), libm::sin(angle));
+            let gain = Complex::new(f64::from(g.re), f64::from(g.im))
+                * Complex::new(libm::cos(angle), libm::sin(angle));
             for (sample, d) in row.iter_mut().zip(&kernel[j]) {
                 let value = gain * d;
                 *sample = Iq::new(libm::round(value.re) as i16, libm::round(value.im) as i16);
@@ -208,17 +214,37 @@ mod tests {
         let before = taps;
         let mut profile = profile_of(&taps);
         // Noise so weak that the whole period is cancelled.
-        change(&model, &template, &mut taps, &mut profile, &source, 1e-3, Change::Subtract);
+        change(
+            &model,
+            &template,
+            &mut taps,
+            &mut profile,
+            &source,
+            1e-3,
+            Change::Subtract,
+        );
         let left: u64 = profile.iter().sum();
         assert_eq!(profile, profile_of(&taps));
         let rms = libm::sqrt(left as f64 / (2.0 * 32.0 * SAMPLES as f64));
         assert!(rms < 0.45, "{rms} LSB per component");
         let largest = taps.iter().flatten().map(|x| x.power()).max().expect("taps");
         assert!(largest <= 8, "{largest}");
-        change(&model, &template, &mut taps, &mut profile, &source, 1e-3, Change::Add);
+        change(
+            &model,
+            &template,
+            &mut taps,
+            &mut profile,
+            &source,
+            1e-3,
+            Change::Add,
+        );
         assert_eq!(profile, profile_of(&taps));
         let back = taps.iter().flatten().zip(before.iter().flatten());
-        assert!(back.clone().all(|(a, b)| a == b), "{:?}", back.clone().find(|(a, b)| a != b));
+        assert!(
+            back.clone().all(|(a, b)| a == b),
+            "{:?}",
+            back.clone().find(|(a, b)| a != b)
+        );
     }
 
     #[test]
@@ -226,10 +252,21 @@ mod tests {
         let waveform = Waveform::default();
         let model = ArrayModel::<4, 8>::new(&UavArrays::default(), &waveform);
         let template = Template::new(&waveform);
-        let weak = Source { gains: [Complex::new(40.0, 0.0); 4], ..source() };
+        let weak = Source {
+            gains: [Complex::new(40.0, 0.0); 4],
+            ..source()
+        };
         let mut taps = [[Iq::ZERO; SAMPLES]; 32];
         let mut profile = [0; SAMPLES];
-        change(&model, &template, &mut taps, &mut profile, &weak, 16.0, Change::Add);
+        change(
+            &model,
+            &template,
+            &mut taps,
+            &mut profile,
+            &weak,
+            16.0,
+            Change::Add,
+        );
         let touched = |n: usize| profile.get(n).is_some_and(|&e| e > 0);
         // Amplitude ten times the noise: 4 x 10 / 2.55 = 15 taps.
         assert!(touched(100 - 10) && touched(100 + 10));

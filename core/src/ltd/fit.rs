@@ -40,8 +40,10 @@ impl Place {
 
     /// The place after a step (delay in taps, two angles in rad), each path's length limited.
     fn moved(&self, step: [f32; 3]) -> Self {
-        let angle = (step[1] * step[1] + step[2] * step[2]).sqrt();
-        let too_long = (angle / LONGEST_ANGLE_RAD).max(step[0].abs() / LONGEST_DELAY_TAPS).max(1.0);
+        let angle = libm::sqrtf(step[1] * step[1] + step[2] * step[2]);
+        let too_long = (angle / LONGEST_ANGLE_RAD)
+            .max(step[0].abs() / LONGEST_DELAY_TAPS)
+            .max(1.0);
         let scale = 1.0 / too_long;
         let (e1, e2) = self.tangents();
         let u = self.u + e1 * (step[1] * scale) + e2 * (step[2] * scale);
@@ -74,7 +76,14 @@ struct Normal<const L: usize, const D: usize, const A: usize> {
 
 /// Fits `L` paths (`D` = 3 L parameters) from starting places. `noise` is the variance of a tap; the iteration ends when
 /// a step is shorter than a thirtieth of a standard deviation, or after `most` steps.
-pub(super) fn fit<const L: usize, const D: usize, const A: usize, const E: usize, const C: usize, const W: usize>(
+pub(super) fn fit<
+    const L: usize,
+    const D: usize,
+    const A: usize,
+    const E: usize,
+    const C: usize,
+    const W: usize,
+>(
     model: &ArrayModel<A, E>,
     template: &Template,
     window: &Window<C, W>,
@@ -120,7 +129,14 @@ struct Columns<const L: usize, const W: usize> {
     kernel: [[[f32; 2]; W]; L],
 }
 
-fn normal_equations<const L: usize, const D: usize, const A: usize, const E: usize, const C: usize, const W: usize>(
+fn normal_equations<
+    const L: usize,
+    const D: usize,
+    const A: usize,
+    const E: usize,
+    const C: usize,
+    const W: usize,
+>(
     model: &ArrayModel<A, E>,
     template: &Template,
     window: &Window<C, W>,
@@ -144,8 +160,7 @@ fn normal_equations<const L: usize, const D: usize, const A: usize, const E: usi
                 [1.0, -lead.dot(&e1), -lead.dot(&e2)],
             ]
         });
-        let steering: [[Complex<f32>; E]; L] =
-            core::array::from_fn(|p| steering(step.dot(&places[p].u)));
+        let steering: [[Complex<f32>; E]; L] = core::array::from_fn(|p| steering(step.dot(&places[p].u)));
         let columns = Columns {
             kernel: core::array::from_fn(|p| {
                 let delay = places[p].delay_taps - lead.dot(&places[p].u);
@@ -161,14 +176,25 @@ fn normal_equations<const L: usize, const D: usize, const A: usize, const E: usi
         normal.energy += eliminate::<L, D>(&mut gram, &mut correlation);
         let gains: [Complex<f32>; L] = core::array::from_fn(|p| {
             let power = gram[p][p].re;
-            if power > 0.0 { correlation[p] / power } else { Complex::new(0.0, 0.0) }
+            if power > 0.0 {
+                correlation[p] / power
+            } else {
+                Complex::new(0.0, 0.0)
+            }
         });
         for (all, gain) in normal.gains.iter_mut().zip(gains) {
             if let Some(slot) = all.get_mut(j) {
                 *slot = gain;
             }
         }
-        accumulate::<L, D>(&mut normal.hessian, &mut normal.gradient, &gram, &correlation, &gains, &slopes);
+        accumulate::<L, D>(
+            &mut normal.hessian,
+            &mut normal.gradient,
+            &gram,
+            &correlation,
+            &gains,
+            &slopes,
+        );
     }
     normal
 }
@@ -327,7 +353,7 @@ pub(super) fn solve<const D: usize>(hessian: &[[f32; D]; D], gradient: &[f32; D]
             }
             factor[i][j] = if i == j {
                 // Zero marks a direction that the others explain.
-                if sum > floor { sum.sqrt() } else { 0.0 }
+                if sum > floor { libm::sqrtf(sum) } else { 0.0 }
             } else if factor[j][j] > 0.0 {
                 sum / factor[j][j]
             } else {
@@ -339,13 +365,21 @@ pub(super) fn solve<const D: usize>(hessian: &[[f32; D]; D], gradient: &[f32; D]
         for k in 0..i {
             x[i] -= factor[i][k] * x[k];
         }
-        x[i] = if factor[i][i] > 0.0 { x[i] / factor[i][i] } else { 0.0 };
+        x[i] = if factor[i][i] > 0.0 {
+            x[i] / factor[i][i]
+        } else {
+            0.0
+        };
     }
     for i in (0..D).rev() {
         for k in i + 1..D {
             x[i] -= factor[k][i] * x[k];
         }
-        x[i] = if factor[i][i] > 0.0 { x[i] / factor[i][i] } else { 0.0 };
+        x[i] = if factor[i][i] > 0.0 {
+            x[i] / factor[i][i]
+        } else {
+            0.0
+        };
     }
     x
 }

@@ -59,7 +59,10 @@ impl<const A: usize> AngleGrid<A> {
     }
 
     /// Direction of the grid that explains most of `snapshot`, one complex value per channel.
-    pub(super) fn strongest<const E: usize, const C: usize>(&self, snapshot: &[Complex<f32>; C]) -> Vector3<f32> {
+    pub(super) fn strongest<const E: usize, const C: usize>(
+        &self,
+        snapshot: &[Complex<f32>; C],
+    ) -> Vector3<f32> {
         const { assert!(C == A * E) };
         let mut powers = [[0.0_f32; BINS]; A];
         for (powers, elements) in powers.iter_mut().zip(snapshot.as_chunks::<E>().0) {
@@ -137,7 +140,12 @@ mod tests {
             let s = (1.0 - z * z).sqrt();
             let u = Vector3::new(s * azimuth.re, s * azimuth.im, z);
             let mut snapshot = [Complex::new(0.0, 0.0); 32];
-            for (j, (step, rows)) in model.steps().iter().zip(snapshot.as_chunks_mut::<8>().0).enumerate() {
+            for (j, (step, rows)) in model
+                .steps()
+                .iter()
+                .zip(snapshot.as_chunks_mut::<8>().0)
+                .enumerate()
+            {
                 // A phase of its own for each array.
                 let gain = phasor(0.3 * j as f32);
                 for (x, s) in rows.iter_mut().zip(steering::<8>(step.dot(&u))) {

@@ -8,19 +8,45 @@
 //! transformed and kept in place. Everything up to the profile is integer arithmetic with stated roundings, the same bits
 //! on every machine; source: signal.md sections 3.1 and 4, kernels.md section 3.
 
+mod beam;
+mod cancel;
 mod correlator;
+mod departure;
 mod detector;
+mod estimator;
+mod fit;
+mod grid;
 mod iq;
 mod kernels;
 mod level;
+mod merge;
+mod model;
+mod phase;
 mod stages;
 mod tables;
 mod taps;
+mod template;
+mod window;
 
 pub use correlator::{Correlator, FOLDED_TAPS, Workspace};
 pub use detector::{Detector, Peak};
+pub use estimator::{BeamReport, EstimatedPath, Estimator, EstimatorConfig};
 pub use iq::Iq;
 pub use level::Levelled;
 pub use stages::Channel;
 pub use tables::{SAMPLES, bin_at, q15};
 pub use taps::BeamTaps;
+
+use heapless::Vec;
+
+use crate::block::BeamBlock;
+
+/// A sweep's worth of path estimation, one transmit beam at a time. `C` channels, at most `K` paths.
+pub trait PathEstimator<const C: usize, const K: usize> {
+    /// Takes the samples of one beam; the block is worked on in place and is not needed afterwards. Beams may come in
+    /// any order, or be missing.
+    fn push_beam(&mut self, block: BeamBlock<'_, C>) -> BeamReport;
+
+    /// Ends the sweep: its paths, strongest first. The estimator is empty afterwards.
+    fn finish(&mut self) -> Vec<EstimatedPath, K>;
+}

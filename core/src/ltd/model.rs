@@ -23,7 +23,7 @@ pub(super) struct ArrayModel<const A: usize, const E: usize> {
 impl<const A: usize, const E: usize> ArrayModel<A, E> {
     pub(super) fn new(arrays: &UavArrays<f32, A, E>, waveform: &Waveform) -> Self {
         let metres_per_tap = waveform.metres_per_sample() as f32;
-        let turns = arrays.turns_per_element();
+        let turns = arrays.phase_per_element_rad() / core::f32::consts::TAU;
         Self {
             step_turns: arrays.arrays().map(|array| array.axis * turns),
             lead_taps: arrays.arrays().map(|array| array.centre_m / metres_per_tap),
@@ -57,7 +57,11 @@ pub(super) fn steering<const E: usize>(step_turns: f32) -> [Complex<f32>; E] {
     let step = half * half;
     // From the centre outwards; the other half is conjugate.
     let mut out = [Complex::new(1.0, 0.0); E];
-    let mut current = if E.is_multiple_of(2) { half } else { Complex::new(1.0, 0.0) };
+    let mut current = if E.is_multiple_of(2) {
+        half
+    } else {
+        Complex::new(1.0, 0.0)
+    };
     for i in E / 2..E {
         if let Some(s) = out.get_mut(i) {
             *s = current;

@@ -12,7 +12,8 @@ pub(super) fn phasor(turns: f32) -> Complex<f32> {
     let quarters = round_half_up(4.0 * turns);
     let x = core::f32::consts::TAU * (turns - 0.25 * quarters as f32);
     let x2 = x * x;
-    let sine = x * (1.0 - x2 * (1.0 / 6.0 - x2 * (1.0 / 120.0 - x2 * (1.0 / 5040.0 - x2 * (1.0 / 362_880.0)))));
+    let sine =
+        x * (1.0 - x2 * (1.0 / 6.0 - x2 * (1.0 / 120.0 - x2 * (1.0 / 5040.0 - x2 * (1.0 / 362_880.0)))));
     let cosine = 1.0 - x2 * (0.5 - x2 * (1.0 / 24.0 - x2 * (1.0 / 720.0 - x2 * (1.0 / 40_320.0))));
     match quarters & 3 {
         0 => Complex::new(cosine, sine),
@@ -27,7 +28,11 @@ pub(super) fn round_half_up(x: f32) -> i32 {
     let shifted = x + 0.5;
     let whole = shifted as i32;
     // The cast truncates towards zero: one too many below zero.
-    if (whole as f32) > shifted { whole.saturating_sub(1) } else { whole }
+    if (whole as f32) > shifted {
+        whole.saturating_sub(1)
+    } else {
+        whole
+    }
 }
 
 #[cfg(test)]
@@ -50,7 +55,15 @@ mod tests {
 
     #[test]
     fn rounding_is_half_up() {
-        let cases = [(-1.5, -1), (-0.5, 0), (-0.51, -1), (0.49, 0), (0.5, 1), (2.5, 3), (-3.0, -3)];
+        let cases = [
+            (-1.5, -1),
+            (-0.5, 0),
+            (-0.51, -1),
+            (0.49, 0),
+            (0.5, 1),
+            (2.5, 3),
+            (-3.0, -3),
+        ];
         for (x, expected) in cases {
             assert_eq!(round_half_up(x), expected, "{x}");
         }

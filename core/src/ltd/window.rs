@@ -25,13 +25,7 @@ pub(super) struct Window<const C: usize, const W: usize> {
 
 impl<const C: usize, const W: usize> Window<C, W> {
     /// Taps `origin + first ..= origin + last` (cyclic), cut to `W`.
-    pub(super) fn load(
-        taps: &[Channel; C],
-        origin: usize,
-        first: i32,
-        last: i32,
-        centre_turns: f32,
-    ) -> Self {
+    pub(super) fn load(taps: &[Channel; C], origin: usize, first: i32, last: i32, centre_turns: f32) -> Self {
         let len = usize::try_from(last - first + 1).unwrap_or(0).min(W);
         // The same twist for all channels; it stays under an eighth of a turn, so it is made anew for every tap.
         let twist: [Complex<f32>; W] =

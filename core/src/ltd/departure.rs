@@ -1,0 +1,227 @@
+//! Angle of departure from the energies that one path shows in the transmit beams.
+//!
+//! Beam m sends towards direction q with a known field `b_m(q)`; a path of strength p shows amplitude `p b_m(q)`. The
+//! direction is the weighted least-squares fit to the amplitudes of the beams in which the path was found, strength
+//! eliminated: beams beside the strongest one interpolate between the codebook's directions (signal.md section 6).
+//! Phases carry nothing, the arrays' oscillators are free in every beam. An amplitude's variance is its noise and the
+//! square of a gain error; a weak prior on the strongest beam's direction keeps the fit tame when few beams saw the path.
+
+use heapless::Vec;
+use nalgebra::Vector3;
+
+use super::phase::phasor;
+use crate::array::{Codebook, GmtArrays};
+use crate::geometry::{Direction, Gmt};
+
+/// Beams used for one path: the strongest.
+const LOOKS: usize = 24;
+/// Standard deviation of the prior around the strongest beam, rad: 7 degrees, the spacing of the beams.
+const PRIOR_RAD: f32 = 0.122;
+/// Step of the coarse search, and of the numerical slopes, rad.
+const COARSE_RAD: f32 = 0.07;
+const SLOPE_RAD: f32 = 0.002;
+const ITERATIONS: usize = 12;
+
+/// Where a beam looks.
+#[derive(Clone, Copy, Debug)]
+struct Aim {
+    face: usize,
+    cosines: [f32; 2],
+    u: Vector3<f32>,
+}
+
+/// Transmit beams as the fit needs them: `BEAMS` directions and the patterns of `FACES` arrays of `X` x `Z` elements.
+#[derive(Clone, Debug)]
+pub(super) struct Departures<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> {
+    aims: [Option<Aim>; BEAMS],
+    arrays: GmtArrays<f32, FACES, X, Z>,
+    /// Relative standard deviation of a beam's amplitude.
+    gain_sigma: f32,
+}
+
+/// Amplitude of a path in one beam.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Look {
+    pub(super) beam: u16,
+    pub(super) amplitude: f32,
+    /// Variance of the amplitude by noise.
+    pub(super) variance: f32,
+}
+
+/// Cost and derivatives of the fit at one direction.
+struct Cost {
+    cost: f32,
+    gradient: [f32; 2],
+    hessian: [f32; 3],
+}
+
+impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Departures<BEAMS, FACES, X, Z> {
+    /// `gain_sigma`: relative standard deviation of a beam's amplitude beside noise.
+    pub(super) fn new<const ELEVATIONS: usize>(
+        codebook: &Codebook<f32, FACES, X, Z, ELEVATIONS>,
+        gain_sigma: f32,
+    ) -> Self {
+        Self {
+            aims: core::array::from_fn(|m| {
+                codebook.beam(m).map(|beam| Aim {
+                    face: beam.face,
+                    cosines: beam.cosines,
+                    u: beam.direction(),
+                })
+            }),
+            arrays: *codebook.arrays(),
+            gain_sigma,
+        }
+    }
+
+    /// Amplitude of a beam towards `u`.
+    fn amplitude(&self, aim: &Aim, u: &Direction<Gmt>) -> f32 {
+        let Some(face) = self.arrays.faces().get(aim.face) else {
+            return 0.0;
+        };
+        let cosines = GmtArrays::<f32, FACES, X, Z>::cosines(face, u);
+        let turns = self.arrays.phase_per_element_rad() / core::f32::consts::TAU;
+        let row = row_factor::<X>((cosines[0] - aim.cosines[0]) * turns);
+        let column = row_factor::<Z>((cosines[1] - aim.cosines[1]) * turns);
+        (row * column).abs() * self.arrays.amplitude(face, u)
+    }
+
+    /// Fits the direction to a path's looks, strongest first. The second value is the standard deviation along a tangent, rad.
+    pub(super) fn fit(&self, looks: impl Iterator<Item = Look>) -> Option<(Direction<Gmt>, f32)> {
+        let looks: Vec<(Aim, f32, f32), LOOKS> = looks
+            .filter_map(|look| {
+                let aim = (*self.aims.get(usize::from(look.beam))?)?;
+                let gain = self.gain_sigma * look.amplitude;
+                Some((aim, look.amplitude, 1.0 / (look.variance + gain * gain)))
+            })
+            .take(LOOKS)
+            .collect();
+        let start = looks.first()?.0.u;
+        let mut best = Direction::from_vector(start).ok()?;
+        let (e1, e2) = best.tangents();
+        let mut least = f32::INFINITY;
+        for (a, b) in (-2..=2).flat_map(|a| (-2..=2).map(move |b| (a as f32, b as f32))) {
+            if let Ok(u) = Direction::from_vector(start + (e1 * a + e2 * b) * COARSE_RAD) {
+                let cost = self.cost(&looks, &u, &start);
+                if cost < least {
+                    (best, least) = (u, cost);
+                }
+            }
+        }
+        let mut damping = 1e-3;
+        let mut state = self.expand(&looks, &best, &start);
+        for _ in 0..ITERATIONS {
+            let [h11, h12, h22] = state.hessian;
+            let (a, b) = (h11 * (1.0 + damping), h22 * (1.0 + damping));
+            let determinant = a * b - h12 * h12;
+            let [g1, g2] = state.gradient;
+            let step = [
+                (b * g1 - h12 * g2) / determinant,
+                (a * g2 - h12 * g1) / determinant,
+            ];
+            let (e1, e2) = best.tangents();
+            let Ok(next) = Direction::from_vector(best.vector() + e1 * step[0] + e2 * step[1]) else {
+                break;
+            };
+            let candidate = self.expand(&looks, &next, &start);
+            if candidate.cost < state.cost {
+                (best, state) = (next, candidate);
+                damping *= 0.2;
+            } else {
+                damping *= 10.0;
+            }
+            if step[0].abs().max(step[1].abs()) < 1e-6 {
+                break;
+            }
+        }
+        let [h11, h12, h22] = state.hessian;
+        let variance = 0.5 * (h11 + h22) / (h11 * h22 - h12 * h12);
+        (variance > 0.0).then(|| (best, libm::sqrtf(variance)))
+    }
+
+    /// Amplitudes of the beams, and the best strength with the sum of weighted squared errors, prior included.
+    fn strength(&self, looks: &[(Aim, f32, f32)], u: &Direction<Gmt>, out: &mut [f32; LOOKS]) -> f32 {
+        let (mut ab, mut bb) = (0.0, 0.0);
+        for ((aim, amplitude, weight), b) in looks.iter().zip(out.iter_mut()) {
+            *b = self.amplitude(aim, u);
+            ab += weight * amplitude * *b;
+            bb += weight * *b * *b;
+        }
+        if bb > 0.0 { ab / bb } else { 0.0 }
+    }
+
+    fn cost(&self, looks: &[(Aim, f32, f32)], u: &Direction<Gmt>, start: &Vector3<f32>) -> f32 {
+        let mut fields = [0.0; LOOKS];
+        let p = self.strength(looks, u, &mut fields);
+        let misfit: f32 = looks
+            .iter()
+            .zip(&fields)
+            .map(|((_, a, w), b)| w * (a - p * b) * (a - p * b))
+            .sum();
+        misfit + (u.vector() - start).norm_squared() / (PRIOR_RAD * PRIOR_RAD)
+    }
+
+    /// Cost, half its negative gradient and its Gauss-Newton Hessian along the tangents of `u`.
+    fn expand(&self, looks: &[(Aim, f32, f32)], u: &Direction<Gmt>, start: &Vector3<f32>) -> Cost {
+        let mut fields = [0.0; LOOKS];
+        let p = self.strength(looks, u, &mut fields);
+        let (e1, e2) = u.tangents();
+        let mut slopes = [[0.0; LOOKS]; 2];
+        for (slope, e) in slopes.iter_mut().zip([e1, e2]) {
+            let [mut ahead, mut behind] = [[0.0; LOOKS]; 2];
+            for (side, out) in [(SLOPE_RAD, &mut ahead), (-SLOPE_RAD, &mut behind)] {
+                if let Ok(moved) = Direction::from_vector(u.vector() + e * side) {
+                    self.strength(looks, &moved, out);
+                }
+            }
+            for ((slope, a), b) in slope.iter_mut().zip(&ahead).zip(&behind) {
+                *slope = p * (a - b) / (2.0 * SLOPE_RAD);
+            }
+        }
+        // The strength is eliminated: slopes lose their part along the fields.
+        let norm: f32 = looks.iter().zip(&fields).map(|((_, _, w), b)| w * b * b).sum();
+        for slope in &mut slopes {
+            let along: f32 = looks
+                .iter()
+                .zip(&fields)
+                .zip(slope.iter())
+                .map(|(((_, _, w), b), s)| w * b * s)
+                .sum();
+            let share = if norm > 0.0 { along / norm } else { 0.0 };
+            for (s, b) in slope.iter_mut().zip(&fields) {
+                *s -= share * b;
+            }
+        }
+        let prior = 1.0 / (PRIOR_RAD * PRIOR_RAD);
+        let away = u.vector() - start;
+        let mut out = Cost {
+            cost: prior * away.norm_squared(),
+            gradient: [-prior * away.dot(&e1), -prior * away.dot(&e2)],
+            hessian: [prior, 0.0, prior],
+        };
+        let [s1, s2] = &slopes;
+        for ((((_, a, w), b), s1), s2) in looks.iter().zip(&fields).zip(s1).zip(s2) {
+            let error = a - p * b;
+            out.cost += w * error * error;
+            out.gradient[0] += w * s1 * error;
+            out.gradient[1] += w * s2 * error;
+            out.hessian[0] += w * s1 * s1;
+            out.hessian[1] += w * s1 * s2;
+            out.hessian[2] += w * s2 * s2;
+        }
+        out
+    }
+}
+
+/// `sum exp(j 2 pi n t) / sqrt(COUNT)` over a centred row, real.
+fn row_factor<const COUNT: usize>(turns: f32) -> f32 {
+    let step = phasor(0.5 * turns);
+    let whole = phasor(0.5 * turns * COUNT as f32);
+    let root = libm::sqrtf(COUNT as f32);
+    if step.im.abs() < 1e-4 {
+        // Near the peak (and its repetitions a turn away, where even rows change sign, which an amplitude does not see).
+        root
+    } else {
+        whole.im / (step.im * root)
+    }
+}

@@ -1,0 +1,308 @@
+//! The path estimator: beams in, one at a time, paths out at the end of the sweep.
+
+use heapless::Vec;
+use nalgebra::Matrix3;
+
+use super::beam::{Beam, Found, SOURCES, Search};
+use super::correlator::{Correlator, Workspace};
+use super::departure::{Departures, Look};
+use super::detector::Detector;
+use super::grid::AngleGrid;
+use super::level::Levelled;
+use super::merge::{Detection, Detections, Merged};
+use super::model::ArrayModel;
+use super::tables::{SAMPLES, q15};
+use super::template::Template;
+use super::{Iq, PathEstimator};
+use crate::array::{Codebook, UavArrays};
+use crate::block::BeamBlock;
+use crate::geometry::{Body, Direction, Gmt, Rotation, World};
+use crate::path::{Departure, Path};
+use crate::waveform::Waveform;
+
+/// What the estimator needs to know about both ends of the link, and its few free parameters.
+#[derive(Clone, Debug)]
+pub struct EstimatorConfig<
+    const A: usize = 4,
+    const E: usize = 8,
+    const FACES: usize = 3,
+    const X: usize = 8,
+    const Z: usize = 8,
+    const ELEVATIONS: usize = 3,
+> {
+    /// Receive arrays, calibrated: `A` of `E` elements.
+    pub arrays: UavArrays<f32, A, E>,
+    /// Transmitted waveform.
+    pub waveform: Waveform,
+    /// Transmit beams.
+    pub codebook: Codebook<f32, FACES, X, Z, ELEVATIONS>,
+    /// Heading and tilt of the GMT.
+    pub gmt_attitude: Rotation<Gmt, World>,
+    /// False alarms a sweep on noise alone.
+    pub false_alarms_per_sweep: f64,
+    /// Paths weaker than the strongest one by more than this are not reported, dB.
+    pub dynamic_range_db: f32,
+    /// Standard deviation of a transmit beam's gain, dB: widens the angle of departure.
+    pub beam_gain_sigma_db: f32,
+}
+
+impl Default for EstimatorConfig {
+    /// Default configuration of design README section 7, signal.md sections 3.1 and 6: 1e-2 false alarms a sweep, 34 dB,
+    /// and 0.5 dB, which is what the budget of the GMT's element errors makes of a beam.
+    fn default() -> Self {
+        Self {
+            arrays: UavArrays::default(),
+            waveform: Waveform::default(),
+            codebook: Codebook::default(),
+            gmt_attitude: Rotation::identity(),
+            false_alarms_per_sweep: 1e-2,
+            dynamic_range_db: 34.0,
+            beam_gain_sigma_db: 0.5,
+        }
+    }
+}
+
+/// A path with what else the receiver saw of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EstimatedPath {
+    /// Delay, angles and covariance. The covariance is that of noise (inverse Fisher information); array calibration,
+    /// attitude and clock add their own.
+    pub path: Path<Body>,
+    /// Transmit beam in which the path was strongest.
+    pub beam: u16,
+    /// SNR per element and active subcarrier in that beam, mean over the elements, dB.
+    pub snr_db: f32,
+    /// Power per active subcarrier in that beam, summed over the elements, amplitude units of the blocks squared.
+    pub energy: f32,
+}
+
+/// What one beam gave.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BeamReport {
+    /// Paths found in it.
+    pub paths: u8,
+    /// Lanes that clipped in the transform, see [`super::BeamTaps::clips`].
+    pub clips: u32,
+}
+
+/// Best mode. `A` arrays of `E` elements (`C` = A E channels), `BEAMS` transmit beams of `FACES` arrays of `X` x `Z`
+/// elements, `MOST` detections kept in a sweep, `K` paths reported.
+#[derive(Clone, Debug)]
+pub struct Estimator<
+    const A: usize = 4,
+    const E: usize = 8,
+    const C: usize = 32,
+    const BEAMS: usize = 72,
+    const FACES: usize = 3,
+    const X: usize = 8,
+    const Z: usize = 8,
+    const MOST: usize = 360,
+    const K: usize = 9,
+> {
+    model: ArrayModel<A, E>,
+    template: Template,
+    grid: AngleGrid<A>,
+    detector: Detector,
+    trial: Detector,
+    correlator: Correlator,
+    departures: Departures<BEAMS, FACES, X, Z>,
+    gmt_attitude: Rotation<Gmt, World>,
+    /// Energy of the weakest path that is reported, relative to the strongest.
+    share: f32,
+    // State of a sweep.
+    work: Workspace,
+    profile: [u64; SAMPLES],
+    found: Vec<Found<A>, SOURCES>,
+    detections: Detections<MOST>,
+    strongest: f32,
+}
+
+impl<
+    const A: usize,
+    const E: usize,
+    const C: usize,
+    const BEAMS: usize,
+    const FACES: usize,
+    const X: usize,
+    const Z: usize,
+    const MOST: usize,
+    const K: usize,
+> Estimator<A, E, C, BEAMS, FACES, X, Z, MOST, K>
+{
+    /// An estimator with empty state. All tables are computed here.
+    pub fn new<const ELEVATIONS: usize>(config: &EstimatorConfig<A, E, FACES, X, Z, ELEVATIONS>) -> Self {
+        const { assert!(C == A * E && K <= 255) };
+        let model = ArrayModel::new(&config.arrays, &config.waveform);
+        let share = libm::powf(10.0, -0.1 * config.dynamic_range_db);
+        let gain_sigma = libm::powf(10.0, 0.05 * config.beam_gain_sigma_db) - 1.0;
+        // A rectangular band of Na subcarriers gives Na independent noise taps.
+        let tests = BEAMS * config.waveform.active;
+        Self {
+            template: Template::new(&config.waveform),
+            grid: AngleGrid::new(&model),
+            model,
+            detector: Detector::new(C, config.false_alarms_per_sweep, tests),
+            trial: Detector::new(C, 1e-2, 7),
+            correlator: Correlator::new(&spectrum(&config.waveform)),
+            departures: Departures::new(&config.codebook, gain_sigma),
+            gmt_attitude: config.gmt_attitude,
+            share,
+            work: Workspace::new(),
+            profile: [0; SAMPLES],
+            found: Vec::new(),
+            detections: Detections::new(),
+            strongest: 0.0,
+        }
+    }
+
+    /// Detections of the current sweep that found no place in the list.
+    pub fn dropped(&self) -> u32 {
+        self.detections.dropped()
+    }
+
+    /// Turns what the search found into detections, in amplitude units and metres.
+    fn keep(&mut self, noise: f32, exponent: i32, beam: u16) -> u8 {
+        let scale = libm::scalbnf(1.0, 2 * exponent);
+        let metres = self.model.metres_per_tap();
+        // Noise of the taps is correlated: least squares sees it as if 1 / occupancy stronger.
+        let variance = 0.5 * noise / self.template.occupancy();
+        let mut count = 0;
+        for found in self.found.iter().filter(|f| !f.remainder) {
+            let energy = found.source.power() * C as f32 * scale;
+            let Ok(aoa) = Direction::from_vector(found.source.u) else {
+                continue;
+            };
+            if energy < self.share * self.strongest {
+                continue;
+            }
+            self.strongest = self.strongest.max(energy);
+            let units = [metres, 1.0, 1.0];
+            let covariance = Matrix3::from_fn(|r, c| {
+                let [row, column] = [r, c].map(|i| units.get(i).copied().unwrap_or(1.0));
+                let spread = found
+                    .spread
+                    .get(c)
+                    .and_then(|column| column.get(r))
+                    .copied()
+                    .unwrap_or(0.0);
+                variance * row * column * spread
+            });
+            self.detections.insert(Detection {
+                c_tau_m: cyclic(found.source.origin as f32 + found.source.delay_taps) * metres,
+                aoa,
+                covariance,
+                energy,
+                noise: noise * scale,
+                beam,
+                path: None,
+            });
+            count += 1;
+        }
+        count
+    }
+
+    fn estimated(&self, index: usize, merged: &Merged) -> EstimatedPath {
+        let (c_tau_m, aoa, covariance) = merged.mean();
+        let first = &merged.strongest;
+        let looks = self.detections.looks(index).map(|look| Look {
+            beam: look.beam,
+            amplitude: libm::sqrtf(look.energy),
+            variance: 0.5 * look.noise / self.template.occupancy(),
+        });
+        let aod = self
+            .departures
+            .fit(looks)
+            .map(|(direction, sigma_rad)| Departure {
+                direction: self.gmt_attitude.apply(direction),
+                sigma_rad,
+            });
+        // A tap sums Na subcarriers coherently: Na^2 in power for the path, Na for the noise.
+        let active = self.template.active();
+        let snr = first.energy / (C as f32 * active * first.noise.max(f32::MIN_POSITIVE));
+        EstimatedPath {
+            path: Path {
+                c_tau_m,
+                aoa,
+                aod,
+                covariance,
+            },
+            beam: first.beam,
+            snr_db: 10.0 * libm::log10f(snr),
+            energy: first.energy / (active * active),
+        }
+    }
+}
+
+impl<
+    const A: usize,
+    const E: usize,
+    const C: usize,
+    const BEAMS: usize,
+    const FACES: usize,
+    const X: usize,
+    const Z: usize,
+    const MOST: usize,
+    const K: usize,
+> PathEstimator<C, K> for Estimator<A, E, C, BEAMS, FACES, X, Z, MOST, K>
+{
+    fn push_beam(&mut self, block: BeamBlock<'_, C>) -> BeamReport {
+        let levelled = Levelled::new(block.samples, block.exponent);
+        let taps = self.correlator.correlate(levelled, &mut self.work);
+        let (exponent, clips) = (taps.exponent(), taps.clips());
+        self.profile = *taps.profile();
+        self.found.clear();
+        if self.detector.peak(&self.profile).is_none() {
+            return BeamReport { paths: 0, clips };
+        }
+        let search = Search {
+            model: &self.model,
+            template: &self.template,
+            grid: &self.grid,
+            detector: &self.detector,
+            trial: &self.trial,
+        };
+        let floor = self.share * self.strongest * libm::scalbnf(1.0, -2 * exponent);
+        let mut beam = Beam {
+            taps: taps.into_natural(),
+            profile: &mut self.profile,
+            found: &mut self.found,
+        };
+        let noise = search.run(&mut beam, floor);
+        let paths = self.keep(noise, exponent, block.beam);
+        BeamReport { paths, clips }
+    }
+
+    fn finish(&mut self) -> Vec<EstimatedPath, K> {
+        let merged: Vec<Merged, K> = self.detections.merge(self.share);
+        let paths = merged
+            .iter()
+            .enumerate()
+            .map(|(index, path)| self.estimated(index, path))
+            .collect();
+        self.detections.clear();
+        self.strongest = 0.0;
+        paths
+    }
+}
+
+/// Tap number in 0..512, where a delay just before zero becomes one just before the period's end.
+fn cyclic(taps: f32) -> f32 {
+    let period = SAMPLES as f32;
+    if taps < 0.0 {
+        taps + period
+    } else if taps >= period {
+        taps - period
+    } else {
+        taps
+    }
+}
+
+/// Q15 spectrum of a waveform, bin 0 first.
+pub(super) fn spectrum(waveform: &Waveform) -> [Iq; SAMPLES] {
+    let mut bins = [Iq::ZERO; SAMPLES];
+    for index in 0..waveform.active.min(SAMPLES) {
+        let symbol = waveform.symbol::<f64>(index);
+        bins[waveform.bin(index) & (SAMPLES - 1)] = q15(symbol.re, symbol.im);
+    }
+    bins
+}
