@@ -40,6 +40,8 @@ mod waves;
 #[cfg(test)]
 mod impairment_tests;
 #[cfg(test)]
+mod probe;
+#[cfg(test)]
 mod tests;
 
 pub use calibration::Calibration;
