@@ -1,5 +1,6 @@
 //! The world around the receiver, and the `cslam` command that puts the two together.
 
+pub mod channel;
 pub mod cli;
 mod commands;
 pub mod evaluation;
