@@ -1,8 +1,10 @@
 //! The world around the receiver, and the `cslam` command that puts the two together.
 
+pub mod accuracy;
 pub mod channel;
 pub mod cli;
 mod commands;
+pub mod crlb;
 pub mod evaluation;
 pub mod flight_files;
 pub mod input;

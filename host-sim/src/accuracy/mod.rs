@@ -1,0 +1,141 @@
+//! Accuracy of path estimation against its physical limit, case by case.
+//!
+//! Every case draws links, sends them through the channel and the front end of [`crate::channel`] (int16 samples, 12-bit
+//! converter, free phase for every array and beam) and runs exactly the estimator that flies. Errors are divided by the
+//! Cramer-Rao bound of the same draw ([`crate::crlb`]). Trials are independent streams of one seed: the figures do not
+//! depend on the number of threads.
+
+
+
+mod single;
+
+
+
+pub use single::{FalseAlarms, Single, false_alarms, single};
+
+use cslam_core::array::Codebook;
+use cslam_core::geometry::{Body, Direction, Gmt};
+use cslam_core::ltd::{EstimatedPath, Estimator, EstimatorConfig, PathEstimator};
+
+use crate::channel::{ChannelConfig, Impairments, Instant, Ray, Simulator};
+use crate::random::Stream;
+
+/// Which estimator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Mode {
+    /// Streaming peak search with off-grid scoring: the default of the receiver.
+    Best,
+    /// The published low-rank decomposition.
+    Paper,
+}
+
+/// A path to be estimated.
+#[derive(Clone, Copy, Debug)]
+pub struct Truth {
+    /// Speed of light times delay, m.
+    pub c_tau_m: f64,
+    /// Angle of arrival.
+    pub aoa: Direction<Body, f64>,
+    /// Angle of departure.
+    pub aod: Direction<Gmt, f64>,
+    /// SNR per active subcarrier at an element of gain one, in the beam that favours the path most, dB.
+    pub snr_db: f64,
+    /// Phase, rad.
+    pub phase_rad: f64,
+}
+
+/// Transmitter, channel and front end of the cases: no impairment but free array phases, noise and converter.
+pub struct Range {
+    simulator: Simulator,
+    codebook: Codebook<f64>,
+}
+
+impl Range {
+    /// A range that sends only `beams` (all when empty).
+    pub fn new(beams: &[u16], seed: u64) -> Self {
+        let codebook = Codebook::<f64>::default();
+        let dropped = |beam: &u16| !beams.is_empty() && !beams.contains(beam);
+        let impairments = Impairments {
+            free_array_phase: true,
+            dropped_beams: (0..codebook.len() as u16).filter(dropped).collect(),
+            ..Impairments::none()
+        };
+        let config = ChannelConfig {
+            impairments,
+            ..ChannelConfig::default()
+        };
+        Self {
+            simulator: Simulator::new(config, seed),
+            codebook,
+        }
+    }
+
+    /// Beam that sends most towards a direction, and the magnitude of its field.
+    pub fn best_beam(&self, aod: &Direction<Gmt, f64>) -> (u16, f64) {
+        (0..self.codebook.len())
+            .map(|m| (m as u16, self.codebook.field(m, aod).norm_sqr().sqrt()))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .unwrap_or((0, 0.0))
+    }
+
+    /// The codebook.
+    pub fn codebook(&self) -> &Codebook<f64> {
+        &self.codebook
+    }
+
+    /// Sends a sweep over the paths, estimates, and gives the paths found. `index` chooses the noise.
+    pub fn sweep(&self, truths: &[Truth], index: u32, estimator: &mut dyn PathEstimator<32, 9>) -> Vec<EstimatedPath> {
+        let rays: Vec<Ray> = truths.iter().map(|truth| self.ray(truth)).collect();
+        let mut sweep = self.simulator.sweep_rays(&rays, &Instant::at_rest(), index);
+        for block in &mut sweep.blocks {
+            estimator.push_beam(block.view());
+        }
+        estimator.finish().to_vec()
+    }
+
+    fn ray(&self, truth: &Truth) -> Ray {
+        // A waveform of mean power one has 512/416 on each active subcarrier, noise has its variance on all.
+        let noise = self.simulator.noise_power_w() * 416.0 / 512.0;
+        let (_, field) = self.best_beam(&truth.aod);
+        let amplitude = (libm::exp10(truth.snr_db / 10.0) * noise).sqrt() / (field * self.simulator.signal_amplitude());
+        Ray {
+            amplitude: cslam_core::array::phasor(truth.phase_rad) * amplitude,
+            delay_s: truth.c_tau_m / cslam_core::constants::SPEED_OF_LIGHT_M_PER_S,
+            arrival: truth.aoa,
+            departure: truth.aod,
+            doppler_hz: 0.0,
+        }
+    }
+}
+
+/// An estimator of a mode, default configuration.
+pub fn estimator(mode: Mode) -> Box<dyn PathEstimator<32, 9>> {
+    match mode {
+        Mode::Best => Box::new(Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&EstimatorConfig::default())),
+        Mode::Paper => todo!(),
+    }
+}
+
+/// A direction uniform over the sphere between two elevations.
+pub(crate) fn direction<F: cslam_core::geometry::Frame>(
+    stream: &mut Stream,
+    elevation_deg: std::ops::Range<f64>,
+) -> Direction<F, f64> {
+    let [low, high] = [elevation_deg.start, elevation_deg.end].map(|deg| libm::sin(deg.to_radians()));
+    let z = low + (high - low) * stream.uniform();
+    let azimuth = std::f64::consts::TAU * (stream.uniform() - 0.5);
+    Direction::from_zenith_azimuth(libm::acos(z), azimuth).expect("finite")
+}
+
+/// Error of an estimate: c tau in m, along the truth's two tangents in rad.
+pub(crate) fn error(path: &EstimatedPath, truth: &Truth) -> [f64; 3] {
+    let (e1, e2) = truth.aoa.tangents();
+    let u = path.path.aoa.vector().cast::<f64>();
+    [f64::from(path.path.c_tau_m) - truth.c_tau_m, e1.dot(&u), e2.dot(&u)]
+}
+
+/// Angle between an estimate's arrival and the truth's, rad.
+pub(crate) fn angle_rad(path: &EstimatedPath, truth: &Truth) -> f64 {
+    let u = path.path.aoa.vector().cast::<f64>();
+    libm::atan2(u.cross(truth.aoa.vector()).norm(), u.dot(truth.aoa.vector()))
+}
