@@ -29,6 +29,9 @@ const CLOSE_M: f32 = 3.0;
 const CLOSE_COSINE: f32 = core::f32::consts::FRAC_1_SQRT_2;
 /// Taps around the strongest path where a second one is tried.
 const TRIAL_REACH: usize = 3;
+/// A candidate stands out of the profile's noise by at least this many standard deviations: half the beams of noise have
+/// one. The fit decides.
+const CANDIDATE_SIGMAS: f32 = 3.0;
 /// A second path must explain this many times the noise variance (log-likelihood). Eleven more parameters explain 5.5 on
 /// average, and under 20 in all but one of 1e4 cases, the search over the window included.
 const PAIR_GAIN: f32 = 25.0;
@@ -61,10 +64,10 @@ pub(super) struct Search<'a, const A: usize, const E: usize> {
     pub(super) model: &'a ArrayModel<A, E>,
     pub(super) template: &'a Template,
     pub(super) grid: &'a AngleGrid<A>,
-    /// Fires once in a hundred sweeps on noise.
+    /// Noise floor of the profile.
     pub(super) detector: &'a Detector,
-    /// Fires once in a hundred beams on the taps of a trial.
-    pub(super) trial: &'a Detector,
+    /// A candidate is a path when its fit explains this many noise variances.
+    pub(super) threshold: f32,
 }
 
 /// The beam under search: residual taps, their profile, and what was found.
@@ -79,16 +82,18 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
     /// variance of a tap that remains. `beam.found` must be empty.
     pub(super) fn run<const C: usize>(&self, beam: &mut Beam<'_, A, C>, floor: f32) -> f32 {
         while beam.found.len() < SOURCES && beam.paths() < PATHS_PER_BEAM {
-            let Some(peak) = self.detector.peak(beam.profile) else {
+            let noise = self.detector.noise(beam.profile);
+            let Some(tap) = candidate::<C>(beam.profile, 0..SAMPLES, noise) else {
                 break;
             };
-            let source = self.single(beam, peak.tap, peak.noise);
-            if source.source.power() * (C as f32) < floor {
+            let source = self.single(beam, tap, noise);
+            let energy = source.source.power() * C as f32;
+            if energy < floor || energy < self.threshold * noise {
                 break;
             }
             match beam.neighbour(&source.source, self.model.metres_per_tap()) {
                 Some(near) => {
-                    if !self.try_pair(beam, near, &source.source, peak.noise) {
+                    if !self.try_pair(beam, near, &source.source, noise) {
                         let remainder = Found {
                             remainder: true,
                             ..source
@@ -197,16 +202,9 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
         let Some(first) = beam.found.first().copied() else {
             return;
         };
-        let middle = first.source.origin.wrapping_sub(TRIAL_REACH);
-        let local = (0..=2 * TRIAL_REACH).map(|i| middle.wrapping_add(i) & (SAMPLES - 1));
-        let (mut tap, mut power) = (0, 0);
-        for n in local {
-            if beam.profile[n] > power {
-                (tap, power) = (n, beam.profile[n]);
-            }
-        }
+        let start = first.source.origin.wrapping_sub(TRIAL_REACH) & (SAMPLES - 1);
         let noise = self.detector.noise(beam.profile);
-        if power as f32 > self.trial.threshold() * noise {
+        if let Some(tap) = candidate::<C>(beam.profile, start..start + 2 * TRIAL_REACH + 1, noise) {
             let second = self.single(beam, tap, noise);
             if beam
                 .neighbour(&second.source, self.model.metres_per_tap())
@@ -396,6 +394,35 @@ fn spread<const D: usize>(hessian: &[[f32; D]; D], index: usize) -> [[f32; 3]; 3
         let solved = solve(hessian, &unit, 0.0);
         core::array::from_fn(|row| solved.get(3 * index + row).copied().unwrap_or(0.0))
     })
+}
+
+/// Tap that stands out most, alone or with its neighbour (a path half-way between two shows in both), if it does so by
+/// [`CANDIDATE_SIGMAS`]. `taps` may run over the period's end.
+fn candidate<const C: usize>(profile: &[u64; SAMPLES], taps: core::ops::Range<usize>, noise: f32) -> Option<usize> {
+    // Under noise a tap has mean C and standard deviation sqrt C noise variances; neighbours are nearly independent (their
+    // correlation is D(1)^2 = 0.05).
+    let mean = C as f32 * noise;
+    let sigma = noise * libm::sqrtf(C as f32);
+    let (alone, paired) = (1.0 / sigma, 1.0 / (core::f32::consts::SQRT_2 * sigma));
+    let (mut best, mut most) = (None, CANDIDATE_SIGMAS);
+    let excess = |n: usize| profile[n & (SAMPLES - 1)] as f32 - mean;
+    let mut here = excess(taps.start);
+    for n in taps {
+        let next = excess(n + 1);
+        let sum = (here + next) * paired;
+        let (score, tap) = if sum > here * alone && here > next {
+            (sum, n)
+        } else if sum > here * alone {
+            (sum, n + 1)
+        } else {
+            (here * alone, n)
+        };
+        if score > most {
+            (best, most) = (Some(tap & (SAMPLES - 1)), score);
+        }
+        here = next;
+    }
+    best
 }
 
 /// Vertex of the parabola through a tap's power and its neighbours', taps from that tap, -0.5..=0.5.
