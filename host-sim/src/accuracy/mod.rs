@@ -5,12 +5,12 @@
 //! Cramer-Rao bound of the same draw ([`crate::crlb`]). Trials are independent streams of one seed: the figures do not
 //! depend on the number of threads.
 
-
-
+mod pairs;
+mod scenes;
 mod single;
 
-
-
+pub use pairs::{Bounce, Pairs, bounce, pairs};
+pub use scenes::{Departures, Scenes, departures, scenes};
 pub use single::{FalseAlarms, Single, false_alarms, single};
 
 use cslam_core::array::Codebook;
