@@ -17,8 +17,13 @@ use crate::geometry::{Direction, Gmt};
 const LOOKS: usize = 24;
 /// Standard deviation of the prior around the strongest beam, rad: 7 degrees, the spacing of the beams.
 const PRIOR_RAD: f32 = 0.122;
-/// Step of the coarse search, and of the numerical slopes, rad.
-const COARSE_RAD: f32 = 0.07;
+/// Step of the coarse search (4 on either side), and of the numerical slopes, rad.
+const COARSE_RAD: f32 = 0.035;
+const COARSE_STEPS: i32 = 4;
+/// Additive amplitude error that each pass of the fit allows, relative to the strongest beam. The magnitude of a field has a
+/// kink at each null, so the exact cost is full of local minima; wide errors first smooth it. The last one is what 5
+/// degrees rms of phase error on each of 64 elements leave in a beam.
+const PASSES: [f32; 3] = [0.15, 0.04, 0.011];
 const SLOPE_RAD: f32 = 0.002;
 const ITERATIONS: usize = 12;
 
@@ -87,43 +92,74 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
     }
 
     /// Fits the direction to a path's looks, strongest first. The second value is the standard deviation along a tangent, rad.
-    pub(super) fn fit(&self, looks: impl Iterator<Item = Look>) -> Option<(Direction<Gmt>, f32)> {
-        let looks: Vec<(Aim, f32, f32), LOOKS> = looks
-            .filter_map(|look| {
-                let aim = (*self.aims.get(usize::from(look.beam))?)?;
+    pub(super) fn fit(&self, looks_in: impl Iterator<Item = Look>) -> Option<(Direction<Gmt>, f32)> {
+        let mut looks: Vec<(Aim, f32, f32), LOOKS> = Vec::new();
+        let mut variances: Vec<f32, LOOKS> = Vec::new();
+        for look in looks_in.take(LOOKS) {
+            if let Some(Some(aim)) = self.aims.get(usize::from(look.beam)) {
                 let gain = self.gain_sigma * look.amplitude;
-                Some((aim, look.amplitude, 1.0 / (look.variance + gain * gain)))
-            })
-            .take(LOOKS)
-            .collect();
-        let start = looks.first()?.0.u;
+                let _ = looks.push((*aim, look.amplitude, 0.0));
+                let _ = variances.push(look.variance + gain * gain);
+            }
+        }
+        let (first, strongest, _) = *looks.first()?;
+        let start = first.u;
         let mut best = Direction::from_vector(start).ok()?;
-        let (e1, e2) = best.tangents();
-        let mut least = f32::INFINITY;
-        for (a, b) in (-2..=2).flat_map(|a| (-2..=2).map(move |b| (a as f32, b as f32))) {
-            if let Ok(u) = Direction::from_vector(start + (e1 * a + e2 * b) * COARSE_RAD) {
-                let cost = self.cost(&looks, &u, &start);
-                if cost < least {
-                    (best, least) = (u, cost);
+        let mut hessian = [0.0; 3];
+        for (pass, error) in PASSES.into_iter().enumerate() {
+            let floor = error * strongest * error * strongest;
+            for ((_, _, weight), variance) in looks.iter_mut().zip(&variances) {
+                *weight = 1.0 / (variance + floor);
+            }
+            if pass == 0 {
+                best = self.coarse(&looks, &best);
+            }
+            (best, hessian) = self.descend(&looks, best, &start);
+        }
+        let [h11, h12, h22] = hessian;
+        let variance = 0.5 * (h11 + h22) / (h11 * h22 - h12 * h12);
+        (variance > 0.0).then(|| (best, libm::sqrtf(variance)))
+    }
+
+    /// Best of a grid around a direction.
+    fn coarse(&self, looks: &[(Aim, f32, f32)], start: &Direction<Gmt>) -> Direction<Gmt> {
+        let (e1, e2) = start.tangents();
+        let (mut best, mut least) = (*start, f32::INFINITY);
+        for a in -COARSE_STEPS..=COARSE_STEPS {
+            for b in -COARSE_STEPS..=COARSE_STEPS {
+                let away = (e1 * a as f32 + e2 * b as f32) * COARSE_RAD;
+                if let Ok(u) = Direction::from_vector(start.vector() + away) {
+                    let cost = self.cost(looks, &u, start.vector());
+                    if cost < least {
+                        (best, least) = (u, cost);
+                    }
                 }
             }
         }
+        best
+    }
+
+    /// Damped Gauss-Newton descent. Gives the Hessian of the end too.
+    fn descend(
+        &self,
+        looks: &[(Aim, f32, f32)],
+        from: Direction<Gmt>,
+        start: &Vector3<f32>,
+    ) -> (Direction<Gmt>, [f32; 3]) {
+        let mut best = from;
         let mut damping = 1e-3;
-        let mut state = self.expand(&looks, &best, &start);
+        let mut state = self.expand(looks, &best, start);
         for _ in 0..ITERATIONS {
             let [h11, h12, h22] = state.hessian;
             let (a, b) = (h11 * (1.0 + damping), h22 * (1.0 + damping));
             let determinant = a * b - h12 * h12;
             let [g1, g2] = state.gradient;
-            let step = [
-                (b * g1 - h12 * g2) / determinant,
-                (a * g2 - h12 * g1) / determinant,
-            ];
+            let step = [(b * g1 - h12 * g2) / determinant, (a * g2 - h12 * g1) / determinant];
             let (e1, e2) = best.tangents();
             let Ok(next) = Direction::from_vector(best.vector() + e1 * step[0] + e2 * step[1]) else {
                 break;
             };
-            let candidate = self.expand(&looks, &next, &start);
+            let candidate = self.expand(looks, &next, start);
             if candidate.cost < state.cost {
                 (best, state) = (next, candidate);
                 damping *= 0.2;
@@ -134,9 +170,7 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
                 break;
             }
         }
-        let [h11, h12, h22] = state.hessian;
-        let variance = 0.5 * (h11 + h22) / (h11 * h22 - h12 * h12);
-        (variance > 0.0).then(|| (best, libm::sqrtf(variance)))
+        (best, state.hessian)
     }
 
     /// Amplitudes of the beams, and the best strength with the sum of weighted squared errors, prior included.

@@ -6,7 +6,7 @@
 
 use nalgebra::{Complex, Vector3};
 
-use super::model::ArrayModel;
+use super::model::{ArrayModel, steering};
 use super::phase::{phasor, round_half_up};
 
 /// Bins over one turn per element. The nearest bin loses at most 0.06 dB with eight elements.
@@ -59,21 +59,75 @@ impl<const A: usize> AngleGrid<A> {
     }
 
     /// Direction of the grid that explains most of `snapshot`, one complex value per channel.
-    pub(super) fn strongest<const E: usize, const C: usize>(
-        &self,
-        snapshot: &[Complex<f32>; C],
-    ) -> Vector3<f32> {
+    pub(super) fn strongest<const E: usize, const C: usize>(&self, snapshot: &[Complex<f32>; C]) -> Vector3<f32> {
         const { assert!(C == A * E) };
-        let mut powers = [[0.0_f32; BINS]; A];
+        let mut powers = [[0.0; BINS]; A];
         for (powers, elements) in powers.iter_mut().zip(snapshot.as_chunks::<E>().0) {
             for (bin, power) in powers.iter_mut().enumerate() {
-                let mut sum = Complex::new(0.0, 0.0);
-                for (i, x) in elements.iter().enumerate() {
-                    sum += x * self.roots[(bin * i) & (BINS - 1)];
-                }
-                *power = sum.norm_sqr();
+                *power = self.sum(elements, bin).norm_sqr();
             }
         }
+        self.scan(&powers)
+    }
+
+    /// Two directions of the same delay that explain most of `snapshot` together, by alternating projection: each is
+    /// searched with the other one's steering projected out of snapshot and grid, in turn.
+    pub(super) fn strongest_pair<const E: usize, const C: usize>(
+        &self,
+        model: &ArrayModel<A, E>,
+        snapshot: &[Complex<f32>; C],
+    ) -> [Vector3<f32>; 2] {
+        const TURNS: usize = 3;
+        let mut first = self.strongest::<E, C>(snapshot);
+        let mut second = self.beside::<E, C>(model, snapshot, &first);
+        for _ in 1..TURNS {
+            first = self.beside::<E, C>(model, snapshot, &second);
+            second = self.beside::<E, C>(model, snapshot, &first);
+        }
+        [first, second]
+    }
+
+    /// Direction that explains most of what a path from `other` leaves.
+    fn beside<const E: usize, const C: usize>(
+        &self,
+        model: &ArrayModel<A, E>,
+        snapshot: &[Complex<f32>; C],
+        other: &Vector3<f32>,
+    ) -> Vector3<f32> {
+        const { assert!(C == A * E) };
+        let mut powers = [[0.0; BINS]; A];
+        let arrays = model.steps().iter().zip(snapshot.as_chunks::<E>().0);
+        for (powers, (step, elements)) in powers.iter_mut().zip(arrays) {
+            let steering = steering::<E>(step.dot(other));
+            let mut gain = Complex::new(0.0, 0.0);
+            for (x, s) in elements.iter().zip(&steering) {
+                gain += s.conj() * x / E as f32;
+            }
+            let rest: [Complex<f32>; E] = core::array::from_fn(|i| elements[i] - steering[i] * gain);
+            for (bin, power) in powers.iter_mut().enumerate() {
+                // What the projection leaves of the grid's steering; under a tenth of it, the array cannot tell the two apart.
+                let left = E as f32 - self.sum(&steering, bin).norm_sqr() / E as f32;
+                *power = if left > 0.1 * E as f32 {
+                    self.sum(&rest, bin).norm_sqr() * (E as f32 / left)
+                } else {
+                    0.0
+                };
+            }
+        }
+        self.scan(&powers)
+    }
+
+    /// One bin of the transform over the elements of an array.
+    fn sum<const E: usize>(&self, elements: &[Complex<f32>; E], bin: usize) -> Complex<f32> {
+        let mut sum = Complex::new(0.0, 0.0);
+        for (i, x) in elements.iter().enumerate() {
+            sum += x * self.roots[(bin * i) & (BINS - 1)];
+        }
+        sum
+    }
+
+    /// Direction with the largest sum of its bins' powers.
+    fn scan(&self, powers: &[[f32; BINS]; A]) -> Vector3<f32> {
         let (mut best, mut most) = (0, -1.0);
         for (index, bins) in self.bins.iter().enumerate() {
             let mut sum = 0.0;
@@ -111,7 +165,6 @@ fn direction_of(ring: usize, i: usize) -> Vector3<f32> {
 mod tests {
     use super::*;
     use crate::array::UavArrays;
-    use crate::ltd::model::steering;
     use crate::waveform::Waveform;
 
     #[test]

@@ -5,11 +5,12 @@ use nalgebra::Complex;
 use super::phase::phasor;
 use super::stages::Channel;
 use super::tables::SAMPLES;
+use super::template::Template;
 
 /// Taps of a window around one path: [`super::fit::REACH`] on both sides.
 pub(super) const SINGLE: usize = 13;
-/// Taps of a window around a pair at most three metres (2.5 taps) apart.
-pub(super) const PAIR: usize = 17;
+/// Taps of a window around a pair at most four metres (3.3 taps) apart.
+pub(super) const PAIR: usize = 18;
 
 /// Consecutive taps of all channels, turned so that the band is centred: a path is then a real kernel times a constant.
 #[derive(Clone, Debug)]
@@ -49,6 +50,27 @@ impl<const C: usize, const W: usize> Window<C, W> {
     /// The channels' rows.
     pub(super) fn rows(&self) -> &[[Complex<f32>; W]; C] {
         &self.taps
+    }
+
+    /// Energy of the window, and how many samples it holds.
+    pub(super) fn energy(&self) -> (f32, usize) {
+        let energy = self.taps.iter().flatten().map(|y| y.norm_sqr()).sum();
+        (energy, C * self.len)
+    }
+
+    /// Weighted sum over the taps nearest to a delay, for each channel: the kernel's two taps on either side.
+    pub(super) fn snapshot(&self, template: &Template, delay_taps: f32) -> [Complex<f32>; C] {
+        let weights = self.coordinates().map(|x| {
+            let away = x - delay_taps;
+            if away.abs() < 2.5 { template.at(away)[0] } else { 0.0 }
+        });
+        let mut out = [Complex::new(0.0, 0.0); C];
+        for (sum, row) in out.iter_mut().zip(&self.taps) {
+            for (y, weight) in row.iter().zip(weights.clone()) {
+                *sum += y * weight;
+            }
+        }
+        out
     }
 
     /// Tap of coordinate 0.

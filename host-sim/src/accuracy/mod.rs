@@ -10,7 +10,7 @@ mod scenes;
 mod single;
 
 pub use pairs::{Bounce, Pairs, bounce, pairs};
-pub use scenes::{Departures, Scenes, departures, scenes};
+pub use scenes::{debug_aod, debug_scenes, Departures, Scenes, departures, scenes};
 pub use single::{FalseAlarms, Single, false_alarms, single};
 
 use cslam_core::array::Codebook;
