@@ -82,7 +82,8 @@ pub fn joint(receiver: &Receiver, paths: &[Arrival]) -> Option<DMatrix<f64>> {
     let parameters = shared + 2 * arrays * paths.len();
     let mut fisher = DMatrix::<f64>::zeros(parameters, parameters);
     for j in 0..arrays {
-        let mean = |p: usize, moved: [f64; 3], gain: Complex<f64>| array_mean(receiver, j, &paths[p], moved, gain);
+        let mean =
+            |p: usize, moved: [f64; 3], gain: Complex<f64>| array_mean(receiver, j, &paths[p], moved, gain);
         let mut columns: Vec<(usize, Vec<Complex<f64>>)> = Vec::new();
         for (p, path) in paths.iter().enumerate() {
             let amplitude = receiver.arrays.amplitude(&path.aoa)[j] * path.snr.sqrt();
@@ -93,7 +94,11 @@ pub fn joint(receiver: &Receiver, paths: &[Arrival]) -> Option<DMatrix<f64>> {
                     moved[a] = s;
                     mean(p, moved, gain)
                 };
-                let slope = side(step).iter().zip(side(-step)).map(|(x, y)| (x - y) / (2.0 * step)).collect();
+                let slope = side(step)
+                    .iter()
+                    .zip(side(-step))
+                    .map(|(x, y)| (x - y) / (2.0 * step))
+                    .collect();
                 columns.push((3 * p + a, slope));
             }
             let first = shared + 2 * (arrays * p + j);
@@ -103,15 +108,24 @@ pub fn joint(receiver: &Receiver, paths: &[Arrival]) -> Option<DMatrix<f64>> {
         for (r, row) in &columns {
             for (c, column) in &columns {
                 // Noise of variance one: snr is the path's power.
-                fisher[(*r, *c)] += 2.0 * row.iter().zip(column).map(|(x, y)| (x.conj() * y).re).sum::<f64>();
+                fisher[(*r, *c)] += 2.0
+                    * row
+                        .iter()
+                        .zip(column)
+                        .map(|(x, y)| (x.conj() * y).re)
+                        .sum::<f64>();
             }
         }
     }
     // Unit diagonal, for the inversion's sake: gains and metres differ by many powers of ten.
     let scale: Vec<f64> = (0..parameters).map(|i| fisher[(i, i)].sqrt().recip()).collect();
-    let scaled = DMatrix::from_fn(parameters, parameters, |r, c| fisher[(r, c)] * scale[r] * scale[c]);
+    let scaled = DMatrix::from_fn(parameters, parameters, |r, c| {
+        fisher[(r, c)] * scale[r] * scale[c]
+    });
     let inverse = scaled.try_inverse()?;
-    Some(DMatrix::from_fn(shared, shared, |r, c| inverse[(r, c)] * scale[r] * scale[c]))
+    Some(DMatrix::from_fn(shared, shared, |r, c| {
+        inverse[(r, c)] * scale[r] * scale[c]
+    }))
 }
 
 /// Mean of the elements and subcarriers of array `j` for a path moved by (m, rad, rad).
@@ -123,7 +137,8 @@ fn array_mean(
     gain: Complex<f64>,
 ) -> Vec<Complex<f64>> {
     let (e1, e2) = path.aoa.tangents();
-    let direction = Direction::from_vector(path.aoa.vector() + e1 * moved[1] + e2 * moved[2]).unwrap_or(path.aoa);
+    let direction =
+        Direction::from_vector(path.aoa.vector() + e1 * moved[1] + e2 * moved[2]).unwrap_or(path.aoa);
     let step = receiver.arrays.phase_step_rad(&direction)[j];
     // Delays relative to the unmoved one: the constant part only turns the gain.
     let late_m = moved[0] - (receiver.arrays.lead_m(&direction)[j] - receiver.arrays.lead_m(&path.aoa)[j]);
@@ -146,7 +161,8 @@ mod tests {
     fn arrival(zenith_deg: f64, azimuth_deg: f64, snr_db: f64) -> Arrival {
         Arrival {
             c_tau_m: 87.3,
-            aoa: Direction::from_zenith_azimuth(zenith_deg.to_radians(), azimuth_deg.to_radians()).expect("angles"),
+            aoa: Direction::from_zenith_azimuth(zenith_deg.to_radians(), azimuth_deg.to_radians())
+                .expect("angles"),
             snr: libm::exp10(snr_db / 10.0),
             phase_rad: 0.7,
         }
@@ -155,7 +171,12 @@ mod tests {
     #[test]
     fn closed_form_is_the_numerical_fisher_matrix() {
         let receiver = Receiver::default();
-        for (zenith, azimuth, snr) in [(90.0, 0.0, 0.0), (60.0, 45.0, 20.0), (120.0, -100.0, -10.0), (30.0, 170.0, 5.0)] {
+        for (zenith, azimuth, snr) in [
+            (90.0, 0.0, 0.0),
+            (60.0, 45.0, 20.0),
+            (120.0, -100.0, -10.0),
+            (30.0, 170.0, 5.0),
+        ] {
             let path = arrival(zenith, azimuth, snr);
             let closed = single(&receiver, &path).expect("observable");
             let numerical = joint(&receiver, &[path]).expect("observable");

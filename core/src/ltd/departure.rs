@@ -154,7 +154,10 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
             let (a, b) = (h11 * (1.0 + damping), h22 * (1.0 + damping));
             let determinant = a * b - h12 * h12;
             let [g1, g2] = state.gradient;
-            let step = [(b * g1 - h12 * g2) / determinant, (a * g2 - h12 * g1) / determinant];
+            let step = [
+                (b * g1 - h12 * g2) / determinant,
+                (a * g2 - h12 * g1) / determinant,
+            ];
             let (e1, e2) = best.tangents();
             let Ok(next) = Direction::from_vector(best.vector() + e1 * step[0] + e2 * step[1]) else {
                 break;

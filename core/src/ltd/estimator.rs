@@ -42,13 +42,16 @@ pub struct EstimatorConfig<
     pub false_alarms_per_sweep: f64,
     /// Paths weaker than the strongest one by more than this are not reported, dB.
     pub dynamic_range_db: f32,
+    /// Standard deviation of the phase error that calibration leaves on a receive element, rad. Beside a path it leaves this
+    /// square of its energy; what is weaker is not taken for a second path close to it.
+    pub element_phase_sigma_rad: f32,
     /// Standard deviation of a transmit beam's gain, dB: widens the angle of departure.
     pub beam_gain_sigma_db: f32,
 }
 
 impl Default for EstimatorConfig {
     /// Default configuration of design README section 7, signal.md sections 3.1 and 6: 1e-2 false alarms a sweep, 34 dB,
-    /// and 0.5 dB, which is what the budget of the GMT's element errors makes of a beam.
+    /// 2 degrees, and 0.5 dB, which is what the budget of the GMT's element errors makes of a beam.
     fn default() -> Self {
         Self {
             arrays: UavArrays::default(),
@@ -57,6 +60,7 @@ impl Default for EstimatorConfig {
             gmt_attitude: Rotation::identity(),
             false_alarms_per_sweep: 1e-2,
             dynamic_range_db: 34.0,
+            element_phase_sigma_rad: 0.035,
             beam_gain_sigma_db: 0.5,
         }
     }
@@ -105,6 +109,7 @@ pub struct Estimator<
     detector: Detector,
     /// Noise variances that the fit of a path must explain.
     threshold: f32,
+    calibration_share: f32,
     correlator: Correlator,
     departures: Departures<BEAMS, FACES, X, Z>,
     gmt_attitude: Rotation<Gmt, World>,
@@ -146,6 +151,7 @@ impl<
             departures: Departures::new(&config.codebook, gain_sigma),
             gmt_attitude: config.gmt_attitude,
             share,
+            calibration_share: square(config.element_phase_sigma_rad),
             work: Workspace::new(),
             profile: [0; SAMPLES],
             found: Vec::new(),
@@ -256,6 +262,7 @@ impl<
             grid: &self.grid,
             detector: &self.detector,
             threshold: self.threshold,
+            calibration_share: self.calibration_share,
         };
         let floor = self.share * self.strongest * libm::scalbnf(1.0, -2 * exponent);
         let mut beam = Beam {
@@ -279,6 +286,10 @@ impl<
         self.strongest = 0.0;
         paths
     }
+}
+
+fn square(x: f32) -> f32 {
+    x * x
 }
 
 /// Noise variances that the fit of a candidate must explain so that noise alone gives `false_alarms` a sweep.

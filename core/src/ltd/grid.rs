@@ -59,7 +59,10 @@ impl<const A: usize> AngleGrid<A> {
     }
 
     /// Direction of the grid that explains most of `snapshot`, one complex value per channel.
-    pub(super) fn strongest<const E: usize, const C: usize>(&self, snapshot: &[Complex<f32>; C]) -> Vector3<f32> {
+    pub(super) fn strongest<const E: usize, const C: usize>(
+        &self,
+        snapshot: &[Complex<f32>; C],
+    ) -> Vector3<f32> {
         const { assert!(C == A * E) };
         let mut powers = [[0.0; BINS]; A];
         for (powers, elements) in powers.iter_mut().zip(snapshot.as_chunks::<E>().0) {

@@ -16,6 +16,7 @@ mod detector;
 mod estimator;
 mod fit;
 mod grid;
+mod group;
 mod iq;
 mod kernels;
 mod level;

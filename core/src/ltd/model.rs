@@ -27,7 +27,9 @@ impl<const A: usize, const E: usize> ArrayModel<A, E> {
         let turns = arrays.phase_per_element_rad() / core::f32::consts::TAU;
         Self {
             step_turns: arrays.arrays().map(|array| array.axis * turns),
-            lead_taps: arrays.arrays().map(|array| array.centre_m / metres_per_tap as f32),
+            lead_taps: arrays
+                .arrays()
+                .map(|array| array.centre_m / metres_per_tap as f32),
             metres_per_tap,
         }
     }
@@ -39,7 +41,10 @@ impl<const A: usize, const E: usize> ArrayModel<A, E> {
     /// Length of a delay given as taps from a tap, m, within one period from 0. In double precision: a single-precision sum
     /// and product of taps would round to 0.04 mm, half the bound at 40 dB.
     pub(super) fn metres(&self, origin: usize, delay_taps: f32) -> f32 {
-        let (taps, period) = ((origin & (SAMPLES - 1)) as f64 + f64::from(delay_taps), SAMPLES as f64);
+        let (taps, period) = (
+            (origin & (SAMPLES - 1)) as f64 + f64::from(delay_taps),
+            SAMPLES as f64,
+        );
         let within = if taps < 0.0 {
             taps + period
         } else if taps >= period {

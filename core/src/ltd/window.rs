@@ -9,8 +9,8 @@ use super::template::Template;
 
 /// Taps of a window around one path: [`super::fit::REACH`] on both sides.
 pub(super) const SINGLE: usize = 13;
-/// Taps of a window around a pair at most four metres (3.3 taps) apart.
-pub(super) const PAIR: usize = 18;
+/// Taps of a window around a group at most four metres (3.3 taps) wide.
+pub(super) const JOINT: usize = 18;
 
 /// Consecutive taps of all channels, turned so that the band is centred: a path is then a real kernel times a constant.
 #[derive(Clone, Debug)]
@@ -62,7 +62,11 @@ impl<const C: usize, const W: usize> Window<C, W> {
     pub(super) fn snapshot(&self, template: &Template, delay_taps: f32) -> [Complex<f32>; C] {
         let weights = self.coordinates().map(|x| {
             let away = x - delay_taps;
-            if away.abs() < 2.5 { template.at(away)[0] } else { 0.0 }
+            if away.abs() < 2.5 {
+                template.at(away)[0]
+            } else {
+                0.0
+            }
         });
         let mut out = [Complex::new(0.0, 0.0); C];
         for (sum, row) in out.iter_mut().zip(&self.taps) {

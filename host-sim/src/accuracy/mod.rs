@@ -9,8 +9,8 @@ mod pairs;
 mod scenes;
 mod single;
 
-pub use pairs::{Bounce, Pairs, bounce, pairs};
-pub use scenes::{debug_aod, debug_scenes, Departures, Scenes, departures, scenes};
+pub use pairs::{Bounce, Pairs, bounce, debug_pairs, pairs};
+pub use scenes::{Departures, Scenes, debug_aod, debug_scenes, departures, scenes};
 pub use single::{FalseAlarms, Single, false_alarms, single};
 
 use cslam_core::array::Codebook;
@@ -84,7 +84,12 @@ impl Range {
     }
 
     /// Sends a sweep over the paths, estimates, and gives the paths found. `index` chooses the noise.
-    pub fn sweep(&self, truths: &[Truth], index: u32, estimator: &mut dyn PathEstimator<32, 9>) -> Vec<EstimatedPath> {
+    pub fn sweep(
+        &self,
+        truths: &[Truth],
+        index: u32,
+        estimator: &mut dyn PathEstimator<32, 9>,
+    ) -> Vec<EstimatedPath> {
         let rays: Vec<Ray> = truths.iter().map(|truth| self.ray(truth)).collect();
         let mut sweep = self.simulator.sweep_rays(&rays, &Instant::at_rest(), index);
         for block in &mut sweep.blocks {
@@ -97,7 +102,8 @@ impl Range {
         // A waveform of mean power one has 512/416 on each active subcarrier, noise has its variance on all.
         let noise = self.simulator.noise_power_w() * 416.0 / 512.0;
         let (_, field) = self.best_beam(&truth.aod);
-        let amplitude = (libm::exp10(truth.snr_db / 10.0) * noise).sqrt() / (field * self.simulator.signal_amplitude());
+        let amplitude =
+            (libm::exp10(truth.snr_db / 10.0) * noise).sqrt() / (field * self.simulator.signal_amplitude());
         Ray {
             amplitude: cslam_core::array::phasor(truth.phase_rad) * amplitude,
             delay_s: truth.c_tau_m / cslam_core::constants::SPEED_OF_LIGHT_M_PER_S,
@@ -111,7 +117,14 @@ impl Range {
 /// An estimator of a mode, default configuration.
 pub fn estimator(mode: Mode) -> Box<dyn PathEstimator<32, 9>> {
     match mode {
-        Mode::Best => Box::new(Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&EstimatorConfig::default())),
+        Mode::Best => {
+            // The arrays of the range have no error.
+            let config = EstimatorConfig {
+                element_phase_sigma_rad: 0.0,
+                ..EstimatorConfig::default()
+            };
+            Box::new(Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&config))
+        }
         Mode::Paper => todo!(),
     }
 }
@@ -131,7 +144,11 @@ pub(crate) fn direction<F: cslam_core::geometry::Frame>(
 pub(crate) fn error(path: &EstimatedPath, truth: &Truth) -> [f64; 3] {
     let (e1, e2) = truth.aoa.tangents();
     let u = path.path.aoa.vector().cast::<f64>();
-    [f64::from(path.path.c_tau_m) - truth.c_tau_m, e1.dot(&u), e2.dot(&u)]
+    [
+        f64::from(path.path.c_tau_m) - truth.c_tau_m,
+        e1.dot(&u),
+        e2.dot(&u),
+    ]
 }
 
 /// Angle between an estimate's arrival and the truth's, rad.

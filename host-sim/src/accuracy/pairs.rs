@@ -67,7 +67,8 @@ pub fn pairs(mode: Mode, apart_m: f64, apart_deg: f64, second_db: f64, trials: u
                 let paths = range.sweep(&truths, trial, estimator.as_mut());
                 let near = |truth: &Truth| {
                     paths.iter().position(|p| {
-                        (f64::from(p.path.c_tau_m) - truth.c_tau_m).abs() < GATE_M && angle_rad(p, truth) < GATE_RAD
+                        (f64::from(p.path.c_tau_m) - truth.c_tau_m).abs() < GATE_M
+                            && angle_rad(p, truth) < GATE_RAD
                     })
                 };
                 // Two truths may not share one estimate.
@@ -85,7 +86,8 @@ pub fn pairs(mode: Mode, apart_m: f64, apart_deg: f64, second_db: f64, trials: u
             },
         )
         .collect();
-    let share = |pick: fn(&(bool, bool)) -> bool| results.iter().filter(|r| pick(r)).count() as f64 / trials as f64;
+    let share =
+        |pick: fn(&(bool, bool)) -> bool| results.iter().filter(|r| pick(r)).count() as f64 / trials as f64;
     Pairs {
         apart_m,
         apart_deg,
@@ -141,16 +143,28 @@ pub fn bounce(mode: Mode, distance_m: f64, trials: usize, seed: u64) -> Bounce {
                 let paths = range.sweep(&truths, trial, estimator.as_mut());
                 let los = &truths[0];
                 let [range_m, angle] = paths.first().map_or([f64::INFINITY; 2], |p| {
-                    [(f64::from(p.path.c_tau_m) - los.c_tau_m).abs(), angle_rad(p, los).to_degrees()]
+                    [
+                        (f64::from(p.path.c_tau_m) - los.c_tau_m).abs(),
+                        angle_rad(p, los).to_degrees(),
+                    ]
                 });
                 let bound = crlb::joint(&receiver, &truths.map(|t| arrival(&t))).expect("observable");
                 let angular = (0.5 * (bound[(1, 1)] + bound[(2, 2)])).sqrt().to_degrees();
-                let apart_deg = libm::acos(los.aoa.vector().dot(truths[1].aoa.vector()).min(1.0)).to_degrees();
-                [range_m, angle, bound[(0, 0)].sqrt(), angular, truths[1].c_tau_m - los.c_tau_m, apart_deg]
+                let apart_deg =
+                    libm::acos(los.aoa.vector().dot(truths[1].aoa.vector()).min(1.0)).to_degrees();
+                [
+                    range_m,
+                    angle,
+                    bound[(0, 0)].sqrt(),
+                    angular,
+                    truths[1].c_tau_m - los.c_tau_m,
+                    apart_deg,
+                ]
             },
         )
         .collect();
-    let at = |i: usize, q: f64| quantile(&rows.iter().map(|r| r[i]).collect::<Vec<_>>(), q).unwrap_or(f64::NAN);
+    let at =
+        |i: usize, q: f64| quantile(&rows.iter().map(|r| r[i]).collect::<Vec<_>>(), q).unwrap_or(f64::NAN);
     let middle = |i: usize| median(&rows.iter().map(|r| r[i]).collect::<Vec<_>>()).unwrap_or(f64::NAN);
     Bounce {
         distance_m,
@@ -163,13 +177,16 @@ pub fn bounce(mode: Mode, distance_m: f64, trials: usize, seed: u64) -> Bounce {
 }
 
 fn near_any(path: &cslam_core::ltd::EstimatedPath, truths: &[Truth; 2]) -> bool {
-    truths.iter().any(|t| {
-        (f64::from(path.path.c_tau_m) - t.c_tau_m).abs() < GATE_M && angle_rad(path, t) < GATE_RAD
-    })
+    truths
+        .iter()
+        .any(|t| (f64::from(path.path.c_tau_m) - t.c_tau_m).abs() < GATE_M && angle_rad(path, t) < GATE_RAD)
 }
 
 fn beam_direction(range: &Range) -> Direction<cslam_core::geometry::Gmt, f64> {
-    let beam = range.codebook().beam(usize::from(BEAM)).expect("beam of the codebook");
+    let beam = range
+        .codebook()
+        .beam(usize::from(BEAM))
+        .expect("beam of the codebook");
     Direction::from_vector(beam.direction()).expect("unit")
 }
 
@@ -180,5 +197,63 @@ pub(super) fn arrival(truth: &Truth) -> Arrival {
         aoa: truth.aoa,
         snr: libm::exp10(truth.snr_db / 10.0),
         phase_rad: truth.phase_rad,
+    }
+}
+
+/// Debug.
+pub fn debug_pairs(apart_m: f64, apart_deg: f64, second_db: f64, trials: usize, seed: u64) {
+    let range = Range::new(&[BEAM], seed);
+    let aod = beam_direction(&range);
+    let receiver = Receiver::default();
+    let mut e = estimator(Mode::Best);
+    for trial in 0..trials as u32 {
+        let mut stream = Stream::new(seed, u64::from(trial));
+        let first = Truth {
+            c_tau_m: 20.0 + 200.0 * stream.uniform(),
+            aoa: direction(&mut stream, -45.0..45.0),
+            aod,
+            snr_db: 20.0,
+            phase_rad: std::f64::consts::TAU * stream.uniform(),
+        };
+        let (e1, e2) = first.aoa.tangents();
+        let turn = std::f64::consts::TAU * stream.uniform();
+        let across = e1 * libm::cos(turn) + e2 * libm::sin(turn);
+        let apart = apart_deg.to_radians();
+        let u = first.aoa.vector() * libm::cos(apart) + across * libm::sin(apart);
+        let second = Truth {
+            c_tau_m: first.c_tau_m + apart_m,
+            aoa: Direction::from_vector(u).expect("unit"),
+            snr_db: 20.0 + second_db,
+            phase_rad: std::f64::consts::TAU * stream.uniform(),
+            ..first
+        };
+        let truths = [first, second];
+        let paths = range.sweep(&truths, trial, e.as_mut());
+        let bad = truths.iter().any(|t| {
+            !paths
+                .iter()
+                .any(|p| (f64::from(p.path.c_tau_m) - t.c_tau_m).abs() < GATE_M && angle_rad(p, t) < GATE_RAD)
+        }) || paths.len() != 2;
+        if bad {
+            let b = crlb::joint(&receiver, &truths.map(|t| arrival(&t))).unwrap();
+            println!(
+                "trial {trial} bound {:.3} {:.3} {:.3} deg  phase {:.2}",
+                b[(0, 0)].sqrt(),
+                b[(3, 3)].sqrt(),
+                b[(4, 4)].sqrt().to_degrees(),
+                (first.phase_rad - second.phase_rad).rem_euclid(6.28)
+            );
+            for p in &paths {
+                println!(
+                    "    est {:+.3} m  angle to first {:.2} second {:.2} snr {:.1} sig {:.3} {:.3}",
+                    f64::from(p.path.c_tau_m) - first.c_tau_m,
+                    angle_rad(p, &first).to_degrees(),
+                    angle_rad(p, &second).to_degrees(),
+                    p.snr_db,
+                    p.path.covariance.m11.sqrt(),
+                    p.path.covariance.m22.sqrt().to_degrees()
+                );
+            }
+        }
     }
 }

@@ -60,10 +60,18 @@ pub fn scenes(mode: Mode, snr_db: f64, scenes: usize, seed: u64) -> Scenes {
                     counts[bin][0] += usize::from(paths.iter().any(|p| near(p, t)));
                     counts[bin][1] += 1;
                 }
-                let false_alarms = paths.iter().filter(|p| !truths.iter().any(|t| near(p, t))).count();
+                let false_alarms = paths
+                    .iter()
+                    .filter(|p| !truths.iter().any(|t| near(p, t)))
+                    .count();
                 let best = paths
                     .iter()
-                    .map(|p| [(f64::from(p.path.c_tau_m) - truths[0].c_tau_m).abs(), angle_rad(p, &truths[0]).to_degrees()])
+                    .map(|p| {
+                        [
+                            (f64::from(p.path.c_tau_m) - truths[0].c_tau_m).abs(),
+                            angle_rad(p, &truths[0]).to_degrees(),
+                        ]
+                    })
                     .min_by(|a, b| (a[0] + a[1]).total_cmp(&(b[0] + b[1])))
                     .unwrap_or([f64::INFINITY; 2]);
                 (counts, false_alarms, best)
@@ -122,7 +130,10 @@ pub fn departures(mode: Mode, snr_db: f64, trials: usize, seed: u64) -> Departur
                 let u = departure.direction.vector().cast::<f64>();
                 let v = truth.aod.vector();
                 let error = libm::atan2(u.cross(v).norm(), u.dot(v));
-                Some([error.to_degrees(), error / f64::from(departure.sigma_rad) / std::f64::consts::SQRT_2])
+                Some([
+                    error.to_degrees(),
+                    error / f64::from(departure.sigma_rad) / std::f64::consts::SQRT_2,
+                ])
             },
         )
         .flatten()
@@ -144,13 +155,43 @@ pub fn debug_scenes(snr_db: f64, scenes: usize, seed: u64) {
     for index in 0..scenes as u32 {
         let truths = draw(&mut Stream::new(seed, u64::from(index)), snr_db);
         let paths = range.sweep(&truths, index, e.as_mut());
-        let near = |p: &cslam_core::ltd::EstimatedPath, t: &Truth| (f64::from(p.path.c_tau_m) - t.c_tau_m).abs() < GATE_M && angle_rad(p, t) < GATE_RAD;
-        let fa: Vec<_> = paths.iter().filter(|p| !truths.iter().any(|t| near(p, t))).collect();
-        let miss: Vec<_> = truths.iter().filter(|t| snr_db - t.snr_db < 20.0 && !paths.iter().any(|p| near(p, t))).collect();
-        if fa.is_empty() && miss.is_empty() { continue; }
+        let near = |p: &cslam_core::ltd::EstimatedPath, t: &Truth| {
+            (f64::from(p.path.c_tau_m) - t.c_tau_m).abs() < GATE_M && angle_rad(p, t) < GATE_RAD
+        };
+        let fa: Vec<_> = paths
+            .iter()
+            .filter(|p| !truths.iter().any(|t| near(p, t)))
+            .collect();
+        let miss: Vec<_> = truths
+            .iter()
+            .filter(|t| snr_db - t.snr_db < 20.0 && !paths.iter().any(|p| near(p, t)))
+            .collect();
+        if fa.is_empty() && miss.is_empty() {
+            continue;
+        }
         println!("scene {index}");
-        for t in &truths { println!("   truth {:.2} m u {:.3?} snr {:.1} beam {:?} el {:.1} found {}", t.c_tau_m, t.aoa.vector().as_slice(), t.snr_db, range.best_beam(&t.aod), 90.0-t.aod.zenith_rad().to_degrees(), paths.iter().any(|p| near(p, t))); }
-        for p in &fa { println!("   FA {:.2} m u {:.3?} snr {:.1} beam {} sig {:.2e} {:.2e}", p.path.c_tau_m, p.path.aoa.vector().as_slice(), p.snr_db, p.beam, p.path.covariance.m11.sqrt(), p.path.covariance.m22.sqrt()); }
+        for t in &truths {
+            println!(
+                "   truth {:.2} m u {:.3?} snr {:.1} beam {:?} el {:.1} found {}",
+                t.c_tau_m,
+                t.aoa.vector().as_slice(),
+                t.snr_db,
+                range.best_beam(&t.aod),
+                90.0 - t.aod.zenith_rad().to_degrees(),
+                paths.iter().any(|p| near(p, t))
+            );
+        }
+        for p in &fa {
+            println!(
+                "   FA {:.2} m u {:.3?} snr {:.1} beam {} sig {:.2e} {:.2e}",
+                p.path.c_tau_m,
+                p.path.aoa.vector().as_slice(),
+                p.snr_db,
+                p.beam,
+                p.path.covariance.m11.sqrt(),
+                p.path.covariance.m22.sqrt()
+            );
+        }
     }
 }
 /// Debug.
@@ -158,19 +199,33 @@ pub fn debug_aod(snr_db: f64, trials: usize, seed: u64) {
     let range = Range::new(&[], seed);
     let mut e = estimator(Mode::Best);
     for index in 0..trials as u32 {
-                let mut stream = Stream::new(seed, u64::from(index));
-                let truth = Truth {
-                    c_tau_m: 20.0 + 280.0 * stream.uniform(),
-                    aoa: direction(&mut stream, -45.0..45.0),
-                    aod: direction(&mut stream, 0.0..25.0),
-                    snr_db,
-                    phase_rad: 0.0,
-                };
-                let paths = range.sweep(&[truth], index, e.as_mut());
-                let d = paths[0].path.aod.unwrap();
-                let u = d.direction.vector().cast::<f64>();
-                let v = truth.aod.vector();
-                let err = libm::atan2(u.cross(v).norm(), u.dot(v)).to_degrees();
-                if err > 0.3 { println!("{index}: err {err:.2} sigma {:.3} truth az {:.2} el {:.2} est az {:.2} el {:.2} beam {:?} n {}", d.sigma_rad.to_degrees(), truth.aod.azimuth_rad().to_degrees(), 90.0-truth.aod.zenith_rad().to_degrees(), d.direction.azimuth_rad().to_degrees(), 90.0-d.direction.zenith_rad().to_degrees(), range.codebook().beam(paths[0].beam as usize).map(|b| (b.azimuth_rad.to_degrees(), b.elevation_rad.to_degrees())), paths.len()); }
+        let mut stream = Stream::new(seed, u64::from(index));
+        let truth = Truth {
+            c_tau_m: 20.0 + 280.0 * stream.uniform(),
+            aoa: direction(&mut stream, -45.0..45.0),
+            aod: direction(&mut stream, 0.0..25.0),
+            snr_db,
+            phase_rad: 0.0,
+        };
+        let paths = range.sweep(&[truth], index, e.as_mut());
+        let d = paths[0].path.aod.unwrap();
+        let u = d.direction.vector().cast::<f64>();
+        let v = truth.aod.vector();
+        let err = libm::atan2(u.cross(v).norm(), u.dot(v)).to_degrees();
+        if err > 0.3 {
+            println!(
+                "{index}: err {err:.2} sigma {:.3} truth az {:.2} el {:.2} est az {:.2} el {:.2} beam {:?} n {}",
+                d.sigma_rad.to_degrees(),
+                truth.aod.azimuth_rad().to_degrees(),
+                90.0 - truth.aod.zenith_rad().to_degrees(),
+                d.direction.azimuth_rad().to_degrees(),
+                90.0 - d.direction.zenith_rad().to_degrees(),
+                range
+                    .codebook()
+                    .beam(paths[0].beam as usize)
+                    .map(|b| (b.azimuth_rad.to_degrees(), b.elevation_rad.to_degrees())),
+                paths.len()
+            );
+        }
     }
 }

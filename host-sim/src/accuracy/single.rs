@@ -40,7 +40,11 @@ pub fn single(mode: Mode, snr_db: f64, trials: usize, seed: u64) -> Single {
     // A beam in the middle of the first face.
     let beam = 12;
     let range = Range::new(&[beam], seed);
-    let aod = range.codebook().beam(usize::from(beam)).expect("beam of the codebook").direction();
+    let aod = range
+        .codebook()
+        .beam(usize::from(beam))
+        .expect("beam of the codebook")
+        .direction();
     let aod = Direction::from_vector(aod).expect("unit");
     let receiver = Receiver::default();
     let results: Vec<Option<([f64; 3], f64, f64, f64)>> = (0..trials as u32)
@@ -75,7 +79,10 @@ pub fn single(mode: Mode, snr_db: f64, trials: usize, seed: u64) -> Single {
         )
         .collect();
     let found: Vec<_> = results.into_iter().flatten().collect();
-    let good: Vec<_> = found.iter().filter(|(e, ..)| e.iter().all(|e| e.abs() < OUTLIER_SIGMAS)).collect();
+    let good: Vec<_> = found
+        .iter()
+        .filter(|(e, ..)| e.iter().all(|e| e.abs() < OUTLIER_SIGMAS))
+        .collect();
     let count = good.len().max(1) as f64;
     let all = |pick: fn(&([f64; 3], f64, f64, f64)) -> f64| {
         median(&found.iter().map(pick).collect::<Vec<_>>()).unwrap_or(f64::NAN)

@@ -50,7 +50,9 @@ impl Block {
         Self {
             beam: beam as u16,
             exponent: 0,
-            samples: samples.try_into().unwrap_or_else(|_| Box::new([[Iq::ZERO; SAMPLES]; CHANNELS])),
+            samples: samples
+                .try_into()
+                .unwrap_or_else(|_| Box::new([[Iq::ZERO; SAMPLES]; CHANNELS])),
         }
     }
 }
@@ -160,7 +162,10 @@ impl Simulator {
 
     fn reception(&self, arrival: &Direction<cslam_core::geometry::Body, f64>, delay_s: f64) -> Reception {
         let carrier_hz = self.maker.waveform().carrier_hz;
-        let (steps, amplitudes) = (self.arrays.phase_step_rad(arrival), self.arrays.amplitude(arrival));
+        let (steps, amplitudes) = (
+            self.arrays.phase_step_rad(arrival),
+            self.arrays.amplitude(arrival),
+        );
         let lead_s = self.arrays.lead_m(arrival).map(|m| m / SPEED_OF_LIGHT_M_PER_S);
         Reception {
             steering: std::array::from_fn(|j| {
@@ -213,7 +218,9 @@ impl<'a> SweepState<'a> {
             let all = receptions.iter().chain(jammer.as_ref().map(|(_, r)| r));
             all.map(|r| r.steering[j]).collect()
         });
-        let fields = rays.iter().map(|r| simulator.transmitter.fields(&r.departure, &simulator.device));
+        let fields = rays
+            .iter()
+            .map(|r| simulator.transmitter.fields(&r.departure, &simulator.device));
         let mut state = Self {
             fields: fields.collect(),
             simulator,
@@ -253,7 +260,11 @@ impl<'a> SweepState<'a> {
             for (ray, r) in self.rays.iter().zip(&self.receptions) {
                 waves.push(maker.wave(r.delay_s[j] + clock_s, ray.doppler_hz + cfo_hz));
             }
-            waves.extend(self.jammer.iter().map(|(jammer, _)| maker.tone(jammer.offset_hz + cfo_hz)));
+            waves.extend(
+                self.jammer
+                    .iter()
+                    .map(|(jammer, _)| maker.tone(jammer.offset_hz + cfo_hz)),
+            );
         }
         self.made_at_s = clock_s;
     }
@@ -265,7 +276,8 @@ impl<'a> SweepState<'a> {
         let mut draws = Stream::new(simulator.seed, stream(self.index, beam, PER_BEAM));
         // Drawn whether used or not, so that one setting does not move another's.
         let lost = draws.uniform() < impairments.dropped_beam_probability;
-        let array_phase: [C64; ARRAYS] = std::array::from_fn(|_| phasor(std::f64::consts::TAU * draws.uniform()));
+        let array_phase: [C64; ARRAYS] =
+            std::array::from_fn(|_| phasor(std::f64::consts::TAU * draws.uniform()));
         let jammer_phase = phasor(std::f64::consts::TAU * draws.uniform());
         if lost || impairments.dropped_beams.contains(&(beam as u16)) {
             return None;
@@ -282,19 +294,28 @@ impl<'a> SweepState<'a> {
         };
         let amplitude = simulator.signal_amplitude();
         for (j, waves) in self.waves.iter().enumerate() {
-            let lo = if impairments.free_array_phase { array_phase[j] } else { C64::new(1.0, 0.0) };
-            let of_rays = self.rays.iter().zip(&self.receptions).zip(&self.fields).map(|((ray, r), fields)| {
-                let common = ray.amplitude
-                    * turn(ray.doppler_hz + impairments.cfo_hz)
-                    * r.carrier[j]
-                    * lo
-                    * amplitude;
-                let BeamField { field, slope_s } = fields[beam];
-                Gain {
-                    value: common * field,
-                    slope: -common * (field * late_s + slope_s),
-                }
-            });
+            let lo = if impairments.free_array_phase {
+                array_phase[j]
+            } else {
+                C64::new(1.0, 0.0)
+            };
+            let of_rays =
+                self.rays
+                    .iter()
+                    .zip(&self.receptions)
+                    .zip(&self.fields)
+                    .map(|((ray, r), fields)| {
+                        let common = ray.amplitude
+                            * turn(ray.doppler_hz + impairments.cfo_hz)
+                            * r.carrier[j]
+                            * lo
+                            * amplitude;
+                        let BeamField { field, slope_s } = fields[beam];
+                        Gain {
+                            value: common * field,
+                            slope: -common * (field * late_s + slope_s),
+                        }
+                    });
             let of_jammer = self.jammer.iter().map(|(jammer, r)| Gain {
                 value: jammer_phase
                     * turn(jammer.offset_hz + impairments.cfo_hz)
@@ -312,13 +333,24 @@ impl<'a> SweepState<'a> {
 
     fn digitise(&mut self, beam: usize, block: &mut Block) {
         let simulator = self.simulator;
-        simulator.digitise(&mut self.planes, &mut self.gaussian, stream(self.index, beam, NOISE), block);
+        simulator.digitise(
+            &mut self.planes,
+            &mut self.gaussian,
+            stream(self.index, beam, NOISE),
+            block,
+        );
     }
 }
 
 impl Simulator {
     /// The front end: noise of a stream, dead channels, gain control, converter.
-    pub(super) fn digitise(&self, planes: &mut [Plane], gaussian: &mut Gaussian, stream: u64, block: &mut Block) {
+    pub(super) fn digitise(
+        &self,
+        planes: &mut [Plane],
+        gaussian: &mut Gaussian,
+        stream: u64,
+        block: &mut Block,
+    ) {
         let front_end = &self.config.front_end;
         if front_end.noise {
             gaussian.restart(self.seed, stream);

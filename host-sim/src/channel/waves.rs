@@ -51,7 +51,9 @@ impl WaveMaker {
     pub(crate) fn new(waveform: Waveform) -> Self {
         let scale = 1.0 / (waveform.active as f64).sqrt();
         Self {
-            symbols: (0..waveform.active).map(|i| waveform.symbol::<f64>(i) * scale).collect(),
+            symbols: (0..waveform.active)
+                .map(|i| waveform.symbol::<f64>(i) * scale)
+                .collect(),
             transform: Transform::new(),
             waveform,
         }
@@ -92,7 +94,8 @@ impl WaveMaker {
         let mut phase = phasor(-std::f64::consts::TAU * turns * f64::from(self.waveform.offset(0)));
         for (i, (symbol, response)) in self.symbols.iter().zip(response).enumerate() {
             let x = symbol * phase * response;
-            let omega = std::f64::consts::TAU * self.waveform.spacing_hz() * f64::from(self.waveform.offset(i));
+            let omega =
+                std::f64::consts::TAU * self.waveform.spacing_hz() * f64::from(self.waveform.offset(i));
             value[self.waveform.bin(i)] = x;
             slope[self.waveform.bin(i)] = C64::new(-omega * x.im, omega * x.re);
             phase *= step;
@@ -153,7 +156,10 @@ mod tests {
         let ((early, _), (middle, slope), (late, _)) = (samples(1e-7 - d), samples(1e-7), samples(1e-7 + d));
         for n in 0..SAMPLES {
             let difference = (early[n] - late[n]) / (2.0 * d);
-            assert!((difference - slope[n]).norm() < 1e-4 * slope[n].norm().max(1e8), "{n}");
+            assert!(
+                (difference - slope[n]).norm() < 1e-4 * slope[n].norm().max(1e8),
+                "{n}"
+            );
         }
         assert!(middle[0].norm() > 0.0);
     }

@@ -1,0 +1,219 @@
+//! Groups: paths so close in delay that they must be fitted jointly, at most three.
+//!
+//! A candidate near a group is tried as one more member: all members are put back, refitted with and without it, and it
+//! stays when it explains enough more, in noise variances and against what errors of the arrays' calibration would leave
+//! beside the others. Two close paths have local optima: where a joint fit leaves more than noise, it is started again
+//! from other places.
+
+use heapless::Vec;
+
+use super::beam::{Beam, Found, SINGLE_STEPS, Search};
+use super::cancel::{Change, Source};
+use super::fit::{Fit, Place, REACH};
+use super::window::{JOINT, Window};
+
+/// Paths nearer than this in delay form a group, whatever their directions: a single array sees only a cone, so even
+/// opposite directions mix. (signal.md section 3.1 asks for 3 m and 45 degrees; that leaves false paths beside two strong
+/// ones of equal delay.)
+const CLOSE_M: f32 = 4.0;
+/// Members of a group.
+const MEMBERS: usize = 3;
+/// One more path must explain this many times the noise variance (log-likelihood). Eleven more parameters explain 5.5 on
+/// average.
+const MEMBER_GAIN: f32 = 25.0;
+/// Residual of a joint fit beyond noise, in standard deviations, that asks for another start.
+const RESIDUAL_SIGMAS: f32 = 4.0;
+/// Steps of a joint fit.
+const JOINT_STEPS: usize = 24;
+/// Half the separation in delay at which two paths of one direction are started, taps.
+const SPLIT_TAPS: f32 = 0.2;
+
+impl<const A: usize, const E: usize> Search<'_, A, E> {
+    /// The group to which a source is close: to all of its members.
+    pub(super) fn neighbours<const C: usize>(&self, beam: &Beam<'_, A, C>, source: &Source<A>) -> Option<u8> {
+        let close = |f: &Found<A>| {
+            let apart = source.place(f.source.origin).delay_taps - f.source.delay_taps;
+            apart.abs() * self.model.metres_per_tap() < CLOSE_M
+        };
+        let paths = || beam.found.iter().filter(|f| !f.remainder);
+        paths()
+            .map(|f| f.group)
+            .find(|group| paths().filter(|f| f.group == *group).all(close))
+    }
+
+    /// Fits the members of a group together with one more source. All are cancelled and kept when it explains enough;
+    /// otherwise the beam is as it was.
+    pub(super) fn join<const C: usize>(
+        &self,
+        beam: &mut Beam<'_, A, C>,
+        group: u8,
+        source: &Source<A>,
+        noise: f32,
+    ) -> bool {
+        let members = beam.members(group);
+        match *members.as_slice() {
+            [a] => self.extend::<1, 3, 2, 6, C>(beam, [a], source, noise),
+            [a, b] => self.extend::<2, 6, 3, 9, C>(beam, [a, b], source, noise),
+            _ => false,
+        }
+    }
+
+    /// Refits the members of a group.
+    pub(super) fn refit<const C: usize>(&self, beam: &mut Beam<'_, A, C>, group: u8) {
+        let members = beam.members(group);
+        match *members.as_slice() {
+            [a] => self.again::<1, 3, C>(beam, [a]),
+            [a, b] => self.again::<2, 6, C>(beam, [a, b]),
+            [a, b, c] => self.again::<3, 9, C>(beam, [a, b, c]),
+            _ => {}
+        }
+    }
+
+    fn extend<const L: usize, const D: usize, const M: usize, const N: usize, const C: usize>(
+        &self,
+        beam: &mut Beam<'_, A, C>,
+        members: [usize; L],
+        source: &Source<A>,
+        noise: f32,
+    ) -> bool {
+        const { assert!(M == L + 1) };
+        let Some(old) = beam.all(members) else {
+            return false;
+        };
+        for member in &old {
+            self.change(beam, member, Change::Add);
+        }
+        let origin = old[0].source.origin;
+        let before: [Place; L] = old.map(|f| f.source.place(origin));
+        let start: [Place; M] =
+            core::array::from_fn(|i| before.get(i).copied().unwrap_or_else(|| source.place(origin)));
+        let window = self.joint_window(beam, origin, &start);
+        let without: Fit<L, D, A> = self.fit(&window, before, noise, JOINT_STEPS);
+        let with: Fit<M, N, A> = self.best(&window, start, noise);
+        let gain = with.energy - without.energy;
+        let enough = gain > MEMBER_GAIN * noise / self.template.occupancy()
+            && gain > self.calibration_share * without.energy;
+        let inside = with.places.iter().all(|p| p.delay_taps.abs() < JOINT as f32);
+        if !(enough && inside) {
+            for member in &old {
+                self.change(beam, member, Change::Subtract);
+            }
+            return false;
+        }
+        let group = old[0].group;
+        for i in 0..M {
+            let found = self.found(&with, i, origin, noise, group);
+            self.change(beam, &found, Change::Subtract);
+            match members.get(i).and_then(|index| beam.found.get_mut(*index)) {
+                Some(slot) => *slot = found,
+                None => {
+                    // The search leaves room for one more.
+                    let _ = beam.found.push(found);
+                }
+            }
+        }
+        true
+    }
+
+    fn again<const L: usize, const D: usize, const C: usize>(
+        &self,
+        beam: &mut Beam<'_, A, C>,
+        members: [usize; L],
+    ) {
+        let Some(old) = beam.all(members) else {
+            return;
+        };
+        for member in &old {
+            self.change(beam, member, Change::Add);
+        }
+        let (origin, noise) = (old[0].source.origin, old[0].noise);
+        let start = old.map(|f| f.source.place(origin));
+        let window = self.joint_window(beam, origin, &start);
+        let steps = if L == 1 { SINGLE_STEPS } else { JOINT_STEPS };
+        let fit: Fit<L, D, A> = self.fit(&window, start, noise, steps);
+        for (i, index) in members.into_iter().enumerate() {
+            let found = Found {
+                remainder: old[i].remainder,
+                ..self.found(&fit, i, origin, noise, old[i].group)
+            };
+            self.change(beam, &found, Change::Subtract);
+            if let Some(slot) = beam.found.get_mut(index) {
+                *slot = found;
+            }
+        }
+    }
+
+    /// Joint fit from a start; where it leaves more than noise, also from other starts.
+    fn best<const L: usize, const D: usize, const C: usize>(
+        &self,
+        window: &Window<C, JOINT>,
+        start: [Place; L],
+        noise: f32,
+    ) -> Fit<L, D, A> {
+        let mut best: Fit<L, D, A> = self.fit(window, start, noise, JOINT_STEPS);
+        let (energy, samples) = window.energy();
+        // Mean and standard deviation of noise that is oversampled by 1 / occupancy.
+        let mean = samples as f32 * noise;
+        let most = mean + RESIDUAL_SIGMAS * noise * libm::sqrtf(samples as f32 / self.template.occupancy());
+        for attempt in 0..2 {
+            if energy - best.energy < most {
+                break;
+            }
+            let other = self.other_start(window, &start, attempt);
+            let fit: Fit<L, D, A> = self.fit(window, other, noise, JOINT_STEPS);
+            if fit.energy > best.energy {
+                best = fit;
+            }
+        }
+        best
+    }
+
+    /// Two paths of one delay by alternating projection, or one direction split in delay; a third stays where it was.
+    fn other_start<const L: usize, const C: usize>(
+        &self,
+        window: &Window<C, JOINT>,
+        start: &[Place; L],
+        attempt: usize,
+    ) -> [Place; L] {
+        let Place { delay_taps, u } = start[0];
+        let pair = if attempt == 0 {
+            let snapshot = window.snapshot(self.template, delay_taps);
+            let pair = self.grid.strongest_pair::<E, C>(self.model, &snapshot);
+            pair.map(|u| Place { delay_taps, u })
+        } else {
+            [-SPLIT_TAPS, SPLIT_TAPS].map(|late| Place {
+                delay_taps: delay_taps + late,
+                u,
+            })
+        };
+        core::array::from_fn(|i| pair.get(i).copied().unwrap_or(start[i]))
+    }
+
+    fn joint_window<const L: usize, const C: usize>(
+        &self,
+        beam: &Beam<'_, A, C>,
+        origin: usize,
+        places: &[Place; L],
+    ) -> Window<C, JOINT> {
+        let (mut first, mut last) = (f32::INFINITY, f32::NEG_INFINITY);
+        for place in places {
+            first = first.min(place.delay_taps);
+            last = last.max(place.delay_taps);
+        }
+        // The casts cut towards zero: never short by a tap on the side that matters.
+        self.window(beam, origin, first as i32 - REACH, last as i32 + 1 + REACH)
+    }
+}
+
+impl<const A: usize, const C: usize> Beam<'_, A, C> {
+    /// Indices of a group's members.
+    fn members(&self, group: u8) -> Vec<usize, MEMBERS> {
+        let all = self.found.iter().enumerate().filter(|(_, f)| f.group == group);
+        all.map(|(index, _)| index).take(MEMBERS).collect()
+    }
+
+    fn all<const L: usize>(&self, members: [usize; L]) -> Option<[Found<A>; L]> {
+        let first = self.found.get(members[0]).copied()?;
+        Some(members.map(|index| self.found.get(index).copied().unwrap_or(first)))
+    }
+}
