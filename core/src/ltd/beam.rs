@@ -21,6 +21,8 @@ use super::window::{SINGLE, Window};
 pub(super) const PATHS_PER_BEAM: usize = 5;
 /// Sources cancelled in a beam: paths, and remainders that the arrays' errors leave behind.
 pub(super) const SOURCES: usize = 8;
+/// Candidates looked at in a beam; some only improve what was found before.
+const ATTEMPTS: usize = 12;
 /// Taps around the strongest path where a second one is tried.
 const TRIAL_REACH: usize = 3;
 /// A candidate stands out of the profile's noise by at least this many standard deviations: half the beams of noise have
@@ -70,8 +72,11 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
     /// Finds the paths of a beam with at least `floor` of energy (squared LSB over all channels). Returns the noise
     /// variance of a tap that remains. `beam.found` must be empty.
     pub(super) fn run<const C: usize>(&self, beam: &mut Beam<'_, A, C>, floor: f32) -> f32 {
-        while !beam.found.is_full() && beam.paths() < PATHS_PER_BEAM {
-            let noise = self.detector.noise(beam.profile);
+        for _ in 0..ATTEMPTS {
+            if beam.found.is_full() || beam.paths() >= PATHS_PER_BEAM {
+                break;
+            }
+            let noise = self.settle(beam);
             let Some(tap) = candidate::<C>(beam.profile, 0..SAMPLES, noise) else {
                 break;
             };
@@ -101,7 +106,7 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
             }
         }
         self.refit_pulled(beam);
-        self.detector.noise(beam.profile)
+        self.settle(beam)
     }
 
     /// Scores one path that shows at `tap`.
@@ -161,19 +166,27 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
 
     /// Cancels a source and remembers it.
     fn take_out<const C: usize>(&self, beam: &mut Beam<'_, A, C>, found: Found<A>) {
-        self.change(beam, &found, Change::Subtract);
+        self.change(beam, &[found], Change::Subtract);
         // The caller left room; a full list would only mean that the source is not reported.
         let _ = beam.found.push(found);
     }
 
-    pub(super) fn change<const C: usize>(&self, beam: &mut Beam<'_, A, C>, found: &Found<A>, way: Change) {
+    /// Subtracts sources that were fitted together, or adds them back.
+    pub(super) fn change<const L: usize, const C: usize>(
+        &self,
+        beam: &mut Beam<'_, A, C>,
+        found: &[Found<A>; L],
+        way: Change,
+    ) {
+        let sources = found.map(|f| f.source);
+        let noise = found.iter().map(|f| f.noise).fold(f32::INFINITY, f32::min);
         change(
             self.model,
             self.template,
             beam.taps,
             beam.profile,
-            &found.source,
-            found.noise,
+            &sources,
+            noise,
             way,
         );
     }
@@ -201,7 +214,8 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
             };
             let first = beam.found.iter().position(|f| f.group == found.group) == Some(index);
             if first && beam.pulled(found.group, self.template.occupancy()) {
-                self.refit(beam, found.group);
+                let noise = self.detector.noise(beam.profile);
+                self.refit(beam, found.group, noise);
             }
         }
     }
@@ -230,13 +244,10 @@ impl<const A: usize, const C: usize> Beam<'_, A, C> {
 }
 
 impl<const A: usize> Source<A> {
-    /// Place in the coordinates of another origin, the shorter way round the period.
+    /// Place in the coordinates of another origin.
     pub(super) fn place(&self, origin: usize) -> Place {
-        let half = SAMPLES / 2;
-        let between =
-            (self.origin.wrapping_sub(origin).wrapping_add(half) & (SAMPLES - 1)) as i32 - half as i32;
         Place {
-            delay_taps: self.delay_taps + between as f32,
+            delay_taps: self.delay_from(origin),
             u: self.u,
         }
     }

@@ -38,6 +38,20 @@ impl<const A: usize> Source<A> {
         self.gains.iter().map(|g| g.norm_sqr()).sum::<f32>() / A as f32
     }
 
+    /// Delay in taps from another origin, the shorter way round the period.
+    pub(super) fn delay_from(&self, origin: usize) -> f32 {
+        let half = SAMPLES / 2;
+        let between = self.origin.wrapping_sub(origin).wrapping_add(half) & (SAMPLES - 1);
+        self.delay_taps + (between as f32 - half as f32)
+    }
+
+    /// Delay from another origin, and the gains with their phase referred to it.
+    fn seen_from(&self, origin: usize, centre_turns: f32) -> (f32, [Complex<f32>; A]) {
+        let delay = self.delay_from(origin);
+        let turn = phasor(-centre_turns * (delay - self.delay_taps));
+        (delay, self.gains.map(|g| g * turn))
+    }
+
     /// Taps on both sides over which the path stands out of the noise.
     fn reach(&self, noise: f32, occupancy: f32) -> usize {
         let strongest = self.gains.iter().map(|g| g.norm_sqr()).fold(0.0, f32::max);
@@ -58,42 +72,57 @@ pub(super) enum Change {
 /// Bits behind the point of the model's amplitude.
 const FRACTION_BITS: i32 = 8;
 
-/// Changes the taps by the path's model and keeps `profile` in step. `noise`: variance of a tap, which sets the reach;
-/// adding back must use the value that was used for subtracting.
-pub(super) fn change<const A: usize, const E: usize, const C: usize>(
+/// Changes the taps by the sum of the sources' models and keeps `profile` in step. Close sources of opposite phase are
+/// larger than their sum, which is what fits int16: they must go together. `noise`: variance of a tap, which sets the reach;
+/// adding back must use the sources and the value that were used for subtracting.
+pub(super) fn change<const L: usize, const A: usize, const E: usize, const C: usize>(
     model: &ArrayModel<A, E>,
     template: &Template,
     taps: &mut [Channel; C],
     profile: &mut [u64; SAMPLES],
-    source: &Source<A>,
+    sources: &[Source<A>; L],
     noise: f32,
     change: Change,
 ) {
-    const { assert!(C == A * E) };
-    let reach = source.reach(noise, template.occupancy());
+    const { assert!(C == A * E && L > 0) };
+    let reach = sources
+        .iter()
+        .map(|s| s.reach(noise, template.occupancy()))
+        .fold(LEAST, usize::max);
+    let origin = sources[0].origin;
     // The whole period once: from -256 to 255.
     let count = (2 * reach + 1).min(SAMPLES);
     let first = -(reach as i32);
-    let start = source.origin.wrapping_sub(reach);
+    let start = origin.wrapping_sub(reach);
     let sign = if change == Change::Subtract { -1 } else { 1 };
-    let arrays = model.arrays().zip(&source.gains).zip(taps.as_chunks_mut::<E>().0);
-    for (((step, lead), gain), rows) in arrays {
-        let delay = source.delay_taps - lead.dot(&source.u);
-        let mut column = [[0_i32; 2]; SAMPLES];
-        let scaled = gain * (1 << FRACTION_BITS) as f32;
-        for (value, d) in column.iter_mut().zip(kernel(template, first, delay)).take(count) {
-            let v = scaled * d;
-            *value = [v.re as i32, v.im as i32];
+    for (j, ((step, lead), rows)) in model.arrays().zip(taps.as_chunks_mut::<E>().0).enumerate() {
+        let mut columns = [[[0_i32; 2]; SAMPLES]; L];
+        for (column, source) in columns.iter_mut().zip(sources) {
+            let (away, gain) = source.seen_from(origin, template.centre_turns());
+            let delay = away - lead.dot(&source.u);
+            let scaled = gain.get(j).copied().unwrap_or_default() * (1 << FRACTION_BITS) as f32;
+            for (value, d) in column.iter_mut().zip(kernel(template, first, delay)).take(count) {
+                let v = scaled * d;
+                *value = [v.re as i32, v.im as i32];
+            }
         }
-        for (row, phase) in rows.iter_mut().zip(steering::<E>(step.dot(&source.u))) {
-            // Q15 without the 1 that int16 cannot hold.
-            let (c, s) = ((phase.re * 32_768.0) as i32, (phase.im * 32_768.0) as i32);
-            for (i, [re, im]) in column.iter().take(count).enumerate() {
+        // Q15; the cast cuts towards zero, and 1 stays 32 768 in an i32.
+        let phases: [[[i32; 2]; E]; L] = sources.each_ref().map(|source| {
+            steering::<E>(step.dot(&source.u)).map(|s| [(s.re * 32_768.0) as i32, (s.im * 32_768.0) as i32])
+        });
+        for (e, row) in rows.iter_mut().enumerate() {
+            for i in 0..count {
+                let (mut re, mut im) = (0_i32, 0_i32);
+                for (column, phases) in columns.iter().zip(&phases) {
+                    let ([x, y], [c, s]) = (column[i & (SAMPLES - 1)], phases[e]);
+                    re = re.wrapping_add(high(x, c)).wrapping_sub(high(y, s));
+                    im = im.wrapping_add(high(x, s)).wrapping_add(high(y, c));
+                }
                 let n = start.wrapping_add(i) & (SAMPLES - 1);
                 let old = row[n];
                 let new = Iq::new(
-                    moved(old.re(), sign * rounded(high(*re, c) - high(*im, s))),
-                    moved(old.im(), sign * rounded(high(*re, s) + high(*im, c))),
+                    moved(old.re(), sign * rounded(re)),
+                    moved(old.im(), sign * rounded(im)),
                 );
                 row[n] = new;
                 profile[n] = profile[n]
@@ -219,7 +248,7 @@ mod tests {
             &template,
             &mut taps,
             &mut profile,
-            &source,
+            &[source],
             1e-3,
             Change::Subtract,
         );
@@ -234,7 +263,7 @@ mod tests {
             &template,
             &mut taps,
             &mut profile,
-            &source,
+            &[source],
             1e-3,
             Change::Add,
         );
@@ -263,7 +292,7 @@ mod tests {
             &template,
             &mut taps,
             &mut profile,
-            &weak,
+            &[weak],
             16.0,
             Change::Add,
         );

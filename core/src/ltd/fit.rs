@@ -99,7 +99,7 @@ pub(super) fn fit<
         let step = solve(&normal.hessian, &normal.gradient, damping);
         let gain: f32 = step.iter().zip(&normal.gradient).map(|(s, g)| s * g).sum();
         // Twice the gain over the noise is the squared length of the step in standard deviations.
-        if gain.is_nan() || 2.0 * gain < 1e-3 * noise {
+        if gain.is_nan() || (2.0 * gain < 1e-3 * noise && damping < 0.1) || damping > 1e4 {
             break;
         }
         let mut candidate = places;
@@ -108,7 +108,7 @@ pub(super) fn fit<
         }
         let next = normal_equations::<L, D, A, E, C, W>(model, template, window, &candidate);
         // A single path's surface is benign and a step is cheap; pairs must not walk uphill.
-        if L == 1 || next.energy > normal.energy {
+        if L == 1 || next.energy > normal.energy * (1.0 - 2e-7) {
             (places, normal) = (candidate, next);
             damping *= 0.2;
         } else {

@@ -23,8 +23,12 @@ const MEMBERS: usize = 3;
 const MEMBER_GAIN: f32 = 25.0;
 /// Residual of a joint fit beyond noise, in standard deviations, that asks for another start.
 const RESIDUAL_SIGMAS: f32 = 4.0;
+/// Factor by which the noise may have fallen since a joint fit.
+const UNSETTLED: f32 = 1.3;
 /// Steps of a joint fit.
 const JOINT_STEPS: usize = 24;
+/// Further starts of a joint fit.
+const ATTEMPTS: usize = 3;
 /// Half the separation in delay at which two paths of one direction are started, taps.
 const SPLIT_TAPS: f32 = 0.2;
 
@@ -41,8 +45,8 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
             .find(|group| paths().filter(|f| f.group == *group).all(close))
     }
 
-    /// Fits the members of a group together with one more source. All are cancelled and kept when it explains enough;
-    /// otherwise the beam is as it was.
+    /// Fits the members of a group together with one more source, which stays when it explains enough. Returns whether
+    /// anything changed; otherwise the beam is as it was.
     pub(super) fn join<const C: usize>(
         &self,
         beam: &mut Beam<'_, A, C>,
@@ -59,14 +63,30 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
     }
 
     /// Refits the members of a group.
-    pub(super) fn refit<const C: usize>(&self, beam: &mut Beam<'_, A, C>, group: u8) {
+    pub(super) fn refit<const C: usize>(&self, beam: &mut Beam<'_, A, C>, group: u8, noise: f32) {
         let members = beam.members(group);
         match *members.as_slice() {
-            [a] => self.again::<1, 3, C>(beam, [a]),
-            [a, b] => self.again::<2, 6, C>(beam, [a, b]),
-            [a, b, c] => self.again::<3, 9, C>(beam, [a, b, c]),
+            [a] => self.again::<1, 3, C>(beam, [a], noise),
+            [a, b] => self.again::<2, 6, C>(beam, [a, b], noise),
+            [a, b, c] => self.again::<3, 9, C>(beam, [a, b, c], noise),
             _ => {}
         }
+    }
+
+    /// Refits the groups of several members that were fitted when the sidelobes of what was not yet cancelled passed for
+    /// noise: their fits ended too early. Returns the noise that remains.
+    pub(super) fn settle<const C: usize>(&self, beam: &mut Beam<'_, A, C>) -> f32 {
+        let mut noise = self.detector.noise(beam.profile);
+        for index in 0..beam.found.len() {
+            let Some(found) = beam.found.get(index).copied() else {
+                break;
+            };
+            if found.noise > UNSETTLED * noise && beam.members(found.group).len() > 1 {
+                self.refit(beam, found.group, noise);
+                noise = self.detector.noise(beam.profile);
+            }
+        }
+        noise
     }
 
     fn extend<const L: usize, const D: usize, const M: usize, const N: usize, const C: usize>(
@@ -80,30 +100,54 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
         let Some(old) = beam.all(members) else {
             return false;
         };
-        for member in &old {
-            self.change(beam, member, Change::Add);
-        }
+        self.change(beam, &old, Change::Add);
         let origin = old[0].source.origin;
         let before: [Place; L] = old.map(|f| f.source.place(origin));
         let start: [Place; M] =
             core::array::from_fn(|i| before.get(i).copied().unwrap_or_else(|| source.place(origin)));
         let window = self.joint_window(beam, origin, &start);
-        let without: Fit<L, D, A> = self.fit(&window, before, noise, JOINT_STEPS);
-        let with: Fit<M, N, A> = self.best(&window, start, noise);
-        let gain = with.energy - without.energy;
-        let enough = gain > MEMBER_GAIN * noise / self.template.occupancy()
-            && gain > self.calibration_share * without.energy;
-        let inside = with.places.iter().all(|p| p.delay_taps.abs() < JOINT as f32);
-        if !(enough && inside) {
-            for member in &old {
-                self.change(beam, member, Change::Subtract);
+        let kept: Fit<L, D, A> = self.fit(&window, before, noise, JOINT_STEPS);
+        let mut without = kept;
+        if L > 1 {
+            // The members may sit in a local optimum that the new source leads out of, in the place of one of them.
+            for replaced in 0..L {
+                let mut other = before;
+                other[replaced] = source.place(origin);
+                let fit: Fit<L, D, A> = self.fit(&window, other, noise, JOINT_STEPS);
+                if fit.energy > without.energy {
+                    without = fit;
+                }
             }
-            return false;
         }
-        let group = old[0].group;
-        for i in 0..M {
-            let found = self.found(&with, i, origin, noise, group);
-            self.change(beam, &found, Change::Subtract);
+        let with: Fit<M, N, A> = self.best(&window, start, noise);
+        let least = MEMBER_GAIN * noise / self.template.occupancy();
+        let gain = with.energy - without.energy;
+        let inside = |places: &[Place]| places.iter().all(|p| p.delay_taps.abs() < JOINT as f32);
+        if gain > least && gain > self.calibration_share * without.energy && inside(&with.places) {
+            self.replace(beam, &members, &with, &old[0], noise);
+            true
+        } else if without.energy - kept.energy > least && inside(&without.places) {
+            self.replace(beam, &members, &without, &old[0], noise);
+            true
+        } else {
+            self.change(beam, &old, Change::Subtract);
+            false
+        }
+    }
+
+    /// Cancels the paths of a fit and puts them in the places of a group's members, a further one behind.
+    fn replace<const L: usize, const D: usize, const C: usize>(
+        &self,
+        beam: &mut Beam<'_, A, C>,
+        members: &[usize],
+        fit: &Fit<L, D, A>,
+        first: &Found<A>,
+        noise: f32,
+    ) {
+        let found: [Found<A>; L] =
+            core::array::from_fn(|i| self.found(fit, i, first.source.origin, noise, first.group));
+        self.change(beam, &found, Change::Subtract);
+        for (i, found) in found.into_iter().enumerate() {
             match members.get(i).and_then(|index| beam.found.get_mut(*index)) {
                 Some(slot) => *slot = found,
                 None => {
@@ -112,33 +156,27 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
                 }
             }
         }
-        true
     }
 
     fn again<const L: usize, const D: usize, const C: usize>(
         &self,
         beam: &mut Beam<'_, A, C>,
         members: [usize; L],
+        noise: f32,
     ) {
         let Some(old) = beam.all(members) else {
             return;
         };
-        for member in &old {
-            self.change(beam, member, Change::Add);
-        }
-        let (origin, noise) = (old[0].source.origin, old[0].noise);
+        self.change(beam, &old, Change::Add);
+        let origin = old[0].source.origin;
         let start = old.map(|f| f.source.place(origin));
         let window = self.joint_window(beam, origin, &start);
         let steps = if L == 1 { SINGLE_STEPS } else { JOINT_STEPS };
         let fit: Fit<L, D, A> = self.fit(&window, start, noise, steps);
-        for (i, index) in members.into_iter().enumerate() {
-            let found = Found {
-                remainder: old[i].remainder,
-                ..self.found(&fit, i, origin, noise, old[i].group)
-            };
-            self.change(beam, &found, Change::Subtract);
-            if let Some(slot) = beam.found.get_mut(index) {
-                *slot = found;
+        self.replace(beam, &members, &fit, &old[0], noise);
+        for (index, old) in members.into_iter().zip(old) {
+            if let Some(found) = beam.found.get_mut(index) {
+                found.remainder = old.remainder;
             }
         }
     }
@@ -155,7 +193,7 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
         // Mean and standard deviation of noise that is oversampled by 1 / occupancy.
         let mean = samples as f32 * noise;
         let most = mean + RESIDUAL_SIGMAS * noise * libm::sqrtf(samples as f32 / self.template.occupancy());
-        for attempt in 0..2 {
+        for attempt in 0..ATTEMPTS {
             if energy - best.energy < most {
                 break;
             }
@@ -176,15 +214,21 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
         attempt: usize,
     ) -> [Place; L] {
         let Place { delay_taps, u } = start[0];
+        let split = |middle: f32| {
+            [-SPLIT_TAPS, SPLIT_TAPS].map(|late| Place {
+                delay_taps: middle + late,
+                u,
+            })
+        };
         let pair = if attempt == 0 {
             let snapshot = window.snapshot(self.template, delay_taps);
             let pair = self.grid.strongest_pair::<E, C>(self.model, &snapshot);
             pair.map(|u| Place { delay_taps, u })
+        } else if attempt == 1 {
+            split(delay_taps)
         } else {
-            [-SPLIT_TAPS, SPLIT_TAPS].map(|late| Place {
-                delay_taps: delay_taps + late,
-                u,
-            })
+            // Two of opposite phase show as two lobes on either side.
+            split(0.5 * (delay_taps + start[L - 1].delay_taps))
         };
         core::array::from_fn(|i| pair.get(i).copied().unwrap_or(start[i]))
     }

@@ -17,8 +17,6 @@ pub(super) const JOINT: usize = 18;
 pub(super) struct Window<const C: usize, const W: usize> {
     /// [channel][tap]; zeros beyond `len`.
     taps: [[Complex<f32>; W]; C],
-    /// Tap that has coordinate 0.
-    origin: usize,
     /// Coordinate of the first tap.
     first: i32,
     len: usize,
@@ -34,7 +32,6 @@ impl<const C: usize, const W: usize> Window<C, W> {
         let start = origin.wrapping_add_signed(first as isize);
         let mut window = Self {
             taps: [[Complex::new(0.0, 0.0); W]; C],
-            origin,
             first,
             len,
         };
@@ -75,11 +72,6 @@ impl<const C: usize, const W: usize> Window<C, W> {
             }
         }
         out
-    }
-
-    /// Tap of coordinate 0.
-    pub(super) fn origin(&self) -> usize {
-        self.origin
     }
 
     /// Coordinates of the loaded taps.

@@ -9,8 +9,8 @@ mod pairs;
 mod scenes;
 mod single;
 
-pub use pairs::{Bounce, Pairs, bounce, debug_pairs, pairs};
-pub use scenes::{Departures, Scenes, debug_aod, debug_scenes, departures, scenes};
+pub use pairs::{Bounce, Pairs, bounce, pairs};
+pub use scenes::{Departures, Scenes, departures, scenes};
 pub use single::{FalseAlarms, Single, false_alarms, single};
 
 use cslam_core::array::Codebook;
