@@ -30,6 +30,11 @@ enum Command {
     /// Every path leads to a line: a point, or the reason why there is none. Where the file knows the truth (order and
     /// last vertex), the summary compares with it.
     Solve(commands::solve::Args),
+    /// Record what the receiver's front end would hear: int16 IQ of every transmit beam
+    ///
+    /// Every link of the paths file becomes a SigMF recording: 72 blocks of 32 channels x 512 samples, with noise, gain
+    /// control, converter and the errors of both ends. The same seed gives the same bytes.
+    Synth(commands::synth::Args),
 }
 
 /// Runs the command line. Exit code 0 on success, 1 on an internal failure, 2 on bad input.
@@ -37,6 +42,7 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = match cli.command {
         Some(Command::Solve(args)) => commands::solve::run(&args),
+        Some(Command::Synth(args)) => commands::synth::run(&args),
         Some(Command::Fly(args)) => commands::fly::run(&args),
         None => commands::fly::run(&commands::fly::Args::default()),
     };

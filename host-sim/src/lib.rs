@@ -13,6 +13,7 @@ pub mod ply;
 pub mod progress;
 pub mod random;
 pub mod report;
+pub mod sigmf;
 pub mod solve;
 pub mod statistics;
 pub mod table;

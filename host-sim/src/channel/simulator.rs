@@ -45,13 +45,12 @@ impl Block {
         }
     }
 
-    fn silent(beam: usize) -> Self {
-        let samples = vec![[Iq::ZERO; SAMPLES]; CHANNELS].into_boxed_slice();
-        Self {
-            beam: beam as u16,
-            exponent: 0,
-            samples: samples.try_into().unwrap_or_else(|_| Box::new([[Iq::ZERO; SAMPLES]; CHANNELS])),
-        }
+    /// A block of zeros.
+    pub fn zero(beam: u16, exponent: i32) -> Self {
+        // By way of the heap: 64 KiB are much for a stack.
+        let samples: Box<[[Iq; SAMPLES]]> = vec![[Iq::ZERO; SAMPLES]; CHANNELS].into();
+        let samples = samples.try_into().unwrap_or_else(|_| unreachable!("made of CHANNELS channels"));
+        Self { beam, exponent, samples }
     }
 }
 
@@ -307,7 +306,7 @@ impl<'a> SweepState<'a> {
             let planes = &mut self.planes[j * ELEMENTS..(j + 1) * ELEMENTS];
             mix(waves, &gains, &self.steering[j], &mut self.scratch, planes);
         }
-        Some(Block::silent(beam))
+        Some(Block::zero(beam as u16, 0))
     }
 
     fn digitise(&mut self, beam: usize, block: &mut Block) {

@@ -2,3 +2,4 @@
 
 pub(crate) mod fly;
 pub(crate) mod solve;
+pub(crate) mod synth;
