@@ -68,11 +68,23 @@ struct Global {
     array: String,
     #[serde(rename = "cslam:codebook")]
     codebook: String,
-    #[serde(rename = "cslam:gmt_position_m", default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        rename = "cslam:gmt_position_m",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
     gmt_position_m: Option<[f64; 3]>,
-    #[serde(rename = "cslam:uav_position_m", default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        rename = "cslam:uav_position_m",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
     uav_position_m: Option<[f64; 3]>,
-    #[serde(rename = "cslam:uav_quaternion_wb", default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        rename = "cslam:uav_quaternion_wb",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
     uav_quaternion_wb: Option<[f64; 4]>,
 }
 
@@ -98,8 +110,14 @@ struct Capture {
 /// The two files of a recording, from its name or either file.
 pub fn files(name: &Path) -> (PathBuf, PathBuf) {
     let text = name.to_string_lossy();
-    let stem = text.strip_suffix(".sigmf-meta").or_else(|| text.strip_suffix(".sigmf-data")).unwrap_or(&text);
-    (format!("{stem}.sigmf-meta").into(), format!("{stem}.sigmf-data").into())
+    let stem = text
+        .strip_suffix(".sigmf-meta")
+        .or_else(|| text.strip_suffix(".sigmf-data"))
+        .unwrap_or(&text);
+    (
+        format!("{stem}.sigmf-meta").into(),
+        format!("{stem}.sigmf-data").into(),
+    )
 }
 
 /// Writes a recording; the metadata last, so that a pair with metadata is complete.
@@ -129,7 +147,8 @@ pub fn write(name: &Path, recording: &Recording) -> Result<(), InputError> {
             version: "1.2.0".to_owned(),
             sample_rate_hz: waveform.sample_rate_hz,
             channels: CHANNELS,
-            description: "Blocks of the transmit beams of one sweep, as the UAV's receiver takes them".to_owned(),
+            description: "Blocks of the transmit beams of one sweep, as the UAV's receiver takes them"
+                .to_owned(),
             recorder: concat!("cslam ", env!("CARGO_PKG_VERSION")).to_owned(),
             extensions: vec![Extension {
                 name: "cslam".to_owned(),
@@ -164,30 +183,46 @@ fn put(file: &Path, bytes: &[u8]) -> Result<(), InputError> {
 /// [`InputError`] naming the file and the key, or the length, that is wrong, and what was expected.
 pub fn read(name: &Path) -> Result<Recording, InputError> {
     let (meta_file, data_file) = files(name);
-    let meta: Meta = serde_json::from_str(&read_text(&meta_file)?)
-        .map_err(|e| InputError::at_line(&meta_file, e.line(), format!("not the metadata of a recording: {e}")))?;
+    let meta: Meta = serde_json::from_str(&read_text(&meta_file)?).map_err(|e| {
+        InputError::at_line(
+            &meta_file,
+            e.line(),
+            format!("not the metadata of a recording: {e}"),
+        )
+    })?;
     check(&meta).map_err(|message| InputError::in_file(&meta_file, message))?;
 
-    let data = fs::read(&data_file)
-        .map_err(|e| InputError::in_file(&data_file, format!("cannot be read: {e}")))?;
+    let data =
+        fs::read(&data_file).map_err(|e| InputError::in_file(&data_file, format!("cannot be read: {e}")))?;
     let expected = meta.captures.len() * BLOCK_BYTES;
     if data.len() != expected {
-        let what = if data.len() < expected { "is cut short" } else { "is too long" };
+        let what = if data.len() < expected {
+            "is cut short"
+        } else {
+            "is too long"
+        };
         return Err(InputError::in_file(
             &data_file,
-            format!("{what}: {} bytes, expected {expected} for {} captures", data.len(), meta.captures.len()),
+            format!(
+                "{what}: {} bytes, expected {expected} for {} captures",
+                data.len(),
+                meta.captures.len()
+            ),
         ));
     }
-    let blocks = data.chunks_exact(BLOCK_BYTES).zip(&meta.captures).map(|(bytes, capture)| {
-        let mut block = Block::zero(capture.beam, capture.exponent);
-        let (words, _) = bytes.as_chunks::<4>();
-        for (n, words) in words.chunks_exact(CHANNELS).enumerate() {
-            for (word, channel) in words.iter().zip(block.samples.iter_mut()) {
-                channel[n] = Iq::from_word(u32::from_le_bytes(*word));
+    let blocks = data
+        .chunks_exact(BLOCK_BYTES)
+        .zip(&meta.captures)
+        .map(|(bytes, capture)| {
+            let mut block = Block::zero(capture.beam, capture.exponent);
+            let (words, _) = bytes.as_chunks::<4>();
+            for (n, words) in words.chunks_exact(CHANNELS).enumerate() {
+                for (word, channel) in words.iter().zip(block.samples.iter_mut()) {
+                    channel[n] = Iq::from_word(u32::from_le_bytes(*word));
+                }
             }
-        }
-        block
-    });
+            block
+        });
     Ok(Recording {
         gmt_position_m: meta.global.gmt_position_m,
         uav_position_m: meta.global.uav_position_m,
@@ -211,15 +246,23 @@ fn check(meta: &Meta) -> Result<(), String> {
         }
     }
     if g.channels != CHANNELS {
-        return Err(format!("`core:num_channels` is {}, expected {CHANNELS}", g.channels));
+        return Err(format!(
+            "`core:num_channels` is {}, expected {CHANNELS}",
+            g.channels
+        ));
     }
     if g.sample_rate_hz != waveform.sample_rate_hz {
-        return Err(format!("`core:sample_rate` is {}, expected {}", g.sample_rate_hz, waveform.sample_rate_hz));
+        return Err(format!(
+            "`core:sample_rate` is {}, expected {}",
+            g.sample_rate_hz, waveform.sample_rate_hz
+        ));
     }
     if let Some(q) = g.uav_quaternion_wb {
         let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
         if !((norm - 1.0).abs() < 1e-3) {
-            return Err(format!("`cslam:uav_quaternion_wb` has length {norm}, expected a unit quaternion [w, x, y, z]"));
+            return Err(format!(
+                "`cslam:uav_quaternion_wb` has length {norm}, expected a unit quaternion [w, x, y, z]"
+            ));
         }
     }
     let mut seen = [false; CODEBOOK.1 as usize];
@@ -238,12 +281,21 @@ fn check(meta: &Meta) -> Result<(), String> {
             ));
         }
         match seen.get_mut(usize::from(c.beam)) {
-            None => return Err(format!("capture {i}: `cslam:beam` is {}, expected 0 to {}", c.beam, CODEBOOK.1 - 1)),
+            None => {
+                return Err(format!(
+                    "capture {i}: `cslam:beam` is {}, expected 0 to {}",
+                    c.beam,
+                    CODEBOOK.1 - 1
+                ));
+            }
             Some(true) => return Err(format!("capture {i}: `cslam:beam` {} appears twice", c.beam)),
             Some(seen) => *seen = true,
         }
         if !EXPONENTS.contains(&c.exponent) {
-            return Err(format!("capture {i}: `cslam:exponent` is {}, expected -200 to 200", c.exponent));
+            return Err(format!(
+                "capture {i}: `cslam:exponent` is {}, expected -200 to 200",
+                c.exponent
+            ));
         }
     }
     Ok(())
@@ -295,16 +347,56 @@ mod tests {
     fn damage_is_named() {
         type Damage = (&'static str, fn(&mut serde_json::Value), &'static str);
         let cases: [Damage; 10] = [
-            ("type", |m| m["global"]["core:datatype"] = "cf32_le".into(), "`core:datatype` is \"cf32_le\""),
-            ("channels", |m| m["global"]["core:num_channels"] = 16.into(), "`core:num_channels` is 16"),
-            ("rate", |m| m["global"]["core:sample_rate"] = 1e6.into(), "`core:sample_rate` is 1000000"),
-            ("waveform", |m| m["global"]["cslam:waveform"] = "x".into(), "expected \"zc409-273\""),
-            ("start", |m| m["captures"][1]["core:sample_start"] = 0.into(), "capture 1: `core:sample_start` is 0"),
-            ("beam", |m| m["captures"][1]["cslam:beam"] = 72.into(), "`cslam:beam` is 72, expected 0 to 71"),
-            ("twice", |m| m["captures"][1]["cslam:beam"] = 3.into(), "`cslam:beam` 3 appears twice"),
-            ("exponent", |m| m["captures"][0]["cslam:exponent"] = 999.into(), "`cslam:exponent` is 999"),
-            ("attitude", |m| m["global"]["cslam:uav_quaternion_wb"][0] = 0.into(), "unit quaternion"),
-            ("missing", |m| drop(m["captures"][2].as_object_mut().map(|c| c.remove("cslam:beam"))), "missing field"),
+            (
+                "type",
+                |m| m["global"]["core:datatype"] = "cf32_le".into(),
+                "`core:datatype` is \"cf32_le\"",
+            ),
+            (
+                "channels",
+                |m| m["global"]["core:num_channels"] = 16.into(),
+                "`core:num_channels` is 16",
+            ),
+            (
+                "rate",
+                |m| m["global"]["core:sample_rate"] = 1e6.into(),
+                "`core:sample_rate` is 1000000",
+            ),
+            (
+                "waveform",
+                |m| m["global"]["cslam:waveform"] = "x".into(),
+                "expected \"zc409-273\"",
+            ),
+            (
+                "start",
+                |m| m["captures"][1]["core:sample_start"] = 0.into(),
+                "capture 1: `core:sample_start` is 0",
+            ),
+            (
+                "beam",
+                |m| m["captures"][1]["cslam:beam"] = 72.into(),
+                "`cslam:beam` is 72, expected 0 to 71",
+            ),
+            (
+                "twice",
+                |m| m["captures"][1]["cslam:beam"] = 3.into(),
+                "`cslam:beam` 3 appears twice",
+            ),
+            (
+                "exponent",
+                |m| m["captures"][0]["cslam:exponent"] = 999.into(),
+                "`cslam:exponent` is 999",
+            ),
+            (
+                "attitude",
+                |m| m["global"]["cslam:uav_quaternion_wb"][0] = 0.into(),
+                "unit quaternion",
+            ),
+            (
+                "missing",
+                |m| drop(m["captures"][2].as_object_mut().map(|c| c.remove("cslam:beam"))),
+                "missing field",
+            ),
         ];
         for (what, damage, expected) in cases {
             let (_folder, name) = written();
@@ -314,7 +406,10 @@ mod tests {
             damage(&mut meta);
             fs::write(&meta_file, meta.to_string()).expect("written");
             let message = read(&name).expect_err(what).to_string();
-            assert!(message.contains(expected) && message.contains("sigmf-meta"), "{what}: {message}");
+            assert!(
+                message.contains(expected) && message.contains("sigmf-meta"),
+                "{what}: {message}"
+            );
         }
     }
 
@@ -325,12 +420,25 @@ mod tests {
         let bytes = fs::read(&data).expect("data");
         fs::write(&data, &bytes[..bytes.len() - 2]).expect("written");
         let message = read(&name).expect_err("short").to_string();
-        assert!(message.contains("is cut short: 196606 bytes, expected 196608 for 3 captures"), "{message}");
+        assert!(
+            message.contains("is cut short: 196606 bytes, expected 196608 for 3 captures"),
+            "{message}"
+        );
         fs::write(&data, [bytes.as_slice(), &[0; 4]].concat()).expect("written");
         assert!(read(&name).expect_err("long").to_string().contains("is too long"));
         fs::remove_file(&data).expect("removed");
-        assert!(read(&name).expect_err("gone").to_string().contains("sigmf-data: cannot be read"));
+        assert!(
+            read(&name)
+                .expect_err("gone")
+                .to_string()
+                .contains("sigmf-data: cannot be read")
+        );
         fs::write(&meta, "{").expect("written");
-        assert!(read(&name).expect_err("no JSON").to_string().contains("not the metadata"));
+        assert!(
+            read(&name)
+                .expect_err("no JSON")
+                .to_string()
+                .contains("not the metadata")
+        );
     }
 }

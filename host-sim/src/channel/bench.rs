@@ -30,7 +30,13 @@ pub fn synth(paths: usize, sweeps: usize) -> SynthSpeed {
     let mut stream = Stream::new(1, 0);
     let mut direction = || {
         let zenith = (2.0 * stream.uniform() - 1.0).acos();
-        (zenith, std::f64::consts::TAU * stream.uniform(), stream.uniform(), stream.normal(), stream.normal())
+        (
+            zenith,
+            std::f64::consts::TAU * stream.uniform(),
+            stream.uniform(),
+            stream.normal(),
+            stream.normal(),
+        )
     };
     let ray = |_| {
         let (zenith, azimuth, place, re, im) = direction();

@@ -57,7 +57,12 @@ mod tests {
         let (mut square, draws) = (0.0, 200);
         for seed in 0..draws {
             let device = Calibration::draw(&Impairments::budget(), seed);
-            square += device.gmt_element.iter().flatten().map(|c| c.arg().powi(2)).sum::<f64>();
+            square += device
+                .gmt_element
+                .iter()
+                .flatten()
+                .map(|c| c.arg().powi(2))
+                .sum::<f64>();
         }
         let rms_deg = (square / (draws as f64 * 192.0)).sqrt().to_degrees();
         assert!((rms_deg - 5.0).abs() < 0.1, "{rms_deg}");
@@ -68,10 +73,25 @@ mod tests {
             ..Impairments::budget()
         };
         let some = Calibration::draw(&some, 1);
-        assert!(some.uav_element.iter().flatten().all(|c| *c == C64::new(1.0, 0.0)));
+        assert!(
+            some.uav_element
+                .iter()
+                .flatten()
+                .all(|c| *c == C64::new(1.0, 0.0))
+        );
         assert_eq!(
-            (some.uav_axis_rad, some.uav_delay_s, some.gmt_element, some.gmt_delay_s),
-            (all.uav_axis_rad, all.uav_delay_s, all.gmt_element, all.gmt_delay_s)
+            (
+                some.uav_axis_rad,
+                some.uav_delay_s,
+                some.gmt_element,
+                some.gmt_delay_s
+            ),
+            (
+                all.uav_axis_rad,
+                all.uav_delay_s,
+                all.gmt_element,
+                all.gmt_delay_s
+            )
         );
     }
 }

@@ -181,7 +181,9 @@ impl ChannelConfig {
                 None => InputError::in_file(file, e.message()),
             }
         })?;
-        config.check().map_err(|message| InputError::in_file(file, message))?;
+        config
+            .check()
+            .map_err(|message| InputError::in_file(file, message))?;
         Ok(config)
     }
 
@@ -209,14 +211,39 @@ impl ChannelConfig {
         }
         let ranges = [
             ("front_end.agc_rms_dbfs", f.agc_rms_dbfs, -60.0, 0.0),
-            ("impairments.uav_element_phase_rms_deg", i.uav_element_phase_rms_deg, 0.0, 180.0),
+            (
+                "impairments.uav_element_phase_rms_deg",
+                i.uav_element_phase_rms_deg,
+                0.0,
+                180.0,
+            ),
             ("impairments.uav_axis_rms_deg", i.uav_axis_rms_deg, 0.0, 45.0),
-            ("impairments.uav_array_delay_rms_ps", i.uav_array_delay_rms_ps, 0.0, 1e5),
-            ("impairments.gmt_element_phase_rms_deg", i.gmt_element_phase_rms_deg, 0.0, 180.0),
-            ("impairments.gmt_element_delay_rms_ps", i.gmt_element_delay_rms_ps, 0.0, 200.0),
+            (
+                "impairments.uav_array_delay_rms_ps",
+                i.uav_array_delay_rms_ps,
+                0.0,
+                1e5,
+            ),
+            (
+                "impairments.gmt_element_phase_rms_deg",
+                i.gmt_element_phase_rms_deg,
+                0.0,
+                180.0,
+            ),
+            (
+                "impairments.gmt_element_delay_rms_ps",
+                i.gmt_element_delay_rms_ps,
+                0.0,
+                200.0,
+            ),
             ("impairments.clock_drift", i.clock_drift, -1e-4, 1e-4),
             ("impairments.cfo_hz", i.cfo_hz, -1e8, 1e8),
-            ("impairments.dropped_beam_probability", i.dropped_beam_probability, 0.0, 1.0),
+            (
+                "impairments.dropped_beam_probability",
+                i.dropped_beam_probability,
+                0.0,
+                1.0,
+            ),
         ];
         for (key, value, low, high) in ranges {
             if !(low..=high).contains(&value) {
@@ -224,7 +251,9 @@ impl ChannelConfig {
             }
         }
         if let Some(channel) = i.dead_channels.iter().find(|c| **c >= 32) {
-            return Err(format!("impairments.dead_channels holds {channel}, expected 0 to 31"));
+            return Err(format!(
+                "impairments.dead_channels holds {channel}, expected 0 to 31"
+            ));
         }
         if let Some(j) = &i.jammer {
             let ranges = [
@@ -235,14 +264,18 @@ impl ChannelConfig {
             ];
             for (key, value, low, high) in ranges {
                 if !(low..=high).contains(&value) {
-                    return Err(format!("impairments.jammer.{key} is {value}, expected {low} to {high}"));
+                    return Err(format!(
+                        "impairments.jammer.{key} is {value}, expected {low} to {high}"
+                    ));
                 }
             }
         }
         let velocities = m.uav_velocity_m_per_s.iter().chain(&m.gmt_velocity_m_per_s);
         for value in velocities {
             if !(-300.0..=300.0).contains(value) {
-                return Err(format!("a velocity in motion is {value}, expected -300 to 300 m/s"));
+                return Err(format!(
+                    "a velocity in motion is {value}, expected -300 to 300 m/s"
+                ));
             }
         }
         let norm: f64 = m.uav_quaternion_wb.iter().map(|c| c * c).sum();
@@ -289,7 +322,10 @@ mod tests {
             ("[front_end]\n\nadc_bit = 12", ":3: unknown field `adc_bit`"),
             ("[impairments]\ncfo_hz = nan", "cfo_hz is NaN"),
             ("[impairments]\ndead_channels = [32]", "dead_channels holds 32"),
-            ("[motion]\nuav_quaternion_wb = [0,0,0,0]", "uav_quaternion_wb is no rotation"),
+            (
+                "[motion]\nuav_quaternion_wb = [0,0,0,0]",
+                "uav_quaternion_wb is no rotation",
+            ),
         ] {
             let message = read(text).expect_err(text);
             assert!(message.contains(expected), "{message}");

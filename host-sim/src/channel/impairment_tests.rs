@@ -61,15 +61,25 @@ fn change(sweep: &Sweep, beam: u16) -> Change {
     Change {
         delay_s: pairs().map(|(a, b)| a.delay_s - b.delay_s).collect(),
         phase_rad: pairs().map(|(a, b)| (a.amplitude / b.amplitude).arg()).collect(),
-        ratio: pairs().map(|(a, b)| a.amplitude.norm() / b.amplitude.norm()).collect(),
+        ratio: pairs()
+            .map(|(a, b)| a.amplitude.norm() / b.amplitude.norm())
+            .collect(),
     }
 }
 
 fn all_near(values: &[f64], expected: impl Fn(usize) -> f64, tolerance: f64, what: &str) {
     for (c, value) in values.iter().enumerate() {
         let error = value - expected(c);
-        let error = if what.contains("phase") { wrap(error) } else { error };
-        assert!(error.abs() < tolerance, "{what}, channel {c}: {value}, expected {}", expected(c));
+        let error = if what.contains("phase") {
+            wrap(error)
+        } else {
+            error
+        };
+        assert!(
+            error.abs() < tolerance,
+            "{what}, channel {c}: {value}, expected {}",
+            expected(c)
+        );
     }
 }
 
@@ -108,7 +118,12 @@ fn axis_error_changes_the_phase_slope_of_its_array() {
         PI * (a.normal * along + a.normal.cross(&a.axis) * across).dot(u.vector())
     };
     assert!((0..4).any(|j| slope(j).abs() > 0.01));
-    all_near(&c.phase_rad, |c| slope(c / 8) * ((c % 8) as f64 - 3.5), 2e-3, "phase");
+    all_near(
+        &c.phase_rad,
+        |c| slope(c / 8) * ((c % 8) as f64 - 3.5),
+        2e-3,
+        "phase",
+    );
     all_near(&c.delay_s, |_| 0.0, DELAY, "delay");
     all_near(&c.ratio, |_| 1.0, RATIO, "ratio");
 }
@@ -134,7 +149,12 @@ fn free_array_phases_are_common_to_an_array_and_new_in_every_beam() {
         ..Impairments::none()
     });
     let (c, next) = (change(&sweep, BEAM), change(&sweep, BEAM + 1));
-    all_near(&c.phase_rad, |k| c.phase_rad[k / 8 * 8], PHASE, "phase inside an array");
+    all_near(
+        &c.phase_rad,
+        |k| c.phase_rad[k / 8 * 8],
+        PHASE,
+        "phase inside an array",
+    );
     let apart = |a: f64, b: f64| wrap(a - b).abs() > 0.01;
     assert!((0..3).all(|j| apart(c.phase_rad[8 * j], c.phase_rad[8 * j + 8])));
     assert!((0..4).all(|j| apart(c.phase_rad[8 * j], next.phase_rad[8 * j])));
@@ -185,7 +205,10 @@ fn assert_turned(sweep: &Sweep, shift_hz: f64) {
         let [a, b] = [sweep, &ideal].map(|s| block(s, beam));
         let (mut worst, scale) = (0.0_f64, libm::exp2(f64::from(a.exponent - b.exponent)));
         for c in [0, 9, 31] {
-            let peak = b.samples[c].iter().map(|x| f64::from(x.power()).sqrt()).fold(0.0, f64::max);
+            let peak = b.samples[c]
+                .iter()
+                .map(|x| f64::from(x.power()).sqrt())
+                .fold(0.0, f64::max);
             for (n, (x, y)) in a.samples[c].iter().zip(&b.samples[c]).enumerate() {
                 let complex = |x: &cslam_core::ltd::Iq| C64::new(f64::from(x.re()), f64::from(x.im()));
                 let time_s = (f64::from(beam) * 1024.0 + n as f64) / 245.76e6;
@@ -234,7 +257,12 @@ fn a_lost_beam_is_absent_and_the_others_are_untouched() {
         ..Impairments::none()
     };
     let (_, some) = sweep_at(dropped, true, &at_rest);
-    let kept: Vec<_> = all.blocks.iter().filter(|b| b.beam != 4 && b.beam != 70).cloned().collect();
+    let kept: Vec<_> = all
+        .blocks
+        .iter()
+        .filter(|b| b.beam != 4 && b.beam != 70)
+        .cloned()
+        .collect();
     assert_eq!(some.blocks, kept);
 
     let chance = Impairments {
@@ -243,7 +271,11 @@ fn a_lost_beam_is_absent_and_the_others_are_untouched() {
     };
     let (_, some) = sweep_at(chance, true, &at_rest);
     // 72 draws at 0.3: 21.6 +- 3.9.
-    assert!((5..=40).contains(&(72 - some.blocks.len())), "{} left", some.blocks.len());
+    assert!(
+        (5..=40).contains(&(72 - some.blocks.len())),
+        "{} left",
+        some.blocks.len()
+    );
     assert!(some.blocks.iter().all(|b| all.blocks.contains(b)));
 }
 
@@ -287,10 +319,16 @@ fn a_jammer_adds_a_tone_of_its_power_from_its_direction() {
     let expected = libm::sqrt(1e-9) * libm::sqrt(1.643 * 2.0) * 416_f64.sqrt();
     for c in 0..8 {
         let tone = difference(c, at);
-        assert!((tone.norm() / expected - 1.0).abs() < 1e-3, "{} {expected}", tone.norm());
+        assert!(
+            (tone.norm() / expected - 1.0).abs() < 1e-3,
+            "{} {expected}",
+            tone.norm()
+        );
         // Array 0's axis is square to the nose: the tone arrives in phase.
         assert!(wrap((tone / difference(0, at)).arg()).abs() < 2e-3);
-        let elsewhere = (0..waveform.active).filter(|k| *k != at).map(|k| difference(c, k).norm());
+        let elsewhere = (0..waveform.active)
+            .filter(|k| *k != at)
+            .map(|k| difference(c, k).norm());
         assert!(elsewhere.fold(0.0, f64::max) < 2e-3 * expected);
     }
 }
@@ -308,7 +346,11 @@ fn gmt_element_phases_change_the_beams_and_nothing_at_the_receiver() {
         all_near(&c.delay_s, |_| 0.0, DELAY, "delay");
     }
     // On the peak, coherent loss exp(-sigma^2/2) within its scatter; in a side lobe, much more.
-    assert!((c.ratio[0] - 1.0).abs() < 0.02 && (c.ratio[0] - 1.0).abs() > 1e-4, "{}", c.ratio[0]);
+    assert!(
+        (c.ratio[0] - 1.0).abs() < 0.02 && (c.ratio[0] - 1.0).abs() > 1e-4,
+        "{}",
+        c.ratio[0]
+    );
     assert!((off.ratio[0] - 1.0).abs() > 0.01, "{}", off.ratio[0]);
 }
 
@@ -322,7 +364,11 @@ fn gmt_element_delays_move_the_wave_as_a_whole() {
     // On the peak all elements weigh alike but for the small angle off it: the mean of the face's 64 delays, 2.5 ps rms.
     let mean_s = simulator.device().gmt_delay_s[0].iter().sum::<f64>() / 64.0;
     all_near(&c.delay_s, |_| c.delay_s[0], DELAY, "delay");
-    assert!((c.delay_s[0] - mean_s).abs() < 1.5e-12, "{} {mean_s}", c.delay_s[0]);
+    assert!(
+        (c.delay_s[0] - mean_s).abs() < 1.5e-12,
+        "{} {mean_s}",
+        c.delay_s[0]
+    );
     all_near(&c.phase_rad, |_| 0.0, 2e-3, "phase");
     all_near(&c.ratio, |_| 1.0, 2e-3, "ratio");
 }
@@ -331,12 +377,22 @@ fn gmt_element_delays_move_the_wave_as_a_whole() {
 fn the_converter_width_and_the_offset_do_what_they_say() {
     let mut narrow = config(Impairments::none(), false);
     narrow.front_end.adc_bits = 8;
-    let sweep = Simulator::new(narrow, 3).sweep(&link(), &Instant::at_rest(), 0).expect("path");
-    assert!(block(&sweep, BEAM).samples.iter().flatten().all(|x| x.re() & 255 == 0 && x.im() & 255 == 0));
+    let sweep = Simulator::new(narrow, 3)
+        .sweep(&link(), &Instant::at_rest(), 0)
+        .expect("path");
+    assert!(
+        block(&sweep, BEAM)
+            .samples
+            .iter()
+            .flatten()
+            .all(|x| x.re() & 255 == 0 && x.im() & 255 == 0)
+    );
 
     let mut louder = config(Impairments::none(), false);
     louder.front_end.snr_offset_db = 20.0 * 2_f64.log10();
-    let louder = Simulator::new(louder, 3).sweep(&link(), &Instant::at_rest(), 0).expect("path");
+    let louder = Simulator::new(louder, 3)
+        .sweep(&link(), &Instant::at_rest(), 0)
+        .expect("path");
     let (a, b) = (block(&louder, BEAM), ideal());
     assert_eq!(a.exponent, block(&b, BEAM).exponent + 1);
     assert_eq!(a.samples, block(&b, BEAM).samples);

@@ -190,11 +190,16 @@ mod tests {
         let mut x = vec![0.0_f32; n];
         gaussian.add_to(&mut x, 1.0);
         // Counts below a grid of points, tail included, against the distribution: within five standard errors.
-        for point in [-4.0, -3.7, -3.0, -2.0, -1.0, -0.3, -0.01, 0.0, 0.1, 0.7, 1.5, 2.5, 3.6, 3.8, 4.2] {
+        for point in [
+            -4.0, -3.7, -3.0, -2.0, -1.0, -0.3, -0.01, 0.0, 0.1, 0.7, 1.5, 2.5, 3.6, 3.8, 4.2,
+        ] {
             let p = 0.5 * libm::erfc(-point / std::f64::consts::SQRT_2);
             let below = x.iter().filter(|x| f64::from(**x) < point).count() as f64;
             let error = (below - n as f64 * p) / (n as f64 * p * (1.0 - p)).sqrt();
-            assert!(error.abs() < 5.0, "below {point}: {below}, {error} standard errors");
+            assert!(
+                error.abs() < 5.0,
+                "below {point}: {below}, {error} standard errors"
+            );
         }
         let fourth: f64 = x.iter().map(|x| f64::from(*x).powi(4)).sum::<f64>() / n as f64;
         assert!((fourth - 3.0).abs() < 5.0 * (96.0 / n as f64).sqrt(), "{fourth}");

@@ -19,13 +19,14 @@ pub(super) struct Fit {
 pub(super) fn response(block: &Block, channel: usize) -> Vec<C64> {
     let waveform = Waveform::default();
     let scale = libm::ldexp(1.0, block.exponent) * (waveform.active as f64).sqrt() / SAMPLES as f64;
-    let mut x: [C64; SAMPLES] =
-        std::array::from_fn(|n| {
-            let iq = block.samples[channel][n];
-            C64::new(f64::from(iq.re()), f64::from(iq.im())) * scale
-        });
+    let mut x: [C64; SAMPLES] = std::array::from_fn(|n| {
+        let iq = block.samples[channel][n];
+        C64::new(f64::from(iq.re()), f64::from(iq.im())) * scale
+    });
     Transform::new().forward(&mut x);
-    (0..waveform.active).map(|i| x[waveform.bin(i)] * waveform.symbol::<f64>(i).conj()).collect()
+    (0..waveform.active)
+        .map(|i| x[waveform.bin(i)] * waveform.symbol::<f64>(i).conj())
+        .collect()
 }
 
 fn correlate(h: &[C64], delay_s: f64) -> C64 {
@@ -51,7 +52,10 @@ pub(super) fn fit(h: &[C64]) -> Fit {
         .map(|n| (n, power(n as f64 * 0.5 * sample_s)))
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .map_or(0, |(n, _)| n);
-    let (mut low, mut high) = ((best as f64 - 1.0) * 0.5 * sample_s, (best as f64 + 1.0) * 0.5 * sample_s);
+    let (mut low, mut high) = (
+        (best as f64 - 1.0) * 0.5 * sample_s,
+        (best as f64 + 1.0) * 0.5 * sample_s,
+    );
     let golden = 0.618_033_988_749_895;
     for _ in 0..48 {
         let (a, b) = (high - golden * (high - low), low + golden * (high - low));
@@ -74,7 +78,11 @@ pub(super) fn fits(block: &Block) -> Vec<Fit> {
 }
 
 pub(super) fn block(sweep: &Sweep, beam: u16) -> &Block {
-    sweep.blocks.iter().find(|b| b.beam == beam).expect("beam in sweep")
+    sweep
+        .blocks
+        .iter()
+        .find(|b| b.beam == beam)
+        .expect("beam in sweep")
 }
 
 /// A link of one path: length, arrival and departure angles, gain of the free space between the format's dipoles.

@@ -107,7 +107,11 @@ fn ray(path: &LinkPath, instant: &Instant, carrier_hz: f64) -> Result<Ray, Strin
     let gain = path.gain.ok_or("`gain` is missing, expected [re, im]")?;
     let departure = match (path.aod_zenith_rad, path.aod_azimuth_rad) {
         (Some(zenith), Some(azimuth)) => world(zenith, azimuth, "departure")?,
-        _ => return Err("the angle of departure is missing, expected `aod_zenith_rad` and `aod_azimuth_rad`".into()),
+        _ => {
+            return Err(
+                "the angle of departure is missing, expected `aod_zenith_rad` and `aod_azimuth_rad`".into(),
+            );
+        }
     };
     let arrival = world(path.aoa_zenith_rad, path.aoa_azimuth_rad, "arrival")?;
     if !(path.delay_s.is_finite() && path.delay_s >= 0.0 && gain.iter().all(|g| g.is_finite())) {
@@ -116,12 +120,13 @@ fn ray(path: &LinkPath, instant: &Instant, carrier_hz: f64) -> Result<Ray, Strin
     let to_body = instant.attitude.inverse();
     let body = to_body.apply(arrival);
     // Dipoles receive along the zenith tangent of their own frame.
-    let match_ = zenith_tangent(arrival.vector()).dot(&instant.attitude.apply_vector(&zenith_tangent(body.vector())));
+    let match_ =
+        zenith_tangent(arrival.vector()).dot(&instant.attitude.apply_vector(&zenith_tangent(body.vector())));
     let dipoles = [&departure, &arrival].map(|d| half_wave_dipole(d.vector()).max(LEAST_DIPOLE));
     let turns = carrier_hz * path.delay_s;
     let carrier = phasor(-std::f64::consts::TAU * (turns - turns.floor()));
-    let closing_m_per_s = instant.velocity_m_per_s.dot(arrival.vector())
-        + instant.gmt_velocity_m_per_s.dot(departure.vector());
+    let closing_m_per_s =
+        instant.velocity_m_per_s.dot(arrival.vector()) + instant.gmt_velocity_m_per_s.dot(departure.vector());
     Ok(Ray {
         amplitude: C64::new(gain[0], gain[1]) * carrier * (match_ / (dipoles[0] * dipoles[1])),
         delay_s: path.delay_s,

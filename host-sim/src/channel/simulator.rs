@@ -49,8 +49,14 @@ impl Block {
     pub fn zero(beam: u16, exponent: i32) -> Self {
         // By way of the heap: 64 KiB are much for a stack.
         let samples: Box<[[Iq; SAMPLES]]> = vec![[Iq::ZERO; SAMPLES]; CHANNELS].into();
-        let samples = samples.try_into().unwrap_or_else(|_| unreachable!("made of CHANNELS channels"));
-        Self { beam, exponent, samples }
+        let samples = samples
+            .try_into()
+            .unwrap_or_else(|_| unreachable!("made of CHANNELS channels"));
+        Self {
+            beam,
+            exponent,
+            samples,
+        }
     }
 }
 
@@ -145,9 +151,9 @@ impl Simulator {
         let mut state = SweepState::new(self, rays, instant, index);
         let mut sweep = Sweep::default();
         for beam in 0..self.beams() {
-            if let Some(mut block) = state.analog(beam) {
-                state.digitise(beam, &mut block);
-                sweep.blocks.push(block);
+            let listed = self.config.impairments.dropped_beams.contains(&(beam as u16));
+            if state.air(beam, listed, |state, ray| state.fields[ray][beam]) {
+                sweep.blocks.push(state.digitise(beam, beam as u16));
             }
         }
         sweep
@@ -159,7 +165,10 @@ impl Simulator {
 
     fn reception(&self, arrival: &Direction<cslam_core::geometry::Body, f64>, delay_s: f64) -> Reception {
         let carrier_hz = self.maker.waveform().carrier_hz;
-        let (steps, amplitudes) = (self.arrays.phase_step_rad(arrival), self.arrays.amplitude(arrival));
+        let (steps, amplitudes) = (
+            self.arrays.phase_step_rad(arrival),
+            self.arrays.amplitude(arrival),
+        );
         let lead_s = self.arrays.lead_m(arrival).map(|m| m / SPEED_OF_LIGHT_M_PER_S);
         Reception {
             steering: std::array::from_fn(|j| {
@@ -180,18 +189,18 @@ pub(super) const NOISE: u64 = 0;
 const PER_BEAM: u64 = 1;
 
 /// What a sweep keeps between its beams.
-struct SweepState<'a> {
-    simulator: &'a Simulator,
+pub(super) struct SweepState<'a> {
+    pub(super) simulator: &'a Simulator,
     instant: &'a Instant,
     index: u32,
-    rays: &'a [Ray],
-    receptions: Vec<Reception>,
+    pub(super) rays: &'a [Ray],
+    pub(super) receptions: Vec<Reception>,
     fields: Vec<Vec<BeamField>>,
     /// Per array, a wave for each ray and one for the jammer.
-    waves: [Vec<Wave>; ARRAYS],
+    pub(super) waves: [Vec<Wave>; ARRAYS],
     steering: [Vec<[C64; ELEMENTS]>; ARRAYS],
     /// Clock offset the waves were made with, s.
-    made_at_s: f64,
+    pub(super) made_at_s: f64,
     jammer: Option<(Jammer, Reception)>,
     planes: Vec<Plane>,
     scratch: Vec<[[f32; 16]; 2]>,
@@ -199,7 +208,7 @@ struct SweepState<'a> {
 }
 
 impl<'a> SweepState<'a> {
-    fn new(simulator: &'a Simulator, rays: &'a [Ray], instant: &'a Instant, index: u32) -> Self {
+    pub(super) fn new(simulator: &'a Simulator, rays: &'a [Ray], instant: &'a Instant, index: u32) -> Self {
         let impairments = &simulator.config.impairments;
         let jammer = impairments.jammer.as_ref().and_then(|jammer| {
             let (zenith, azimuth) = (jammer.zenith_deg.to_radians(), jammer.azimuth_deg.to_radians());
@@ -212,7 +221,9 @@ impl<'a> SweepState<'a> {
             let all = receptions.iter().chain(jammer.as_ref().map(|(_, r)| r));
             all.map(|r| r.steering[j]).collect()
         });
-        let fields = rays.iter().map(|r| simulator.transmitter.fields(&r.departure, &simulator.device));
+        let fields = rays
+            .iter()
+            .map(|r| simulator.transmitter.fields(&r.departure, &simulator.device));
         let mut state = Self {
             fields: fields.collect(),
             simulator,
@@ -232,16 +243,17 @@ impl<'a> SweepState<'a> {
         state
     }
 
-    fn clock_s(&self, beam: usize) -> f64 {
+    /// Clock offset in a slot, s.
+    pub(super) fn clock_s(&self, slot: usize) -> f64 {
         let i = &self.simulator.config.impairments;
         i.clock_offset_s
             + self.instant.clock_offset_s
-            + (i.clock_drift + self.instant.clock_drift) * self.time_s(beam)
+            + (i.clock_drift + self.instant.clock_drift) * self.time_s(slot)
     }
 
-    /// Time of a beam's block since the first one, s.
-    fn time_s(&self, beam: usize) -> f64 {
-        self.simulator.maker.waveform().beam_period_s() * beam as f64
+    /// Time of a slot's block since the first one, s.
+    fn time_s(&self, slot: usize) -> f64 {
+        self.simulator.maker.waveform().beam_period_s() * slot as f64
     }
 
     fn make_waves(&mut self, clock_s: f64) {
@@ -252,25 +264,31 @@ impl<'a> SweepState<'a> {
             for (ray, r) in self.rays.iter().zip(&self.receptions) {
                 waves.push(maker.wave(r.delay_s[j] + clock_s, ray.doppler_hz + cfo_hz));
             }
-            waves.extend(self.jammer.iter().map(|(jammer, _)| maker.tone(jammer.offset_hz + cfo_hz)));
+            waves.extend(
+                self.jammer
+                    .iter()
+                    .map(|(jammer, _)| maker.tone(jammer.offset_hz + cfo_hz)),
+            );
         }
         self.made_at_s = clock_s;
     }
 
-    /// Received field of a beam, noise included; none when the block is lost. Leaves it in `planes`.
-    fn analog(&mut self, beam: usize) -> Option<Block> {
+    /// The field that arrives in a slot (of a beam period) of a transmitter whose field towards each ray is given, into
+    /// `planes`, without noise. False when the block is lost: by chance, or because the caller says so.
+    pub(super) fn air(&mut self, slot: usize, lost: bool, field: impl Fn(&Self, usize) -> BeamField) -> bool {
         let simulator = self.simulator;
         let impairments = &simulator.config.impairments;
-        let mut draws = Stream::new(simulator.seed, stream(self.index, beam, PER_BEAM));
+        let mut draws = Stream::new(simulator.seed, stream(self.index, slot, PER_BEAM));
         // Drawn whether used or not, so that one setting does not move another's.
-        let lost = draws.uniform() < impairments.dropped_beam_probability;
-        let array_phase: [C64; ARRAYS] = std::array::from_fn(|_| phasor(std::f64::consts::TAU * draws.uniform()));
+        let lost = (draws.uniform() < impairments.dropped_beam_probability) || lost;
+        let array_phase: [C64; ARRAYS] =
+            std::array::from_fn(|_| phasor(std::f64::consts::TAU * draws.uniform()));
         let jammer_phase = phasor(std::f64::consts::TAU * draws.uniform());
-        if lost || impairments.dropped_beams.contains(&(beam as u16)) {
-            return None;
+        if lost {
+            return false;
         }
-        let time_s = self.time_s(beam);
-        let clock_s = self.clock_s(beam);
+        let time_s = self.time_s(slot);
+        let clock_s = self.clock_s(slot);
         if (clock_s - self.made_at_s).abs() > REMAKE_AFTER_S {
             self.make_waves(clock_s);
         }
@@ -281,19 +299,28 @@ impl<'a> SweepState<'a> {
         };
         let amplitude = simulator.signal_amplitude();
         for (j, waves) in self.waves.iter().enumerate() {
-            let lo = if impairments.free_array_phase { array_phase[j] } else { C64::new(1.0, 0.0) };
-            let of_rays = self.rays.iter().zip(&self.receptions).zip(&self.fields).map(|((ray, r), fields)| {
-                let common = ray.amplitude
-                    * turn(ray.doppler_hz + impairments.cfo_hz)
-                    * r.carrier[j]
-                    * lo
-                    * amplitude;
-                let BeamField { field, slope_s } = fields[beam];
-                Gain {
-                    value: common * field,
-                    slope: -common * (field * late_s + slope_s),
-                }
-            });
+            let lo = if impairments.free_array_phase {
+                array_phase[j]
+            } else {
+                C64::new(1.0, 0.0)
+            };
+            let of_rays = self
+                .rays
+                .iter()
+                .zip(&self.receptions)
+                .enumerate()
+                .map(|(index, (ray, r))| {
+                    let common = ray.amplitude
+                        * turn(ray.doppler_hz + impairments.cfo_hz)
+                        * r.carrier[j]
+                        * lo
+                        * amplitude;
+                    let BeamField { field, slope_s } = field(self, index);
+                    Gain {
+                        value: common * field,
+                        slope: -common * (field * late_s + slope_s),
+                    }
+                });
             let of_jammer = self.jammer.iter().map(|(jammer, r)| Gain {
                 value: jammer_phase
                     * turn(jammer.offset_hz + impairments.cfo_hz)
@@ -306,18 +333,24 @@ impl<'a> SweepState<'a> {
             let planes = &mut self.planes[j * ELEMENTS..(j + 1) * ELEMENTS];
             mix(waves, &gains, &self.steering[j], &mut self.scratch, planes);
         }
-        Some(Block::zero(beam as u16, 0))
+        true
     }
 
-    fn digitise(&mut self, beam: usize, block: &mut Block) {
+    /// Noise and front end over `planes`.
+    pub(super) fn digitise(&mut self, slot: usize, beam: u16) -> Block {
         let simulator = self.simulator;
-        simulator.digitise(&mut self.planes, &mut self.gaussian, stream(self.index, beam, NOISE), block);
+        simulator.digitise(
+            &mut self.planes,
+            &mut self.gaussian,
+            stream(self.index, slot, NOISE),
+            beam,
+        )
     }
 }
 
 impl Simulator {
     /// The front end: noise of a stream, dead channels, gain control, converter.
-    pub(super) fn digitise(&self, planes: &mut [Plane], gaussian: &mut Gaussian, stream: u64, block: &mut Block) {
+    fn digitise(&self, planes: &mut [Plane], gaussian: &mut Gaussian, stream: u64, beam: u16) -> Block {
         let front_end = &self.config.front_end;
         if front_end.noise {
             gaussian.restart(self.seed, stream);
@@ -332,7 +365,8 @@ impl Simulator {
                 *plane = Plane::new();
             }
         }
-        block.exponent = adc::exponent(planes, front_end.agc_rms_dbfs);
+        let mut block = Block::zero(beam, adc::exponent(planes, front_end.agc_rms_dbfs));
         adc::convert(planes, block.exponent, front_end.adc_bits, &mut block.samples);
+        block
     }
 }

@@ -78,6 +78,10 @@ mod tests {
             assert!((y[n] - expected).norm() < 1e-9);
         }
         transform.forward(&mut y);
-        assert!(x.iter().zip(&y).all(|(a, b)| (a * SAMPLES as f64 - b).norm() < 1e-8));
+        assert!(
+            x.iter()
+                .zip(&y)
+                .all(|(a, b)| (a * SAMPLES as f64 - b).norm() < 1e-8)
+        );
     }
 }

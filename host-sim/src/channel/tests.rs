@@ -38,7 +38,9 @@ fn matched_filter_returns_delay_to_a_millimetre_and_spatial_phase_to_a_milliradi
         (311.0, [1.9, 3.0], [1.5, -0.6]),
     ] {
         let link = one_path(length_m, arrival, departure);
-        let sweep = simulator.sweep(&link, &Instant::at_rest(), 0).expect("complete path");
+        let sweep = simulator
+            .sweep(&link, &Instant::at_rest(), 0)
+            .expect("complete path");
         let fits = fits(strongest(&sweep));
         let (st, ct) = arrival[0].sin_cos();
         let (sp, cp) = arrival[1].sin_cos();
@@ -69,11 +71,17 @@ fn measured_snr_is_the_link_budget() {
     let simulator = Simulator::new(config, 4);
     // Along beam 9 (face 0, k = 3, horizontal), arriving on the nose.
     let azimuth = -(60_f64.to_radians().sin() / 8.0).asin();
-    let link = one_path(60.0, [std::f64::consts::FRAC_PI_2, 0.0], [std::f64::consts::FRAC_PI_2, azimuth]);
+    let link = one_path(
+        60.0,
+        [std::f64::consts::FRAC_PI_2, 0.0],
+        [std::f64::consts::FRAC_PI_2, azimuth],
+    );
     let (mut signal, mut noise) = (0.0, 0.0);
     let sweeps = 12;
     for index in 0..sweeps {
-        let sweep = simulator.sweep(&link, &Instant::at_rest(), index).expect("complete path");
+        let sweep = simulator
+            .sweep(&link, &Instant::at_rest(), index)
+            .expect("complete path");
         // The elements of the array that looks ahead.
         for c in 0..8 {
             let h = response(block(&sweep, 9), c);
@@ -90,12 +98,19 @@ fn measured_snr_is_the_link_budget() {
     let dipole_db = 10.0 * 1.643_f64.log10();
     let free_space_db = 20.0 * (4.0 * std::f64::consts::PI * 60.0 * 30e9 / 299_792_458.0_f64).log10();
     let noise_dbm = 30.0 + 10.0 * (1.380_649e-23 * 290.0 * 416.0 * 480e3_f64).log10() + 7.0;
-    let budget_db = 30.0 - 3.0 + 10.0 * 64_f64.log10() + dipole_db + 10.0 * azimuth.cos().log10() - free_space_db
+    let budget_db = 30.0 - 3.0 + 10.0 * 64_f64.log10() + dipole_db + 10.0 * azimuth.cos().log10()
+        - free_space_db
         + dipole_db
         + 10.0 * 2_f64.log10()
         - noise_dbm;
-    assert!((budget_db - 38.8).abs() < 0.05, "signal.md says 38.8 dB with 2.15 dBi: {budget_db}");
-    assert!((measured_db - budget_db).abs() < 0.1, "{measured_db} dB, budget {budget_db} dB");
+    assert!(
+        (budget_db - 38.8).abs() < 0.05,
+        "signal.md says 38.8 dB with 2.15 dBi: {budget_db}"
+    );
+    assert!(
+        (measured_db - budget_db).abs() < 0.1,
+        "{measured_db} dB, budget {budget_db} dB"
+    );
 }
 
 #[test]
@@ -110,9 +125,11 @@ fn noise_is_white_and_circular() {
         .iter()
         .flat_map(|b| {
             let scale = libm::ldexp(1.0, b.exponent) / simulator.noise_power_w().sqrt();
-            b.samples
-                .iter()
-                .map(move |c| c.iter().map(|x| C64::new(f64::from(x.re()), f64::from(x.im())) * scale).collect())
+            b.samples.iter().map(move |c| {
+                c.iter()
+                    .map(|x| C64::new(f64::from(x.re()), f64::from(x.im())) * scale)
+                    .collect()
+            })
         })
         .collect();
     let n = samples.iter().map(Vec::len).sum::<usize>() as f64;
@@ -162,7 +179,11 @@ fn a_tilted_body_hears_with_its_own_dipoles() {
         ..Instant::at_rest()
     };
     // From the left: rolling about x turns the wave's elevation by the roll, polarisation stays in the same plane.
-    let link = one_path(50.0, [std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2], [1.5, 0.1]);
+    let link = one_path(
+        50.0,
+        [std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2],
+        [1.5, 0.1],
+    );
     let level = simulator.sweep(&link, &Instant::at_rest(), 0).expect("path");
     let rolled = simulator.sweep(&link, &tilted, 0).expect("path");
     let beam = strongest(&level).beam;
@@ -173,7 +194,12 @@ fn a_tilted_body_hears_with_its_own_dipoles() {
     // Off the left face's normal (and out of the dipoles' horizontal plane) by the roll.
     let dipole = half_wave_dipole(&Vector3::new(0.0, roll.cos(), -roll.sin())) / libm::sqrt(1.643);
     let face = libm::exp10(-6.0 * (roll.to_degrees() / 90.0).powi(2) / 20.0);
-    assert!((ratio(8) / (dipole * face) - 1.0).abs() < 1e-3, "{} {}", ratio(8), dipole * face);
+    assert!(
+        (ratio(8) / (dipole * face) - 1.0).abs() < 1e-3,
+        "{} {}",
+        ratio(8),
+        dipole * face
+    );
 
     // From ahead: the same roll leaves the direction and turns the polarisation: cos(roll).
     let link = one_path(50.0, [std::f64::consts::FRAC_PI_2, 0.0], [1.5, 0.1]);
@@ -194,7 +220,10 @@ fn beams_compare_through_their_exponents() {
     for m in 0..72 {
         let expected = codebook.field(m.into(), &u).norm() / codebook.field(reference.into(), &u).norm();
         let ratio = amplitude(m) / amplitude(reference);
-        assert!((ratio / expected - 1.0).abs() < 1e-3, "beam {m}: {ratio} {expected}");
+        assert!(
+            (ratio / expected - 1.0).abs() < 1e-3,
+            "beam {m}: {ratio} {expected}"
+        );
     }
 }
 
@@ -207,7 +236,10 @@ fn a_sweep_depends_on_its_seed_and_index_only() {
     };
     let simulator = Simulator::new(ChannelConfig::default(), 1);
     let _other = simulator.sweep(&link, &Instant::at_rest(), 5);
-    assert_eq!(simulator.sweep(&link, &Instant::at_rest(), 2).expect("path"), make(1, 2));
+    assert_eq!(
+        simulator.sweep(&link, &Instant::at_rest(), 2).expect("path"),
+        make(1, 2)
+    );
     assert_ne!(make(1, 2), make(1, 3));
     assert_ne!(make(1, 2), make(2, 2));
 }
@@ -218,11 +250,15 @@ fn an_incomplete_path_is_named() {
     let mut link = one_path(40.0, [1.4, 0.5], [1.45, 0.15]);
     link.paths.push(link.paths[0].clone());
     link.paths[1].aod_azimuth_rad = None;
-    let error = simulator.sweep(&link, &Instant::at_rest(), 0).expect_err("no departure");
+    let error = simulator
+        .sweep(&link, &Instant::at_rest(), 0)
+        .expect_err("no departure");
     assert_eq!(error.path, 1);
     assert!(error.to_string().contains("aod_azimuth_rad"), "{error}");
     link.paths[1] = link.paths[0].clone();
     link.paths[1].gain = None;
-    let error = simulator.sweep(&link, &Instant::at_rest(), 0).expect_err("no gain");
+    let error = simulator
+        .sweep(&link, &Instant::at_rest(), 0)
+        .expect_err("no gain");
     assert!(error.to_string().contains("`gain` is missing"), "{error}");
 }

@@ -38,7 +38,12 @@ impl Transmitter {
         let phase = codebook.arrays().phase_per_element_rad();
         let codewords = (0..codebook.len())
             .filter_map(|m| codebook.beam(m))
-            .map(|beam| (beam.face, face_response(beam.cosines, phase).map(|v| v.conj() / 8.0)))
+            .map(|beam| {
+                (
+                    beam.face,
+                    face_response(beam.cosines, phase).map(|v| v.conj() / 8.0),
+                )
+            })
             .collect();
         Self { codebook, codewords }
     }
@@ -72,7 +77,10 @@ impl Transmitter {
             .iter()
             .map(|(s, w)| {
                 let zero = C64::new(0.0, 0.0);
-                let mut sum = BeamField { field: zero, slope_s: zero };
+                let mut sum = BeamField {
+                    field: zero,
+                    slope_s: zero,
+                };
                 for ((w, v), delay_s) in w.iter().zip(&faces[*s]).zip(&device.gmt_delay_s[*s]) {
                     let part = w * v;
                     sum.field += part;
@@ -97,7 +105,10 @@ mod tests {
         let fields = transmitter.fields(&u, &device);
         assert_eq!(fields.len(), 72);
         for (m, f) in fields.iter().enumerate() {
-            assert!((f.field - transmitter.codebook.field(m, &u)).norm() < 1e-12, "beam {m}");
+            assert!(
+                (f.field - transmitter.codebook.field(m, &u)).norm() < 1e-12,
+                "beam {m}"
+            );
             assert_eq!(f.slope_s, C64::new(0.0, 0.0));
         }
     }
@@ -109,7 +120,12 @@ mod tests {
         let u = Direction::from_zenith_azimuth(1.4, 0.3).expect("angles");
         let f_hz = 100e6;
         let mut turned = device.clone();
-        for (w, d) in turned.gmt_element.iter_mut().flatten().zip(device.gmt_delay_s.iter().flatten()) {
+        for (w, d) in turned
+            .gmt_element
+            .iter_mut()
+            .flatten()
+            .zip(device.gmt_delay_s.iter().flatten())
+        {
             *w *= phasor(-std::f64::consts::TAU * f_hz * d);
         }
         let at_edge = transmitter.fields(&u, &turned);

@@ -64,9 +64,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         (None, Some(Preset::Budget) | None) => ChannelConfig::default(),
     };
     config.front_end.snr_offset_db += args.snr_offset;
-    config.check().map_err(|m| InputError::new(format!("--snr-offset {}: {m}", args.snr_offset)))?;
-    let instant = Instant::of(&config.motion)
-        .map_err(|e| InputError::new(format!("motion.uav_quaternion_wb: {e}")))?;
+    config
+        .check()
+        .map_err(|m| InputError::new(format!("--snr-offset {}: {m}", args.snr_offset)))?;
+    let instant =
+        Instant::of(&config.motion).map_err(|e| InputError::new(format!("motion.uav_quaternion_wb: {e}")))?;
     let quaternion_wb = unit(config.motion.uav_quaternion_wb);
     let links = paths::read(&args.paths)?;
     if links.is_empty() {
@@ -79,7 +81,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         .par_iter()
         .enumerate()
         .map(|(index, link)| {
-            let name = if links.len() == 1 { args.out.clone() } else { numbered(&args.out, index) };
+            let name = if links.len() == 1 {
+                args.out.clone()
+            } else {
+                numbered(&args.out, index)
+            };
             let sweep = synthesise(&simulator, link, &instant, index)
                 .map_err(|m| InputError::in_file(&args.paths, format!("link {index}, {m}")))?;
             let recording = Recording {
@@ -106,7 +112,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         }
     } else {
         let blocks: usize = written.iter().map(|w| w.blocks).sum();
-        eprintln!("{} recording(s), {blocks} blocks, seed {}", written.len(), args.seed);
+        eprintln!(
+            "{} recording(s), {blocks} blocks, seed {}",
+            written.len(),
+            args.seed
+        );
     }
     Ok(())
 }
