@@ -6,8 +6,8 @@
 use cslam_core::array::{GmtArrays, SquintConfig, SquintScheme, SquintSymbol, centred, phasor};
 use cslam_core::geometry::{Direction, Gmt};
 
+use super::air::SweepState;
 use super::rays::{Instant, Ray, RayError, rays};
-use super::simulator::SweepState;
 use super::transmit::BeamField;
 use super::waves::Wave;
 use super::{C64, FACE_ELEMENTS, FACES, Simulator, Sweep};

@@ -4,14 +4,15 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use cslam_core::array::SquintScheme;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::channel::{ChannelConfig, Impairments, Instant, Simulator};
+use crate::channel::{ChannelConfig, Impairments, Instant, Simulator, Sweep};
 use crate::input::InputError;
 use crate::paths::{self, Link};
 use crate::progress;
-use crate::sigmf::{self, Recording};
+use crate::sigmf::{self, Codebook, Recording};
 
 /// Arguments of `cslam synth`.
 #[derive(clap::Args, Debug)]
@@ -34,6 +35,9 @@ pub(crate) struct Args {
     /// Channel configuration (TOML: [front_end], [impairments], [motion]); missing keys keep their defaults
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// What the transmitter sends: its 72 beams, or the beam squint symbols that follow them
+    #[arg(long, value_enum, default_value_t = Sent::Beams)]
+    send: Sent,
     /// Print one JSON object a recording on standard output
     #[arg(long)]
     json: bool,
@@ -43,6 +47,13 @@ pub(crate) struct Args {
 enum Preset {
     None,
     Budget,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Sent {
+    Beams,
+    BsmSeq,
+    BsmRaster,
 }
 
 /// A line of `--json`.
@@ -86,13 +97,14 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
             } else {
                 numbered(&args.out, index)
             };
-            let sweep = synthesise(&simulator, link, &instant, index)
+            let sweep = synthesise(&simulator, link, &instant, index, args.send)
                 .map_err(|m| InputError::in_file(&args.paths, format!("link {index}, {m}")))?;
             let recording = Recording {
+                codebook: args.send.codebook(),
                 gmt_position_m: Some(link.tx),
                 uav_position_m: Some(link.rx),
                 uav_quaternion_wb: Some(quaternion_wb),
-                blocks: sweep,
+                blocks: sweep.blocks,
             };
             sigmf::write(&name, &recording)?;
             bar.inc(1);
@@ -126,10 +138,25 @@ fn synthesise(
     link: &Link,
     instant: &Instant,
     index: usize,
-) -> Result<Vec<crate::channel::Block>, String> {
+    send: Sent,
+) -> Result<Sweep, String> {
     let index = u32::try_from(index).map_err(|_| "too many links".to_owned())?;
-    let sweep = simulator.sweep(link, instant, index).map_err(|e| e.to_string())?;
-    Ok(sweep.blocks)
+    match send {
+        Sent::Beams => simulator.sweep(link, instant, index),
+        Sent::BsmSeq => simulator.squint(link, instant, index, SquintScheme::Sequential),
+        Sent::BsmRaster => simulator.squint(link, instant, index, SquintScheme::Raster),
+    }
+    .map_err(|e| e.to_string())
+}
+
+impl Sent {
+    fn codebook(self) -> Codebook {
+        match self {
+            Self::Beams => Codebook::Beams,
+            Self::BsmSeq => Codebook::SquintSequential,
+            Self::BsmRaster => Codebook::SquintRaster,
+        }
+    }
 }
 
 /// NAME-0000 for link 0.

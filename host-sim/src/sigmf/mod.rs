@@ -11,23 +11,23 @@ use std::path::{Path, PathBuf};
 
 use cslam_core::ltd::Iq;
 use cslam_core::waveform::{SAMPLES, Waveform};
-use serde::{Deserialize, Serialize};
+
+mod meta;
+
+use meta::{ARRAY, Capture, Extension, Global, Meta, check};
+
+pub use meta::Codebook;
 
 use crate::channel::{Block, CHANNELS};
 use crate::input::{InputError, read_text};
 
 /// Bytes of a block: 32 channels x 512 samples x (I, Q) x 2.
 const BLOCK_BYTES: usize = CHANNELS * SAMPLES * 4;
-/// Exponents a block may have: an `f64` holds every amplitude.
-const EXPONENTS: std::ops::RangeInclusive<i32> = -200..=200;
-/// Name of the array geometry.
-const ARRAY: &str = "quad-tilted-4x8";
-/// Name of the codebook, and its length.
-const CODEBOOK: (&str, u16) = ("gmt-72", 72);
-
 /// What a recording holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
+    /// What was sent.
+    pub codebook: Codebook,
     /// Position of the GMT, world frame, m, as its beacon says.
     pub gmt_position_m: Option<[f64; 3]>,
     /// Position of the UAV, world frame, m, where it is known.
@@ -36,75 +36,6 @@ pub struct Recording {
     pub uav_quaternion_wb: Option<[f64; 4]>,
     /// Blocks, one a transmit beam.
     pub blocks: Vec<Block>,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-struct Meta {
-    global: Global,
-    captures: Vec<Capture>,
-    #[serde(default)]
-    annotations: Vec<serde_json::Value>,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-struct Global {
-    #[serde(rename = "core:datatype")]
-    datatype: String,
-    #[serde(rename = "core:version")]
-    version: String,
-    #[serde(rename = "core:sample_rate")]
-    sample_rate_hz: f64,
-    #[serde(rename = "core:num_channels")]
-    channels: usize,
-    #[serde(rename = "core:description", default)]
-    description: String,
-    #[serde(rename = "core:recorder", default)]
-    recorder: String,
-    #[serde(rename = "core:extensions", default)]
-    extensions: Vec<Extension>,
-    #[serde(rename = "cslam:waveform")]
-    waveform: String,
-    #[serde(rename = "cslam:array")]
-    array: String,
-    #[serde(rename = "cslam:codebook")]
-    codebook: String,
-    #[serde(
-        rename = "cslam:gmt_position_m",
-        default,
-        skip_serializing_if = "Option::is_none"
-    )]
-    gmt_position_m: Option<[f64; 3]>,
-    #[serde(
-        rename = "cslam:uav_position_m",
-        default,
-        skip_serializing_if = "Option::is_none"
-    )]
-    uav_position_m: Option<[f64; 3]>,
-    #[serde(
-        rename = "cslam:uav_quaternion_wb",
-        default,
-        skip_serializing_if = "Option::is_none"
-    )]
-    uav_quaternion_wb: Option<[f64; 4]>,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-struct Extension {
-    name: String,
-    version: String,
-    optional: bool,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-struct Capture {
-    #[serde(rename = "core:sample_start")]
-    sample_start: u64,
-    #[serde(rename = "core:frequency")]
-    frequency_hz: f64,
-    #[serde(rename = "cslam:beam")]
-    beam: u16,
-    #[serde(rename = "cslam:exponent")]
-    exponent: i32,
 }
 
 /// The two files of a recording, from its name or either file.
@@ -157,7 +88,7 @@ pub fn write(name: &Path, recording: &Recording) -> Result<(), InputError> {
             }],
             waveform: Waveform::NAME.to_owned(),
             array: ARRAY.to_owned(),
-            codebook: CODEBOOK.0.to_owned(),
+            codebook: recording.codebook.name().to_owned(),
             gmt_position_m: recording.gmt_position_m,
             uav_position_m: recording.uav_position_m,
             uav_quaternion_wb: recording.uav_quaternion_wb,
@@ -190,7 +121,7 @@ pub fn read(name: &Path) -> Result<Recording, InputError> {
             format!("not the metadata of a recording: {e}"),
         )
     })?;
-    check(&meta).map_err(|message| InputError::in_file(&meta_file, message))?;
+    let codebook = check(&meta).map_err(|message| InputError::in_file(&meta_file, message))?;
 
     let data =
         fs::read(&data_file).map_err(|e| InputError::in_file(&data_file, format!("cannot be read: {e}")))?;
@@ -224,81 +155,12 @@ pub fn read(name: &Path) -> Result<Recording, InputError> {
             block
         });
     Ok(Recording {
+        codebook,
         gmt_position_m: meta.global.gmt_position_m,
         uav_position_m: meta.global.uav_position_m,
         uav_quaternion_wb: meta.global.uav_quaternion_wb,
         blocks: blocks.collect(),
     })
-}
-
-/// Checks metadata against what this receiver takes and against itself.
-fn check(meta: &Meta) -> Result<(), String> {
-    let (g, waveform) = (&meta.global, Waveform::default());
-    let names = [
-        ("core:datatype", &g.datatype, "ci16_le"),
-        ("cslam:waveform", &g.waveform, Waveform::NAME),
-        ("cslam:array", &g.array, ARRAY),
-        ("cslam:codebook", &g.codebook, CODEBOOK.0),
-    ];
-    for (key, value, expected) in names {
-        if value != expected {
-            return Err(format!("`{key}` is \"{value}\", expected \"{expected}\""));
-        }
-    }
-    if g.channels != CHANNELS {
-        return Err(format!(
-            "`core:num_channels` is {}, expected {CHANNELS}",
-            g.channels
-        ));
-    }
-    if g.sample_rate_hz != waveform.sample_rate_hz {
-        return Err(format!(
-            "`core:sample_rate` is {}, expected {}",
-            g.sample_rate_hz, waveform.sample_rate_hz
-        ));
-    }
-    if let Some(q) = g.uav_quaternion_wb {
-        let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
-        if !((norm - 1.0).abs() < 1e-3) {
-            return Err(format!(
-                "`cslam:uav_quaternion_wb` has length {norm}, expected a unit quaternion [w, x, y, z]"
-            ));
-        }
-    }
-    let mut seen = [false; CODEBOOK.1 as usize];
-    for (i, c) in meta.captures.iter().enumerate() {
-        if c.sample_start != (i * SAMPLES) as u64 {
-            return Err(format!(
-                "capture {i}: `core:sample_start` is {}, expected {}: blocks of {SAMPLES} samples, none left out",
-                c.sample_start,
-                i * SAMPLES
-            ));
-        }
-        if c.frequency_hz != waveform.carrier_hz {
-            return Err(format!(
-                "capture {i}: `core:frequency` is {}, expected {}",
-                c.frequency_hz, waveform.carrier_hz
-            ));
-        }
-        match seen.get_mut(usize::from(c.beam)) {
-            None => {
-                return Err(format!(
-                    "capture {i}: `cslam:beam` is {}, expected 0 to {}",
-                    c.beam,
-                    CODEBOOK.1 - 1
-                ));
-            }
-            Some(true) => return Err(format!("capture {i}: `cslam:beam` {} appears twice", c.beam)),
-            Some(seen) => *seen = true,
-        }
-        if !EXPONENTS.contains(&c.exponent) {
-            return Err(format!(
-                "capture {i}: `cslam:exponent` is {}, expected -200 to 200",
-                c.exponent
-            ));
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -316,6 +178,7 @@ mod tests {
             block
         };
         Recording {
+            codebook: Codebook::Beams,
             gmt_position_m: Some([1.0, 2.0, 0.3]),
             uav_position_m: Some([0.1, -2.0, 30.0]),
             uav_quaternion_wb: Some([0.6, 0.0, 0.8, 0.0]),
@@ -346,7 +209,17 @@ mod tests {
     #[test]
     fn damage_is_named() {
         type Damage = (&'static str, fn(&mut serde_json::Value), &'static str);
-        let cases: [Damage; 10] = [
+        let cases: [Damage; 12] = [
+            (
+                "codebook",
+                |m| m["global"]["cslam:codebook"] = "x".into(),
+                "expected one of gmt-72, bsm-seq, bsm-raster",
+            ),
+            (
+                "squint",
+                |m| m["global"]["cslam:codebook"] = "bsm-seq".into(),
+                "`cslam:beam` is 71, expected 0 to 32",
+            ),
             (
                 "type",
                 |m| m["global"]["core:datatype"] = "cf32_le".into(),
