@@ -4,3 +4,4 @@ pub mod cli;
 mod commands;
 pub mod input;
 pub mod paths;
+pub mod scene;
