@@ -19,6 +19,8 @@ struct Cli {
 
 #[derive(Subcommand, Debug)]
 enum Command {
+    /// Time the host side: a table of speed figures
+    Bench(commands::bench::Args),
     /// Solve the reflection point of each path of a paths file
     Solve(commands::solve::Args),
 }
@@ -27,6 +29,7 @@ enum Command {
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = match cli.command {
+        Some(Command::Bench(args)) => commands::bench::run(&args),
         Some(Command::Solve(args)) => commands::solve::run(&args),
         None => Ok(()),
     };

@@ -5,3 +5,4 @@ mod commands;
 pub mod input;
 pub mod paths;
 pub mod scene;
+pub mod tracer;

@@ -1,0 +1,228 @@
+//! The image tree of one transmitter, and the paths to a receiver from it.
+
+use super::angles::zenith_azimuth;
+use super::beam::{Clipper, Plane, hidden, push_sides};
+use super::field;
+use super::path::to_link;
+use super::{LEAST_DISTANCE_M, MAX_ORDER, TracedPath, Tracer};
+use crate::paths::Link;
+use crate::scene::{Scene, Vec3};
+
+/// Points must be at least this far in front of a face to be reflected by it, m.
+const IN_FRONT_M: f64 = 1e-9;
+
+/// Paths of equal order whose interaction points all agree to this are one, m: they met where two coplanar faces share an
+/// edge, or where faces of touching solids coincide.
+const SAME_PATH_M: f64 = 1e-6;
+
+const ROOT: u32 = u32::MAX;
+
+/// A mirror image of the transmitter.
+#[derive(Clone, Copy, Debug)]
+struct Image {
+    position: Vec3,
+    /// The face that it was last mirrored at.
+    face: u32,
+    /// The image before, or [`ROOT`].
+    parent: u32,
+}
+
+/// All images of one transmitter from which a wave may come, with the planes that bound their beams.
+#[derive(Debug)]
+pub struct ImageTree<'t> {
+    scene: &'t Scene,
+    tx: Vec3,
+    images: Vec<Image>,
+    /// Planes of image `i`: those from `first_plane[i]` up to `first_plane[i + 1]`. The last face's front comes first.
+    first_plane: Vec<u32>,
+    planes: Vec<Plane>,
+}
+
+/// Apertures of one level of the tree, corners end to end.
+#[derive(Default)]
+struct Apertures {
+    corners: Vec<Vec3>,
+    ends: Vec<usize>,
+}
+
+impl<'t> ImageTree<'t> {
+    /// Grows the tree level by level.
+    pub(super) fn grow(tracer: &'t Tracer<'_>, tx: Vec3) -> Self {
+        let scene = tracer.scene();
+        let mut tree = Self {
+            scene,
+            tx,
+            images: Vec::new(),
+            first_plane: vec![0],
+            planes: Vec::new(),
+        };
+        if tracer.max_order() == 0 {
+            return tree;
+        }
+        let mut clipper = Clipper::default();
+        let mut apertures = Apertures::default();
+        let all: Vec<u32> = (0..scene.faces().len() as u32).collect();
+        tree.add_children(ROOT, &all, &mut clipper, &mut apertures);
+        let mut level = 0..tree.images.len();
+        for _ in 1..tracer.max_order() {
+            let mut next = Apertures::default();
+            for parent in level.clone() {
+                let lit = tracer.pairs.lit_by(scene, tree.images[parent].face);
+                tree.add_children(parent as u32, lit, &mut clipper, &mut next);
+            }
+            level = level.end..tree.images.len();
+            apertures = next;
+        }
+        drop(apertures);
+        tree
+    }
+
+    /// Adds the images at those of the given faces that the parent's beam reaches.
+    fn add_children(&mut self, parent: u32, faces: &[u32], clipper: &mut Clipper, apertures: &mut Apertures) {
+        let (source, through, bounds) = match self.images.get(parent as usize) {
+            Some(image) => (image.position, Some(image.face), self.beam(parent as usize)),
+            None => (self.tx, None, 0..0),
+        };
+        for &target in faces {
+            let face = &self.scene.faces()[target as usize];
+            if face.height_m(&source) <= IN_FRONT_M
+                || !clipper.clip(face.hull(), &self.planes[bounds.clone()])
+                || hidden(self.scene, &source, through, &clipper.polygon, target)
+            {
+                continue;
+            }
+            let position = face.mirror(&source);
+            self.images.push(Image {
+                position,
+                face: target,
+                parent,
+            });
+            self.planes.push(Plane::front_of(face));
+            push_sides(&position, &clipper.polygon, &mut self.planes);
+            self.first_plane.push(self.planes.len() as u32);
+            apertures.corners.extend_from_slice(&clipper.polygon);
+            apertures.ends.push(apertures.corners.len());
+        }
+    }
+
+    fn beam(&self, image: usize) -> std::ops::Range<usize> {
+        self.first_plane[image] as usize..self.first_plane[image + 1] as usize
+    }
+
+    /// Transmitter position, m.
+    pub fn transmitter_m(&self) -> [f64; 3] {
+        self.tx.into()
+    }
+
+    /// Number of images in the tree.
+    pub fn images(&self) -> usize {
+        self.images.len()
+    }
+
+    /// All paths to a receiver, strongest first; of equal strength, by order and faces.
+    pub fn trace(&self, rx_m: [f64; 3]) -> Vec<TracedPath> {
+        let rx = Vec3::from(rx_m);
+        let mut paths = Vec::new();
+        if (rx - self.tx).norm() >= LEAST_DISTANCE_M && !self.scene.blocked(self.tx.into(), rx_m) {
+            paths.push(self.path(&[], &[], &rx));
+        }
+        for (image, window) in self.first_plane.windows(2).enumerate() {
+            let beam = &self.planes[window[0] as usize..window[1] as usize];
+            if beam.iter().all(|plane| plane.admits(&rx)) {
+                paths.extend(self.reflect(image, &rx));
+            }
+        }
+        paths.sort_by(|a, b| {
+            let weaker = b.gain.norm_sqr().total_cmp(&a.gain.norm_sqr());
+            weaker.then(a.order.cmp(&b.order)).then(a.faces().cmp(b.faces()))
+        });
+        let mut distinct: Vec<TracedPath> = Vec::with_capacity(paths.len());
+        for path in paths {
+            if !distinct.iter().any(|known| same(known, &path)) {
+                distinct.push(path);
+            }
+        }
+        distinct
+    }
+
+    /// [`ImageTree::trace`] as a line of a paths file.
+    pub fn link(&self, rx_m: [f64; 3]) -> Link {
+        to_link(&self.tx, rx_m, &self.trace(rx_m))
+    }
+
+    /// The path from an image, if its reflection points exist and every leg is clear.
+    fn reflect(&self, image: usize, rx: &Vec3) -> Option<TracedPath> {
+        let faces = self.scene.faces();
+        // From the receiver back to the transmitter.
+        let mut chain = [0_u32; MAX_ORDER];
+        let mut points = [Vec3::zeros(); MAX_ORDER];
+        let mut order = 0;
+        let mut seen_from = *rx;
+        let mut at = image as u32;
+        while let Some(image) = self.images.get(at as usize) {
+            let face = &faces[image.face as usize];
+            let before = face.height_m(&seen_from);
+            if before <= IN_FRONT_M {
+                return None;
+            }
+            let behind = -face.height_m(&image.position);
+            let point = seen_from + (image.position - seen_from) * (before / (before + behind));
+            if !face.contains(&point) {
+                return None;
+            }
+            (chain[order], points[order]) = (image.face, point);
+            order += 1;
+            seen_from = point;
+            at = image.parent;
+        }
+        let mut to = (*rx, u32::MAX);
+        for (face, point) in chain[..order].iter().zip(&points[..order]) {
+            if self.scene.blocked_between(*point, to.0, [*face, to.1]) {
+                return None;
+            }
+            to = (*point, *face);
+        }
+        if self.scene.blocked_between(self.tx, to.0, [to.1, u32::MAX]) {
+            return None;
+        }
+        chain[..order].reverse();
+        points[..order].reverse();
+        Some(self.path(&chain[..order], &points[..order], rx))
+    }
+
+    fn path(&self, faces: &[u32], vertices: &[Vec3], rx: &Vec3) -> TracedPath {
+        let order = faces.len();
+        let mut points = [*rx; MAX_ORDER + 2];
+        points[0] = self.tx;
+        points[1..=order].copy_from_slice(vertices);
+        let points = &points[..order + 2];
+        let mut normals = [Vec3::zeros(); MAX_ORDER];
+        for (normal, face) in normals.iter_mut().zip(faces) {
+            *normal = *self.scene.faces()[*face as usize].normal();
+        }
+        let length_m = points.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum();
+        let mut path = TracedPath {
+            order,
+            faces: [0; MAX_ORDER],
+            vertices: [[0.0; 3]; MAX_ORDER],
+            length_m,
+            departure_rad: zenith_azimuth(&(points[1] - points[0])),
+            arrival_rad: zenith_azimuth(&(points[order] - points[order + 1])),
+            gain: field::gain(self.scene, points, &normals[..order], length_m),
+        };
+        path.faces[..order].copy_from_slice(faces);
+        for (place, vertex) in path.vertices.iter_mut().zip(vertices) {
+            *place = (*vertex).into();
+        }
+        path
+    }
+}
+
+fn same(a: &TracedPath, b: &TracedPath) -> bool {
+    a.order == b.order
+        && (a.length_m - b.length_m).abs() < SAME_PATH_M
+        && a.vertices()
+            .iter()
+            .zip(b.vertices())
+            .all(|(p, q)| (Vec3::from(*p) - Vec3::from(*q)).norm() < SAME_PATH_M)
+}
