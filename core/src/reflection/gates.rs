@@ -16,7 +16,7 @@ pub struct Bounds<T: Real = f32> {
 /// Thresholds of the gates. [`Gates::default`] holds the design's values; every gate can be opened by its zero setting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gates<T: Real = f32> {
-    /// Excess delay must exceed this many of its standard deviations. Default 3; 0 leaves only rounding.
+    /// Excess delay must exceed this many of its standard deviations. Default 3; 0 leaves a millimetre.
     pub excess_sigmas: T,
     /// Within this angle of the GMT's direction a path without excess is called line of sight, rad. Default 10 degrees.
     pub line_of_sight_angle_rad: T,
@@ -50,6 +50,10 @@ impl<T: Real> Default for Gates<T> {
     }
 }
 
+/// Excess delay below which a path is line of sight whatever its covariance claims, m. No receiver of 200 MHz tells a
+/// millimetre apart, and positions come rounded.
+const MIN_EXCESS_M: f64 = 1e-3;
+
 /// What the number type can tell apart in this link, m: a few units in the last place of its largest length.
 pub(super) fn resolution_m<T: Real>(ends: &Ends<T>, c_tau_m: T) -> T {
     let largest = ends
@@ -75,12 +79,14 @@ impl<T: Real> Gates<T> {
     }
 
     /// Excess delay below which nothing can be said, m: the gate in standard deviations of `c tau - |b|` (delay, and the
-    /// UAV's position along the baseline), but never less than the number type resolves.
+    /// UAV's position along the baseline), but never less than a millimetre or than the number type resolves.
     pub(super) fn excess_gate_m(&self, ends: &Ends<T>, path: &Path<World, T>) -> T {
         let baseline = ends.uav.from_origin(&ends.gmt);
         let along = baseline / baseline.norm();
         let variance = path.covariance.m11 + along.dot(&(ends.uav_covariance * along)).max(T::zero());
-        (self.excess_sigmas * variance.sqrt()).max(resolution_m(ends, path.c_tau_m))
+        (self.excess_sigmas * variance.sqrt())
+            .max(T::of(MIN_EXCESS_M))
+            .max(resolution_m(ends, path.c_tau_m))
     }
 
     /// The name for a path without excess delay.

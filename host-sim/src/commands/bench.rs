@@ -4,16 +4,14 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use clap::ValueEnum;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
+use crate::random::Stream;
 use crate::scene::Scene;
+use crate::table::Table;
 use crate::tracer::{DEFAULT_MAX_ORDER, Tracer, for_each_link};
 
 /// Arguments of `cslam bench`.
-///
-/// Times the work as a user gets it, everything included, and prints a table. Figures hold for this machine only.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// What to time; everything when absent
@@ -56,13 +54,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
             println!("{}", serde_json::to_string(row)?);
         }
     } else {
-        println!("{:<64} {:>7} {:>12}", "", "threads", "");
+        let mut table = Table::new(["what", "threads", "figure", "unit"]);
         for row in &rows {
-            println!(
-                "{:<64} {:>7} {:>12.1} {}",
-                row.name, row.threads, row.value, row.unit
-            );
+            let figure = format!("{:.1}", row.value);
+            table.row([row.name.as_str(), &row.threads.to_string(), &figure, row.unit]);
         }
+        print!("{table}");
     }
     Ok(())
 }
@@ -70,9 +67,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
 /// Links per second, image trees included, by number of threads; what a tree costs; and a link once the tree is there.
 fn trace() -> anyhow::Result<Vec<Row>> {
     let scene = Scene::load("outdoor_a")?;
-    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let mut random = Stream::new(SEED, 0);
     let mut free_point = |height_m: Option<f64>| loop {
-        let [x, y, z] = [120.0, 120.0, 20.0].map(|size| rng.random_range(0.0..size));
+        let [x, y, z] = [120.0, 120.0, 20.0].map(|size_m| size_m * random.uniform());
         let point = [x, y, height_m.unwrap_or(z)];
         if !scene.inside_solid(point) {
             return point;

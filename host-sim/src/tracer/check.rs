@@ -7,6 +7,7 @@ use crate::paths::{Link, LinkPath};
 use crate::scene::{Scene, Vec3};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use rayon::prelude::*;
+use serde::Serialize;
 
 /// A path that passes an edge this closely may be missing or extra, m: it appears and vanishes with rounding.
 pub const EDGE_EXCEPTION_M: f64 = 5e-3;
@@ -18,7 +19,7 @@ const GAIN_TOLERANCE_DB: f64 = 0.1;
 const WEAK_DB: f64 = 40.0;
 
 /// Paths of one kind: how many there are, and how many of them have a counterpart.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Tally {
     /// All paths of the kind.
     pub total: usize,
@@ -42,7 +43,7 @@ impl Tally {
 }
 
 /// Traced paths against a reference list.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Comparison {
     /// Links compared.
     pub links: usize,

@@ -3,8 +3,7 @@
 use nalgebra::Complex;
 
 use super::MAX_ORDER;
-use crate::paths::{Link, LinkPath};
-use crate::scene::Vec3;
+use crate::paths::LinkPath;
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 
 /// One propagation path from a transmitter to a receiver.
@@ -68,16 +67,8 @@ impl TracedPath {
             first_vertex: self.vertices().first().copied(),
             last_vertex: self.vertices().last().copied(),
             snr_db: None,
+            covariance: None,
             confirmed: None,
         }
-    }
-}
-
-/// A line of a paths file.
-pub(super) fn to_link(tx: &Vec3, rx_m: [f64; 3], paths: &[TracedPath]) -> Link {
-    Link {
-        tx: (*tx).into(),
-        rx: rx_m,
-        paths: paths.iter().map(TracedPath::to_link_path).collect(),
     }
 }

@@ -3,7 +3,6 @@
 use super::angles::zenith_azimuth;
 use super::beam::{Clipper, Plane, hidden, push_sides};
 use super::field;
-use super::path::to_link;
 use super::{LEAST_DISTANCE_M, MAX_ORDER, TracedPath, Tracer};
 use crate::paths::Link;
 use crate::scene::{Scene, Vec3};
@@ -145,9 +144,13 @@ impl<'t> ImageTree<'t> {
         distinct
     }
 
-    /// [`ImageTree::trace`] as a line of a paths file.
-    pub fn link(&self, rx_m: [f64; 3]) -> Link {
-        to_link(&self.tx, rx_m, &self.trace(rx_m))
+    /// Traced paths as a line of a paths file.
+    pub fn to_link(&self, rx_m: [f64; 3], paths: &[TracedPath]) -> Link {
+        Link {
+            tx: self.tx.into(),
+            rx: rx_m,
+            paths: paths.iter().map(TracedPath::to_link_path).collect(),
+        }
     }
 
     /// The path from an image, if its reflection points exist and every leg is clear.
