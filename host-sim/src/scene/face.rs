@@ -13,6 +13,9 @@ const DISTINCT_M: f64 = 1e-6;
 /// Points this far outside an edge still count as inside, m: neighbouring faces leave no slit between them.
 const EDGE_TOLERANCE_M: f64 = 1e-9;
 
+/// Least cosine between a stated normal and that of the vertices.
+const NORMAL_AGREEMENT: f64 = 0.999;
+
 /// Why a polygon is no face.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FaceError {
@@ -33,8 +36,8 @@ pub enum FaceError {
     },
     /// Two edges (numbered by their first vertex) that cross or touch.
     SelfIntersecting(usize, usize),
-    /// The vertices run clockwise as seen against the stated normal.
-    WoundAgainstNormal,
+    /// The stated normal is not this one, which follows from the vertices.
+    WrongNormal([f64; 3]),
 }
 
 impl fmt::Display for FaceError {
@@ -49,9 +52,9 @@ impl fmt::Display for FaceError {
                 "is not planar: vertex {vertex} lies {off_m:.3e} m off the plane (tolerance {PLANARITY_TOLERANCE_M:e} m)"
             ),
             Self::SelfIntersecting(i, j) => write!(f, "intersects itself: edges {i} and {j} meet"),
-            Self::WoundAgainstNormal => write!(
+            Self::WrongNormal([x, y, z]) => write!(
                 f,
-                "its vertices must run counter-clockwise seen from the side its normal points to"
+                "its normal should be [{x:.3}, {y:.3}, {z:.3}]: vertices run counter-clockwise seen from free space"
             ),
         }
     }
@@ -122,11 +125,11 @@ impl Face {
         if let Some((i, j)) = self_intersection(&in_plane(&vertices, &normal)) {
             return Err(FaceError::SelfIntersecting(i, j));
         }
-        if raw
-            .normal
-            .is_some_and(|stated| !(normal.dot(&Vec3::from(stated)) > 0.0))
-        {
-            return Err(FaceError::WoundAgainstNormal);
+        if let Some(stated) = raw.normal.map(Vec3::from) {
+            let agreement = normal.dot(&stated) / stated.norm();
+            if agreement.is_nan() || agreement < NORMAL_AGREEMENT {
+                return Err(FaceError::WrongNormal(normal.into()));
+            }
         }
         let axes = kept_axes(&normal);
         let (edges, convex) = project(&vertices, axes, &normal);

@@ -228,7 +228,14 @@ fn faults_name_the_face_and_the_reason() {
                 normal: Some([0.0, 0.0, -1.0]),
                 ..good.clone()
             },
-            "face 1: its vertices must run",
+            "face 1: its normal should be [0.000, 0.000, 1.000]",
+        ),
+        (
+            RawFace {
+                normal: Some([0.0, 0.1, 1.0]),
+                ..good.clone()
+            },
+            "face 1: its normal should be [0.000, 0.000, 1.000]",
         ),
     ];
     for (face, message) in bad {

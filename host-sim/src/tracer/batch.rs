@@ -4,11 +4,11 @@ use rayon::prelude::*;
 
 use super::{ImageTree, TracedPath, Tracer};
 
-/// Transmitters whose trees are in memory at a time.
-const TREES: usize = 32;
+/// Transmitters whose trees are in memory at a time, for each thread.
+const TREES_PER_THREAD: usize = 2;
 
 /// Links whose results wait in memory for their turn.
-const LINKS: usize = 8192;
+const LINKS: usize = 1024;
 
 /// Traces every transmitter with every receiver. `each` turns the paths of a link into a result, on any thread; `sink`
 /// takes the results on this thread, transmitter by transmitter in the order of the receivers. Runs in the current rayon
@@ -23,7 +23,7 @@ pub fn for_each_link<T: Send, E>(
     each: impl Fn(&ImageTree<'_>, [f64; 3], Vec<TracedPath>) -> T + Sync,
     mut sink: impl FnMut(T) -> Result<(), E>,
 ) -> Result<(), E> {
-    for some in transmitters_m.chunks(TREES) {
+    for some in transmitters_m.chunks(TREES_PER_THREAD * rayon::current_num_threads()) {
         let trees: Vec<ImageTree<'_>> = some.par_iter().map(|tx| tracer.transmitter(*tx)).collect();
         let links = trees.len() * receivers_m.len();
         for start in (0..links).step_by(LINKS) {

@@ -134,7 +134,7 @@ impl Comparison {
             return;
         }
         let error_db = (20.0 * libm::log10(found.gain.norm() / amplitude)).abs();
-        self.gain_off += usize::from(!(error_db <= GAIN_TOLERANCE_DB));
+        self.gain_off += usize::from(error_db.is_nan() || error_db > GAIN_TOLERANCE_DB);
         self.worst_gain_db = self.worst_gain_db.max(error_db);
     }
 

@@ -32,16 +32,18 @@ pub struct ImageTree<'t> {
     scene: &'t Scene,
     tx: Vec3,
     images: Vec<Image>,
-    /// Planes of image `i`: those from `first_plane[i]` up to `first_plane[i + 1]`. The last face's front comes first.
-    first_plane: Vec<u32>,
-    planes: Vec<Plane>,
+    /// Sides of the beam of image `i`: those from `sides_end[i - 1]` up to `sides_end[i]`.
+    sides_end: Vec<u32>,
+    sides: Vec<Plane>,
+    /// Images by last face: a receiver behind the face needs none of them.
+    by_face: Vec<FaceImages>,
 }
 
-/// Apertures of one level of the tree, corners end to end.
-#[derive(Default)]
-struct Apertures {
-    corners: Vec<Vec3>,
-    ends: Vec<usize>,
+/// Images that were last mirrored at one face.
+#[derive(Debug)]
+struct FaceImages {
+    front: Plane,
+    images: Vec<u32>,
 }
 
 impl<'t> ImageTree<'t> {
@@ -52,40 +54,43 @@ impl<'t> ImageTree<'t> {
             scene,
             tx,
             images: Vec::new(),
-            first_plane: vec![0],
-            planes: Vec::new(),
+            sides_end: Vec::new(),
+            sides: Vec::new(),
+            by_face: Vec::new(),
         };
-        if tracer.max_order() == 0 {
-            return tree;
-        }
         let mut clipper = Clipper::default();
-        let mut apertures = Apertures::default();
-        let all: Vec<u32> = (0..scene.faces().len() as u32).collect();
-        tree.add_children(ROOT, &all, &mut clipper, &mut apertures);
-        let mut level = 0..tree.images.len();
-        for _ in 1..tracer.max_order() {
-            let mut next = Apertures::default();
+        let mut level = 0..0;
+        for order in 1..=tracer.max_order() {
+            if order == 1 {
+                let all: Vec<u32> = (0..scene.faces().len() as u32).collect();
+                tree.add_children(ROOT, &all, &mut clipper);
+            }
             for parent in level.clone() {
                 let lit = tracer.pairs.lit_by(scene, tree.images[parent].face);
-                tree.add_children(parent as u32, lit, &mut clipper, &mut next);
+                tree.add_children(parent as u32, lit, &mut clipper);
             }
             level = level.end..tree.images.len();
-            apertures = next;
         }
-        drop(apertures);
+        tree.group();
         tree
     }
 
     /// Adds the images at those of the given faces that the parent's beam reaches.
-    fn add_children(&mut self, parent: u32, faces: &[u32], clipper: &mut Clipper, apertures: &mut Apertures) {
-        let (source, through, bounds) = match self.images.get(parent as usize) {
-            Some(image) => (image.position, Some(image.face), self.beam(parent as usize)),
-            None => (self.tx, None, 0..0),
+    fn add_children(&mut self, parent: u32, faces: &[u32], clipper: &mut Clipper) {
+        let (source, through) = match self.images.get(parent as usize) {
+            Some(image) => (image.position, Some(image.face)),
+            None => (self.tx, None),
         };
+        // Copied, because the planes of the children go to the same place.
+        let mut beam = Vec::new();
+        if let Some(face) = through {
+            beam.push(Plane::front_of(&self.scene.faces()[face as usize]));
+            beam.extend_from_slice(self.sides_of(parent as usize));
+        }
         for &target in faces {
             let face = &self.scene.faces()[target as usize];
             if face.height_m(&source) <= IN_FRONT_M
-                || !clipper.clip(face.hull(), &self.planes[bounds.clone()])
+                || !clipper.clip(face.hull(), &beam)
                 || hidden(self.scene, &source, through, &clipper.polygon, target)
             {
                 continue;
@@ -96,16 +101,34 @@ impl<'t> ImageTree<'t> {
                 face: target,
                 parent,
             });
-            self.planes.push(Plane::front_of(face));
-            push_sides(&position, &clipper.polygon, &mut self.planes);
-            self.first_plane.push(self.planes.len() as u32);
-            apertures.corners.extend_from_slice(&clipper.polygon);
-            apertures.ends.push(apertures.corners.len());
+            push_sides(&position, &clipper.polygon, &mut self.sides);
+            self.sides_end.push(self.sides.len() as u32);
         }
     }
 
-    fn beam(&self, image: usize) -> std::ops::Range<usize> {
-        self.first_plane[image] as usize..self.first_plane[image + 1] as usize
+    /// Prepares the search: images by face, and of each the side first that most of the scene lies outside of.
+    fn group(&mut self) {
+        let bounds = self.scene.bounds();
+        let centre = 0.5 * (Vec3::from(bounds.min_m) + Vec3::from(bounds.max_m));
+        let mut group_of = vec![None; self.scene.faces().len()];
+        for (index, image) in self.images.iter().enumerate() {
+            let start = if index == 0 { 0 } else { self.sides_end[index - 1] };
+            self.sides[start as usize..self.sides_end[index] as usize]
+                .sort_by(|a, b| a.distance_m(&centre).total_cmp(&b.distance_m(&centre)));
+            let group = *group_of[image.face as usize].get_or_insert_with(|| {
+                self.by_face.push(FaceImages {
+                    front: Plane::front_of(&self.scene.faces()[image.face as usize]),
+                    images: Vec::new(),
+                });
+                self.by_face.len() - 1
+            });
+            self.by_face[group].images.push(index as u32);
+        }
+    }
+
+    fn sides_of(&self, image: usize) -> &[Plane] {
+        let start = if image == 0 { 0 } else { self.sides_end[image - 1] };
+        &self.sides[start as usize..self.sides_end[image] as usize]
     }
 
     /// Transmitter position, m.
@@ -125,10 +148,11 @@ impl<'t> ImageTree<'t> {
         if (rx - self.tx).norm() >= LEAST_DISTANCE_M && !self.scene.blocked(self.tx.into(), rx_m) {
             paths.push(self.path(&[], &[], &rx));
         }
-        for (image, window) in self.first_plane.windows(2).enumerate() {
-            let beam = &self.planes[window[0] as usize..window[1] as usize];
-            if beam.iter().all(|plane| plane.admits(&rx)) {
-                paths.extend(self.reflect(image, &rx));
+        for face in self.by_face.iter().filter(|face| face.front.admits(&rx)) {
+            for &image in &face.images {
+                if self.sides_of(image as usize).iter().all(|side| side.admits(&rx)) {
+                    paths.extend(self.reflect(image, &rx));
+                }
             }
         }
         paths.sort_by(|a, b| {
@@ -154,14 +178,14 @@ impl<'t> ImageTree<'t> {
     }
 
     /// The path from an image, if its reflection points exist and every leg is clear.
-    fn reflect(&self, image: usize, rx: &Vec3) -> Option<TracedPath> {
+    fn reflect(&self, image: u32, rx: &Vec3) -> Option<TracedPath> {
         let faces = self.scene.faces();
         // From the receiver back to the transmitter.
         let mut chain = [0_u32; MAX_ORDER];
         let mut points = [Vec3::zeros(); MAX_ORDER];
         let mut order = 0;
         let mut seen_from = *rx;
-        let mut at = image as u32;
+        let mut at = image;
         while let Some(image) = self.images.get(at as usize) {
             let face = &faces[image.face as usize];
             let before = face.height_m(&seen_from);
