@@ -76,12 +76,6 @@ impl FaceIndex {
         })
     }
 
-    /// Whether a face other than those to skip crosses the segment, its margins excepted.
-    pub(super) fn blocked(&self, faces: &[Face], from: Vec3, to: Vec3, skip: [u32; 2]) -> bool {
-        self.find_crossed(faces, from, to, |face| !skip.contains(&face))
-            .is_some()
-    }
-
     /// First face in tree order that crosses the segment, its margins excepted, and that the predicate accepts.
     pub(super) fn find_crossed(
         &self,
@@ -90,13 +84,9 @@ impl FaceIndex {
         to: Vec3,
         mut accept: impl FnMut(u32) -> bool,
     ) -> Option<u32> {
-        let along = to - from;
-        let margin = SURFACE_MARGIN_M / along.norm();
-        self.search(&Slab::new(from, along), |shape| {
-            let crossed = faces[shape]
-                .crossing(&from, &to)
-                .is_some_and(|t| t > margin && t < 1.0 - margin);
-            crossed && accept(shape as u32)
+        let margin = margin(&from, &to);
+        self.search(&Slab::new(from, to - from), |shape| {
+            crosses(&faces[shape], &from, &to, margin) && accept(shape as u32)
         })
         .map(|shape| shape as u32)
     }
@@ -159,6 +149,18 @@ impl FaceIndex {
     }
 }
 
+/// [`SURFACE_MARGIN_M`] as a fraction of a segment.
+pub(super) fn margin(from: &Vec3, to: &Vec3) -> f64 {
+    SURFACE_MARGIN_M / (to - from).norm()
+}
+
+/// Whether the face crosses the segment outside the margins at its ends.
+#[inline]
+pub(super) fn crosses(face: &Face, from: &Vec3, to: &Vec3, margin: f64) -> bool {
+    face.crossing(from, to)
+        .is_some_and(|t| t > margin && t < 1.0 - margin)
+}
+
 /// Number of nodes on the longest way from the root to a leaf.
 fn depth(tree: &Bvh<f64, 3>) -> usize {
     let mut deepest = 0;
@@ -192,16 +194,23 @@ impl Slab {
         }
     }
 
-    /// Whether the segment meets the box. A zero direction component gives infinite or NaN bounds: `min` and `max` drop
-    /// a NaN, which only ever lets a box through.
+    /// Whether the segment meets the box. A zero direction component gives infinite bounds; a NaN, where the segment also
+    /// runs in a side of the box, compares false and so either changes nothing or rejects a box that it only touches:
+    /// no face is lost, since boxes are padded.
     #[inline]
     fn meets(&self, bounds: &Aabb<f64, 3>) -> bool {
-        let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
+        let (mut enter, mut leave) = (0.0, 1.0);
         for axis in 0..3 {
             let a = (bounds.min[axis] - self.from[axis]) * self.inverse[axis];
             let b = (bounds.max[axis] - self.from[axis]) * self.inverse[axis];
-            enter = enter.max(a.min(b));
-            leave = leave.min(a.max(b));
+            // Comparisons instead of `min` and `max`, whose care for NaN takes half of the time here.
+            let (near, far) = if a < b { (a, b) } else { (b, a) };
+            if near > enter {
+                enter = near;
+            }
+            if far < leave {
+                leave = far;
+            }
         }
         enter <= leave
     }

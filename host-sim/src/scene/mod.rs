@@ -180,13 +180,12 @@ impl Scene {
     /// Whether a face stands between two points. The first and last [`SURFACE_MARGIN_M`] of the segment do not count, so
     /// that a point on a surface sees what is in front of it.
     pub fn blocked(&self, from_m: [f64; 3], to_m: [f64; 3]) -> bool {
-        self.index
-            .blocked(&self.faces, from_m.into(), to_m.into(), [u32::MAX; 2])
+        self.find_crossed(from_m.into(), to_m.into(), |_| true).is_some()
     }
 
-    /// [`Scene::blocked`] for two points on faces: these two never count.
-    pub(crate) fn blocked_between(&self, from: Vec3, to: Vec3, skip: [u32; 2]) -> bool {
-        self.index.blocked(&self.faces, from, to, skip)
+    /// Whether one certain face stands between two points, by the rule of [`Scene::blocked`].
+    pub(crate) fn blocked_by(&self, face: u32, from: Vec3, to: Vec3) -> bool {
+        index::crosses(&self.faces[face as usize], &from, &to, index::margin(&from, &to))
     }
 
     /// First face (in tree order) that the predicate accepts among those crossed by the segment.

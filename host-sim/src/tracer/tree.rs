@@ -1,5 +1,7 @@
 //! The image tree of one transmitter, and the paths to a receiver from it.
 
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
 use super::angles::zenith_azimuth;
 use super::beam::{Clipper, Plane, hidden, push_sides};
 use super::field;
@@ -37,6 +39,26 @@ pub struct ImageTree<'t> {
     sides: Vec<Plane>,
     /// Images by last face: a receiver behind the face needs none of them.
     by_face: Vec<FaceImages>,
+    /// One for each image.
+    obstacles: Vec<Obstacle>,
+}
+
+/// What blocked the last path from an image: leg and face. The next receiver is often behind the same wall; a look there
+/// first saves the search. It changes no result, whoever wrote it, because it is tested again.
+#[derive(Debug)]
+struct Obstacle(AtomicU64);
+
+impl Obstacle {
+    const NONE: u64 = u64::MAX;
+
+    fn load(&self) -> (usize, u32) {
+        let value = self.0.load(Relaxed);
+        ((value >> 32) as usize, value as u32)
+    }
+
+    fn store(&self, leg: usize, face: u32) {
+        self.0.store((leg as u64) << 32 | u64::from(face), Relaxed);
+    }
 }
 
 /// Images that were last mirrored at one face.
@@ -57,6 +79,7 @@ impl<'t> ImageTree<'t> {
             sides_end: Vec::new(),
             sides: Vec::new(),
             by_face: Vec::new(),
+            obstacles: Vec::new(),
         };
         let mut clipper = Clipper::default();
         let mut level = 0..0;
@@ -72,6 +95,11 @@ impl<'t> ImageTree<'t> {
             level = level.end..tree.images.len();
         }
         tree.group();
+        tree.obstacles = tree
+            .images
+            .iter()
+            .map(|_| Obstacle(AtomicU64::new(Obstacle::NONE)))
+            .collect();
         tree
     }
 
@@ -202,19 +230,40 @@ impl<'t> ImageTree<'t> {
             seen_from = point;
             at = image.parent;
         }
-        let mut to = (*rx, u32::MAX);
-        for (face, point) in chain[..order].iter().zip(&points[..order]) {
-            if self.scene.blocked_between(*point, to.0, [*face, to.1]) {
-                return None;
-            }
-            to = (*point, *face);
-        }
-        if self.scene.blocked_between(self.tx, to.0, [to.1, u32::MAX]) {
+        if !self.clear(image, rx, &chain[..order], &points[..order]) {
             return None;
         }
         chain[..order].reverse();
         points[..order].reverse();
         Some(self.path(&chain[..order], &points[..order], rx))
+    }
+
+    /// Whether all legs are free, from the receiver back to the transmitter.
+    fn clear(&self, image: u32, rx: &Vec3, chain: &[u32], points: &[Vec3]) -> bool {
+        let legs = points.len() + 1;
+        let leg = |i: usize| {
+            let near = if i == 0 { *rx } else { points[i - 1] };
+            let far = points.get(i).copied().unwrap_or(self.tx);
+            // The faces that the leg starts and ends on.
+            let own = [i.checked_sub(1).and_then(|i| chain.get(i)), chain.get(i)];
+            (near, far, move |face: u32| own.contains(&Some(&face)))
+        };
+        let obstacle = &self.obstacles[image as usize];
+        let (last_leg, last_face) = obstacle.load();
+        if last_leg < legs {
+            let (near, far, own) = leg(last_leg);
+            if !own(last_face) && self.scene.blocked_by(last_face, near, far) {
+                return false;
+            }
+        }
+        for i in 0..legs {
+            let (near, far, own) = leg(i);
+            if let Some(face) = self.scene.find_crossed(near, far, |face| !own(face)) {
+                obstacle.store(i, face);
+                return false;
+            }
+        }
+        true
     }
 
     fn path(&self, faces: &[u32], vertices: &[Vec3], rx: &Vec3) -> TracedPath {
