@@ -62,7 +62,7 @@ pub(super) fn push_sides(image: &Vec3, aperture: &[Vec3], planes: &mut Vec<Plane
     }
 }
 
-/// Scratch space of [`clip`], kept to save allocations.
+/// Scratch space of [`Clipper::clip`], kept to save allocations.
 #[derive(Default)]
 pub(super) struct Clipper {
     pub(super) polygon: Vec<Vec3>,

@@ -2,7 +2,7 @@
 //!
 //! For each transmitter a tree of its mirror images is grown once ([`ImageTree`]): a child mirrors its parent's image at a
 //! further face. A branch lives on only while something of its beam - the part of space that the image can light through
-//! the faces so far - reaches the next face, and no single face hides all of that part ([`beam`]). Every beam is bounded by
+//! the faces so far - reaches the next face, and no single face hides all of that part. Every beam is bounded by
 //! a few planes, so a receiver rejects most images by one or two dot products; for the rest the reflection points follow
 //! exactly from the images, must lie in their faces, and every leg must be clear. All pruning is conservative: it may keep
 //! a branch that leads nowhere, never drop one that leads somewhere.
