@@ -31,7 +31,7 @@ pub(super) struct SweepState<'a> {
     index: u32,
     pub(super) rays: &'a [Ray],
     pub(super) receptions: Vec<Reception>,
-    fields: Vec<Vec<BeamField>>,
+    pub(super) fields: Vec<Vec<BeamField>>,
     /// Per array, a wave for each ray and one for the jammer.
     pub(super) waves: [Vec<Wave>; ARRAYS],
     steering: [Vec<[C64; ELEMENTS]>; ARRAYS],
