@@ -116,5 +116,10 @@ mod tests {
         assert!(path.to_world(&identity, &about_u).covariance.norm() < 1e-18);
         let isotropic = path.to_world(&identity, &(Matrix3::identity() * 1e-4)).covariance;
         assert!((isotropic - diagonal_covariance(0.0, 1e-2)).norm() < 1e-16);
+        // An uneven one: the spread of e x u over the error e is -[u] S [u] with the cross-product matrix [u].
+        let uneven = Matrix3::new(4.0, 1.0, -0.5, 1.0, 2.0, 0.3, -0.5, 0.3, 1.0) * 1e-4;
+        let cross = path.aoa.vector().cross_matrix();
+        let seen = path.to_world(&identity, &uneven);
+        assert!((spread(&seen) + cross * uneven * cross).norm() < 1e-16);
     }
 }

@@ -276,6 +276,29 @@ fn every_gate_names_its_reason() {
 }
 
 #[test]
+fn a_claim_of_perfection_does_not_turn_line_of_sight_into_a_point() {
+    let ends = ends::<f64>(GMT, UAV);
+    let aoa = Direction::from_vector(ends.gmt.from_origin(&ends.uav)).expect("apart");
+    for rounding_m in [-1e-6, 0.0, 1e-6] {
+        let c_tau_m = ends.uav.distance_m(&ends.gmt) + rounding_m;
+        let path = Path {
+            c_tau_m,
+            aoa,
+            aod: None,
+            covariance: Matrix3::zeros(),
+        };
+        for gates in [Gates::default(), Gates::open()] {
+            let verdict = solve(&ends, &path, Form::Vector, &gates);
+            assert_eq!(
+                verdict,
+                Ok(Verdict::Rejected(Rejection::LineOfSight)),
+                "{rounding_m}"
+            );
+        }
+    }
+}
+
+#[test]
 fn input_that_is_no_path_is_an_error() {
     let error = |e: InputError| Err(e);
     assert_eq!(

@@ -19,7 +19,16 @@ struct Cli {
 
 #[derive(Subcommand, Debug)]
 enum Command {
+    /// Fly: measure, solve, map and send (the default)
+    ///
+    /// The UAV hears the GMT on one link after the other, solves the reflection point of each path, judges it, and
+    /// sends what it found to the ground. Every measurement has errors of the stated size; the receiver never sees the
+    /// truth. Writes map.ply, map_truth.ply, packets.bin and report.json.
+    Fly(commands::fly::Args),
     /// Solve the reflection point of each path of a paths file
+    ///
+    /// Every path leads to a line: a point, or the reason why there is none. Where the file knows the truth (order and
+    /// last vertex), the summary compares with it.
     Solve(commands::solve::Args),
 }
 
@@ -28,7 +37,8 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = match cli.command {
         Some(Command::Solve(args)) => commands::solve::run(&args),
-        None => Ok(()),
+        Some(Command::Fly(args)) => commands::fly::run(&args),
+        None => commands::fly::run(&commands::fly::Args::default()),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

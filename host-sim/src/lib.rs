@@ -2,12 +2,16 @@
 
 pub mod cli;
 mod commands;
+pub mod evaluation;
+pub mod flight_files;
 pub mod input;
 pub mod measurement;
 pub mod path_flight;
 pub mod paths;
 pub mod ply;
+pub mod progress;
 pub mod random;
+pub mod report;
 pub mod solve;
 pub mod statistics;
 pub mod table;

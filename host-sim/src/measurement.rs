@@ -34,6 +34,30 @@ impl Default for Sigmas {
     }
 }
 
+impl Sigmas {
+    /// Checks that every value is finite and not negative.
+    ///
+    /// # Errors
+    /// The first wrong key with its value and what was expected, in words.
+    pub fn check(&self) -> Result<(), String> {
+        let values = [
+            ("c_tau_m", self.c_tau_m),
+            ("aoa_deg", self.aoa_deg),
+            ("aod_deg", self.aod_deg),
+            ("position_m", self.position_m),
+        ];
+        match values
+            .into_iter()
+            .find(|(_, value)| !value.is_finite() || *value < 0.0)
+        {
+            None => Ok(()),
+            Some((key, value)) => Err(format!(
+                "{key} must be a finite number of at least 0, not {value}"
+            )),
+        }
+    }
+}
+
 /// The two ends of a link as the receiver believes them.
 ///
 /// # Errors

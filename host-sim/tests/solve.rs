@@ -114,7 +114,11 @@ fn bad_input_is_one_line_and_exit_2() {
         ),
         (&not_gzip, "--json", "plain.jsonl.gz: is not gzipped text"),
         (&missing, "--json", "missing.jsonl: cannot be read"),
-        (&broken, "--range-sigma-m=-1", "--range-sigma-m must be"),
+        (
+            &broken,
+            "--range-sigma-m=-1",
+            "standard deviation c_tau_m must be",
+        ),
         (&broken, "--bounds=0,0,0,1,1", "--bounds wants six numbers"),
     ] {
         if extra.starts_with("--bounds") || extra.starts_with("--range") {

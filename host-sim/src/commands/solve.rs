@@ -16,9 +16,6 @@ use crate::statistics::{quantile, rms};
 use crate::table::Table;
 
 /// Arguments of `cslam solve`.
-///
-/// Every path leads to a line: a point, or the reason why there is none. Where the file knows the truth (order and
-/// last vertex), the summary compares with it.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Paths file (.jsonl or .jsonl.gz), one link a line
@@ -171,18 +168,9 @@ fn settings<T: Real>(args: &Args) -> Result<Settings<T>, InputError> {
         aod_deg: args.aod_sigma_deg,
         position_m: args.position_sigma_m,
     };
-    for (name, value) in [
-        ("--range-sigma-m", sigmas.c_tau_m),
-        ("--angle-sigma-deg", sigmas.aoa_deg),
-        ("--aod-sigma-deg", sigmas.aod_deg),
-        ("--position-sigma-m", sigmas.position_m),
-    ] {
-        if !value.is_finite() || value < 0.0 {
-            return Err(InputError::new(format!(
-                "{name} must be a finite number of at least 0, not {value}"
-            )));
-        }
-    }
+    sigmas
+        .check()
+        .map_err(|message| InputError::new(format!("standard deviation {message}")))?;
     let mut gates = if args.open_gates {
         Gates::open()
     } else {
