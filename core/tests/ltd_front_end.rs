@@ -4,7 +4,7 @@
 
 use std::f64::consts::PI;
 
-use cslam_core::ltd::{bin_at, q15, BeamTaps, Channel, Correlator, Iq, Levelled, Workspace, SAMPLES};
+use cslam_core::ltd::{BeamTaps, Channel, Correlator, Iq, SAMPLES, Workspace, bin_at, q15};
 use nalgebra::Complex;
 
 type C64 = Complex<f64>;
@@ -130,7 +130,12 @@ fn spectrum_sqnr_db(samples: &Channel) -> f64 {
 fn the_spectrum_keeps_60_db_at_the_level_of_the_gain_control() {
     let mut random = Random(1);
     let nine: Vec<(f64, C64)> = (0..9)
-        .map(|i| (random.uniform() * 300.0, random.normal() * 10_f64.powf(-f64::from(i) / 6.0)))
+        .map(|i| {
+            (
+                random.uniform() * 300.0,
+                random.normal() * 10_f64.powf(-f64::from(i) / 6.0),
+            )
+        })
         .collect();
     let cases: [(&str, &[(f64, C64)], f64); 3] = [
         ("noise", &[], 0.0),
@@ -149,14 +154,20 @@ fn the_spectrum_keeps_60_db_at_the_level_of_the_gain_control() {
 
 /// Correlates a block of equal channels.
 fn correlate<'a>(block: &'a mut [Channel; 32], work: &'a mut Workspace) -> BeamTaps<'a, 32> {
-    correlator().correlate(Levelled::new(block, 0), work)
+    let correlator = correlator();
+    correlator.correlate(correlator.level(block, 0), work)
 }
 
 #[test]
 fn taps_equal_the_definition_and_carry_its_scale() {
     let mut random = Random(2);
     let paths = [(100.25, C64::new(0.6, 0.8)), (117.0, C64::new(-0.2, 0.1))];
-    for (rms, floor_db) in [(NOMINAL_RMS, 57.0), (4600.0, 52.0), (30.0, 50.0), (20_000.0, 50.0)] {
+    for (rms, floor_db) in [
+        (NOMINAL_RMS, 57.0),
+        (4600.0, 52.0),
+        (30.0, 50.0),
+        (20_000.0, 50.0),
+    ] {
         let samples = capture(&paths, 30.0, rms, 16, &mut random);
         let reference = taps(&samples);
         let mut block = [samples; 32];
@@ -179,6 +190,9 @@ fn taps_equal_the_definition_and_carry_its_scale() {
             natural.iter().zip(&reference).map(|(a, b)| a * scale - b),
         );
         println!("rms {rms}: window {exact:.1} dB, int16 taps {stored:.1} dB");
-        assert!(exact >= floor_db && stored >= floor_db - 3.0, "rms {rms}: {exact:.1} {stored:.1}");
+        assert!(
+            exact >= floor_db && stored >= floor_db - 3.0,
+            "rms {rms}: {exact:.1} {stored:.1}"
+        );
     }
 }

@@ -6,7 +6,7 @@
 //! input by `sqrt(416)/8 r = 2.55 r` LSB, all values of the final stage by `2.9 r`, and [`MAX_MEAN_POWER`] keeps that under
 //! 32 767: the final stage never clips. Forward bins reach `8 r` for a bare tone; there, lanes may clip, and are counted.
 
-use super::kernels;
+use super::kernels::Kernels;
 use super::stages::Channel;
 use super::tables::SAMPLES;
 
@@ -28,12 +28,11 @@ pub struct Levelled<'a, const CHANNELS: usize> {
 }
 
 impl<'a, const CHANNELS: usize> Levelled<'a, CHANNELS> {
-    /// Measures a block and shifts it in place where its level asks for it. `exponent`: amplitude = integer x
-    /// 2^exponent of the samples as captured.
-    pub fn new(block: &'a mut [Channel; CHANNELS], exponent: i32) -> Self {
+    /// Measures a block and shifts it in place where its level asks for it.
+    pub(super) fn new<K: Kernels>(block: &'a mut [Channel; CHANNELS], exponent: i32) -> Self {
         let (mut energy, mut strongest) = (0_u64, 0_u64);
         for channel in block.iter() {
-            let channel_energy = kernels::energy(channel);
+            let channel_energy = K::energy(channel);
             energy += channel_energy;
             strongest = strongest.max(channel_energy);
         }

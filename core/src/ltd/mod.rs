@@ -1,8 +1,8 @@
 //! Path estimation (LTD), fixed-point front end: from the int16 samples of one transmit beam to taps.
 //!
 //! ```text
-//! block --Levelled::new--> Levelled --Correlator::correlate--> BeamTaps --Detector::peak--> Peak
-//!                              `-----Correlator::detect--> profile of a few channels, at an eighth of the cost
+//! block --Correlator::level--> Levelled --Correlator::correlate--> BeamTaps --Detector::peak--> Peak
+//!                                `-----Correlator::detect--> profile of a few channels, at an eighth of the cost
 //! ```
 //! A block is `[Channel; CHANNELS]`, channels array-major (8 j + i), samples as packed [`Iq`] words; it is levelled,
 //! transformed and kept in place. Everything up to the profile is integer arithmetic with stated roundings, the same bits
@@ -11,8 +11,10 @@
 mod correlator;
 mod detector;
 mod iq;
-mod kernels;
+pub mod kernels;
 mod level;
+#[cfg(all(target_arch = "arm", feature = "armv7em"))]
+mod simd;
 mod stages;
 mod tables;
 mod taps;

@@ -29,8 +29,8 @@ pub(super) const FOLDED_COLUMNS: [usize; 4] = [0, 2, 1, 3];
 
 /// `exp(-j pi/4)`, Q15.
 pub(super) const EIGHTH: Iq = Iq::new(23_170, -23_170);
-/// `exp(-j 3 pi/4)`, Q15.
-pub(super) const THREE_EIGHTHS: Iq = Iq::new(-23_170, -23_170);
+/// `exp(+j pi/4)`, Q15.
+pub(super) const MINUS_EIGHTH: Iq = Iq::new(23_170, 23_170);
 
 /// Tap (modulo 64) at a position of the kept data; its own inverse. Base-4 digits reversed.
 #[must_use]
@@ -50,12 +50,13 @@ pub(super) fn first(input: &Channel, out: &mut Channel) -> Clips {
         let [d0, d1, d2, d3] = differences;
         let (u0, u1) = (d0.halving_sub_j(d2), d0.halving_add_j(d2));
         let v0 = d1.halving_sub_j(d3).full_product(EIGHTH, &mut clips);
-        let v1 = d1.halving_add_j(d3).full_product(THREE_EIGHTHS, &mut clips);
+        // exp(-j 3 pi/4) = -j exp(-j pi/4).
+        let v1 = d1.halving_add_j(d3).full_product(EIGHTH, &mut clips);
         let odd = [
             u0.halving_add(v0),
-            u1.halving_add(v1),
+            u1.halving_sub_j(v1),
             u0.halving_sub(v0),
-            u1.halving_sub(v1),
+            u1.halving_add_j(v1),
         ];
         for (slot, y) in odd.into_iter().enumerate() {
             out[(256 + 64 * slot + to) & 511] = y;
@@ -234,9 +235,9 @@ pub(super) fn final_taps(kept: &Channel, position: usize) -> [Iq; 8] {
     let at = |slot: usize| kept[(64 * slot + position) & 511];
     let g = inverse_half([at(0), at(1), at(2), at(3)]);
     let h = inverse_half([at(4), at(5), at(6), at(7)]);
-    // h_l exp(+j pi l / 4), l = 0..3; exp(+j pi/4) is the conjugate of EIGHTH, written as -exp(-j 3 pi/4).
-    let h1 = h[1].full_product(Iq::new(23_170, 23_170), unbounded);
-    let h3 = h[3].full_product(Iq::new(-23_170, 23_170), unbounded);
+    // h_l exp(+j pi l / 4), l = 0..3; exp(+j 3 pi/4) = j exp(+j pi/4).
+    let h1 = h[1].full_product(MINUS_EIGHTH, unbounded);
+    let h3 = h[3].full_product(MINUS_EIGHTH, unbounded);
     [
         g[0].saturating_add(h[0], unbounded),
         g[0].saturating_sub(h[0], unbounded),
@@ -244,8 +245,8 @@ pub(super) fn final_taps(kept: &Channel, position: usize) -> [Iq; 8] {
         g[1].saturating_sub(h1, unbounded),
         g[2].saturating_add_j(h[2], unbounded),
         g[2].saturating_sub_j(h[2], unbounded),
-        g[3].saturating_add(h3, unbounded),
-        g[3].saturating_sub(h3, unbounded),
+        g[3].saturating_add_j(h3, unbounded),
+        g[3].saturating_sub_j(h3, unbounded),
     ]
 }
 

@@ -20,7 +20,7 @@ pub(super) type Twiddles = [Iq; 3];
 /// Factors of a last-stage block: the waveform at its four bins, then the block's twiddles.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
-pub(super) struct Tail {
+pub struct Tail {
     /// Waveform `X` at the four bins, Q15; zero where no subcarrier is active.
     pub(super) waveform: [Iq; 4],
     /// Twiddles of legs 1, 2, 3.

@@ -1,8 +1,10 @@
 //! The taps of one beam: what the front end hands to the search.
 
+use core::marker::PhantomData;
+
 use nalgebra::Complex;
 
-use super::kernels;
+use super::kernels::{Kernels, Native};
 use super::stages::{Channel, tap_at};
 use super::tables::{RESIDUES, SAMPLES};
 
@@ -11,15 +13,16 @@ use super::tables::{RESIDUES, SAMPLES};
 /// A tap is `h[n] = 1/512 sum_k R[k] conj(X[k]) exp(+j 2 pi k n / 512)` of the channel's spectrum `R`; its amplitude is
 /// the value given here x 2^[`exponent`](Self::exponent), one exponent for all channels and taps, so that beams compare.
 #[derive(Debug)]
-pub struct BeamTaps<'a, const CHANNELS: usize> {
+pub struct BeamTaps<'a, const CHANNELS: usize, K = Native> {
     kept: &'a mut [Channel; CHANNELS],
     profile: &'a [u64; SAMPLES],
     scratch: &'a mut Channel,
     exponent: i32,
     clips: u32,
+    kernels: PhantomData<K>,
 }
 
-impl<'a, const CHANNELS: usize> BeamTaps<'a, CHANNELS> {
+impl<'a, const CHANNELS: usize, K: Kernels> BeamTaps<'a, CHANNELS, K> {
     pub(super) fn new(
         kept: &'a mut [Channel; CHANNELS],
         profile: &'a [u64; SAMPLES],
@@ -33,6 +36,7 @@ impl<'a, const CHANNELS: usize> BeamTaps<'a, CHANNELS> {
             scratch,
             exponent,
             clips,
+            kernels: PhantomData,
         }
     }
 
@@ -69,7 +73,7 @@ impl<'a, const CHANNELS: usize> BeamTaps<'a, CHANNELS> {
     #[must_use]
     pub fn into_natural(self) -> &'a mut [Channel; CHANNELS] {
         for channel in self.kept.iter_mut() {
-            kernels::natural(channel, self.scratch);
+            K::natural(channel, self.scratch);
             *channel = *self.scratch;
         }
         self.kept
