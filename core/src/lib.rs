@@ -23,6 +23,8 @@
 //! well-typed world direction.
 #![no_std]
 
+pub mod array;
+pub mod block;
 pub mod constants;
 pub mod geometry;
 pub mod ltd;
@@ -30,3 +32,4 @@ pub mod map;
 pub mod path;
 pub mod reflection;
 pub mod telemetry;
+pub mod waveform;
