@@ -4,7 +4,9 @@
 
 use std::f64::consts::PI;
 
-use cslam_core::ltd::{BeamTaps, Channel, Correlator, Iq, SAMPLES, Workspace, bin_at, q15};
+use cslam_core::block::BeamBlock;
+use cslam_core::ltd::{BeamTaps, Channel, Correlator, Iq, Workspace, bin_at};
+use cslam_core::waveform::{SAMPLES, Waveform};
 use nalgebra::Complex;
 
 type C64 = Complex<f64>;
@@ -45,8 +47,7 @@ fn waveform() -> Vec<C64> {
 }
 
 fn correlator() -> Correlator {
-    let x = waveform();
-    Correlator::new(&std::array::from_fn(|k| q15(x[k].re, x[k].im)))
+    Correlator::new(&Waveform::default())
 }
 
 /// Plain discrete Fourier transform, `sign` -1 forward and +1 inverse, no scale.
@@ -152,10 +153,18 @@ fn the_spectrum_keeps_60_db_at_the_level_of_the_gain_control() {
     }
 }
 
+fn at_unit_scale(samples: &mut [Channel; 32]) -> BeamBlock<'_> {
+    BeamBlock {
+        samples,
+        beam: 0,
+        exponent: 0,
+    }
+}
+
 /// Correlates a block of equal channels.
 fn correlate<'a>(block: &'a mut [Channel; 32], work: &'a mut Workspace) -> BeamTaps<'a, 32> {
     let correlator = correlator();
-    correlator.correlate(correlator.level(block, 0), work)
+    correlator.correlate(correlator.level(at_unit_scale(block)), work)
 }
 
 #[test]
@@ -184,7 +193,7 @@ fn taps_equal_the_definition_and_carry_its_scale() {
                 .zip(&reference)
                 .map(|(a, b)| C64::new(f64::from(a.re), f64::from(a.im)) * scale - b),
         );
-        let natural = float(&beam.into_natural()[5]);
+        let natural = float(&beam.into_natural().samples[5]);
         let stored = sqnr_db(
             &reference,
             natural.iter().zip(&reference).map(|(a, b)| a * scale - b),

@@ -1,9 +1,10 @@
 //! Check of the path estimator's kernels: sample blocks from the quiet to the extreme, and digests of all that the front
 //! end makes of them. Equal digests of two kernel sets, or of two machines, mean equal bits.
 
+use cslam_core::block::BeamBlock;
 use cslam_core::ltd::kernels::Kernels;
-use cslam_core::ltd::{BeamTaps, Channel, SAMPLES};
-use cslam_core::ltd::{Correlator, Iq, Workspace, q15};
+use cslam_core::ltd::{BeamTaps, Channel, Correlator, Iq, Workspace};
+use cslam_core::waveform::SAMPLES;
 use libm::{cos, sin};
 
 /// Channels of a block.
@@ -15,27 +16,6 @@ pub const SUBSET: [u8; 8] = [2, 5, 10, 13, 18, 21, 26, 29];
 
 /// Samples of one beam.
 pub type Block = [Channel; CHANNELS];
-
-/// Correlator for a Zadoff-Chu waveform of length 409 and root 273 on the subcarriers -208..=207 (signal.md section 2).
-#[must_use]
-pub fn correlator<K: Kernels>() -> Correlator<K> {
-    Correlator::new(&core::array::from_fn(|bin| {
-        let subcarrier = if bin < SAMPLES / 2 {
-            bin as i32
-        } else {
-            bin as i32 - SAMPLES as i32
-        };
-        if (-208..208).contains(&subcarrier) {
-            let n = (subcarrier + 208) % 409;
-            // The phase is -pi 273 n (n + 1) / 409, taken modulo 2 pi in integers.
-            let turns = f64::from(273 * n * (n + 1) % 818) / 409.0;
-            let phase = -core::f64::consts::PI * turns;
-            q15(cos(phase), sin(phase))
-        } else {
-            Iq::ZERO
-        }
-    }))
-}
 
 /// Xorshift64*, for numbers that are the same on every machine.
 struct Random(u64);
@@ -149,7 +129,7 @@ pub fn run<K: Kernels>(
         digest.add(u64::from(correlator.spectrum(channel, &mut spectrum, work)));
         spectrum.iter().for_each(|x| digest.add(u64::from(x.word())));
     }
-    let beam = correlator.level(block, 0);
+    let beam = correlator.level(as_captured(block, index));
     digest.add(beam.mean_power().to_bits());
     correlator
         .detect(&beam, &SUBSET, work)
@@ -159,13 +139,22 @@ pub fn run<K: Kernels>(
     taps.profile().iter().for_each(|&power| digest.add(power));
     windows(&taps, &mut digest);
     let (clips, exponent) = (taps.clips(), taps.exponent());
-    for x in taps.into_natural().iter().flatten() {
+    for x in taps.into_natural().samples.iter().flatten() {
         digest.add(u64::from(x.word()));
     }
     Outcome {
         digest: digest.0,
         clips,
         exponent,
+    }
+}
+
+/// A filled block as the front end takes it.
+pub fn as_captured(samples: &mut Block, index: u32) -> BeamBlock<'_> {
+    BeamBlock {
+        samples,
+        beam: index as u16,
+        exponent: 0,
     }
 }
 

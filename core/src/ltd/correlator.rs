@@ -11,8 +11,10 @@ use super::iq::Iq;
 use super::kernels::{Kernels, Native};
 use super::level::Levelled;
 use super::stages::{COLUMNS, Channel, FOLDED_COLUMNS, FoldedPowers, Powers, tap_at};
-use super::tables::{SAMPLES, Tables};
+use super::tables::Tables;
 use super::taps::BeamTaps;
+use crate::block::BeamBlock;
+use crate::waveform::{SAMPLES, Waveform};
 
 /// Taps of the half-length correlation.
 pub const FOLDED_TAPS: usize = SAMPLES / 2;
@@ -58,10 +60,9 @@ impl Default for Workspace {
 }
 
 impl<K: Kernels> Correlator<K> {
-    /// Correlator for a waveform given by its spectrum: 512 bins, bin 0 first, Q15 of magnitudes up to one
-    /// ([`super::q15`]), zero where no subcarrier is active.
+    /// Correlator for a waveform. Its symbols are rounded to Q15.
     #[must_use]
-    pub fn new(waveform: &[Iq; SAMPLES]) -> Self {
+    pub fn new(waveform: &Waveform) -> Self {
         Self {
             tables: Tables::new(waveform),
             kernels: PhantomData,
@@ -77,14 +78,9 @@ impl<K: Kernels> Correlator<K> {
             + K::last(&work.ping, out, &self.tables.last)
     }
 
-    /// Measures a beam block and brings it to the level of the transform, in place. `exponent`: amplitude = integer x
-    /// 2^exponent of the captured samples.
-    pub fn level<'a, const CHANNELS: usize>(
-        &self,
-        block: &'a mut [Channel; CHANNELS],
-        exponent: i32,
-    ) -> Levelled<'a, CHANNELS> {
-        Levelled::new::<K>(block, exponent)
+    /// Measures a beam block and brings it to the level of the transform, in place.
+    pub fn level<'a, const CHANNELS: usize>(&self, block: BeamBlock<'a, CHANNELS>) -> Levelled<'a, CHANNELS> {
+        Levelled::new::<K>(block)
     }
 
     /// Correlates all channels of a beam and sums their power.
@@ -93,12 +89,15 @@ impl<K: Kernels> Correlator<K> {
         beam: Levelled<'a, CHANNELS>,
         work: &'a mut Workspace,
     ) -> BeamTaps<'a, CHANNELS, K> {
-        let exponent = beam.exponent() + TAP_EXPONENT;
-        let block = beam.into_block();
+        let BeamBlock {
+            samples,
+            beam,
+            exponent,
+        } = beam.into_block();
         let Tables { second, third, last } = &self.tables;
         work.powers = [[0; 8]; 64];
         let mut clips = 0;
-        for channel in block.iter_mut() {
+        for channel in samples.iter_mut() {
             clips += K::first(channel, &mut work.ping)
                 + K::second(&work.ping, &mut work.pong, second)
                 + K::third(&work.pong, &mut work.ping, third)
@@ -112,7 +111,12 @@ impl<K: Kernels> Correlator<K> {
                 work.profile[(tap_at(position) + 64 * column) & 511] = power;
             }
         }
-        BeamTaps::new(block, &work.profile, &mut work.ping, exponent, clips)
+        let taps = BeamBlock {
+            samples,
+            beam,
+            exponent: exponent.saturating_add(TAP_EXPONENT),
+        };
+        BeamTaps::new(taps, &work.profile, &mut work.ping, clips)
     }
 
     /// Cheap stage: the profile of the even subcarriers of a few channels (those that exist), delays modulo 256 taps.
@@ -129,7 +133,7 @@ impl<K: Kernels> Correlator<K> {
         let mut powers: FoldedPowers = [[0; 4]; 64];
         let Workspace { ping, pong, .. } = work;
         for channel in channels {
-            let Some(samples) = beam.block().get(usize::from(*channel)) else {
+            let Some(samples) = beam.samples().get(usize::from(*channel)) else {
                 continue;
             };
             // A clipped lane here shows again, and is counted, in the full correlation.

@@ -11,7 +11,8 @@
 //! input is still there when it must be repeated to count clipped lanes.
 
 use super::iq::{Clips, Iq};
-use super::tables::{SAMPLES, Tail, Twiddles};
+use super::tables::{Tail, Twiddles};
+use crate::waveform::SAMPLES;
 
 /// The samples of one channel, or a stage's data.
 pub type Channel = [Iq; SAMPLES];

@@ -6,7 +6,9 @@ use nalgebra::Complex;
 
 use super::kernels::{Kernels, Native};
 use super::stages::{Channel, tap_at};
-use super::tables::{RESIDUES, SAMPLES};
+use super::tables::RESIDUES;
+use crate::block::BeamBlock;
+use crate::waveform::SAMPLES;
 
 /// The correlated channels of one beam, one radix-8 stage before the taps, with their power-delay profile.
 ///
@@ -14,27 +16,24 @@ use super::tables::{RESIDUES, SAMPLES};
 /// the value given here x 2^[`exponent`](Self::exponent), one exponent for all channels and taps, so that beams compare.
 #[derive(Debug)]
 pub struct BeamTaps<'a, const CHANNELS: usize, K = Native> {
-    kept: &'a mut [Channel; CHANNELS],
+    kept: BeamBlock<'a, CHANNELS>,
     profile: &'a [u64; SAMPLES],
     scratch: &'a mut Channel,
-    exponent: i32,
     clips: u32,
     kernels: PhantomData<K>,
 }
 
 impl<'a, const CHANNELS: usize, K: Kernels> BeamTaps<'a, CHANNELS, K> {
     pub(super) fn new(
-        kept: &'a mut [Channel; CHANNELS],
+        kept: BeamBlock<'a, CHANNELS>,
         profile: &'a [u64; SAMPLES],
         scratch: &'a mut Channel,
-        exponent: i32,
         clips: u32,
     ) -> Self {
         Self {
             kept,
             profile,
             scratch,
-            exponent,
             clips,
             kernels: PhantomData,
         }
@@ -49,7 +48,13 @@ impl<'a, const CHANNELS: usize, K: Kernels> BeamTaps<'a, CHANNELS, K> {
     /// Amplitude of a tap = value x 2^exponent.
     #[must_use]
     pub fn exponent(&self) -> i32 {
-        self.exponent
+        self.kept.exponent
+    }
+
+    /// Transmit beam.
+    #[must_use]
+    pub fn beam(&self) -> u16 {
+        self.kept.beam
     }
 
     /// Lanes that clipped inside the transform of this beam; 0 for every regular capture. A strong tone in the band or a
@@ -62,7 +67,7 @@ impl<'a, const CHANNELS: usize, K: Kernels> BeamTaps<'a, CHANNELS, K> {
     /// Taps `first`, `first + 1`, ... (cyclic) of a channel into `out`, in LSB of a tap but without the rounding of the
     /// final stage: an eight-term sum a tap, exact but for the last f32 operations. Zeros for a channel that is not there.
     pub fn window(&self, channel: usize, first: usize, out: &mut [Complex<f32>]) {
-        let kept = self.kept.get(channel);
+        let kept = self.kept.samples.get(channel);
         for (i, tap) in out.iter_mut().enumerate() {
             *tap = kept.map_or(Complex::new(0.0, 0.0), |kept| exact_tap(kept, first + i));
         }
@@ -71,8 +76,8 @@ impl<'a, const CHANNELS: usize, K: Kernels> BeamTaps<'a, CHANNELS, K> {
     /// All taps of all channels in place, natural order, int16 (final stage of scale 1/4, saturating). The profile is the
     /// sum of exactly these.
     #[must_use]
-    pub fn into_natural(self) -> &'a mut [Channel; CHANNELS] {
-        for channel in self.kept.iter_mut() {
+    pub fn into_natural(self) -> BeamBlock<'a, CHANNELS> {
+        for channel in self.kept.samples.iter_mut() {
             K::natural(channel, self.scratch);
             *channel = *self.scratch;
         }

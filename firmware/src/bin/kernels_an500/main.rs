@@ -13,7 +13,8 @@ use core::ptr;
 
 use cortex_m_rt::entry;
 use cslam_core::ltd::kernels::{Kernels, Native, Portable};
-use cslam_core::ltd::{Channel, Correlator, Detector, Iq, SAMPLES, Workspace};
+use cslam_core::ltd::{Channel, Correlator, Detector, Iq, Workspace};
+use cslam_core::waveform::{SAMPLES, Waveform};
 use cslam_firmware::front_end_check::{self as check, BLOCKS, Block, CHANNELS, SUBSET};
 use defmt_semihosting as _;
 use semihosting::process::exit;
@@ -29,8 +30,9 @@ fn main() -> ! {
     let Some((block, work, other)) = buffers else {
         exit(101)
     };
-    let native = check::correlator::<Native>();
-    let portable = check::correlator::<Portable>();
+    let waveform = Waveform::default();
+    let native = Correlator::<Native>::new(&waveform);
+    let portable = Correlator::<Portable>::new(&waveform);
 
     count("empty", || ());
     costs("", &native, block, work);
@@ -64,7 +66,7 @@ fn costs<K: Kernels>(set: &str, correlator: &Correlator<K>, block: &mut Block, w
         });
     }
     let beam = report(set, "level, 32 channels", || {
-        correlator.level(black_box(block), 0)
+        correlator.level(check::as_captured(black_box(block), NOMINAL))
     });
     let detector = Detector::new(SUBSET.len(), 1e-2, 72 * 208);
     let profile = report(set, "detect, 8 channels folded", || {
