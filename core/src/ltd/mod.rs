@@ -8,6 +8,10 @@
 //! transformed and kept in place. Everything up to the profile is integer arithmetic with stated roundings, the same bits
 //! on every machine; source: signal.md sections 3.1 and 4, kernels.md section 3.
 
+#[cfg(all(target_arch = "arm", feature = "armv7em"))]
+#[macro_use]
+mod instructions;
+
 mod correlator;
 mod detector;
 mod iq;

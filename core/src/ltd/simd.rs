@@ -9,8 +9,8 @@
 //! range. Every lane that saturates inside a butterfly shows in one of its four outputs, so a clear flag proves that
 //! nothing clipped. A set one proves nothing: the stage is then repeated by its portable form, which counts exactly.
 //!
-//! Registers: r0..r3 data, r4..r6 factors, r8 temporary, r9 from, r10 to, r11 table, r12 rounding, lr ones, r7 loop.
-//! r6 and r7 cannot be operands of `asm!` and are saved on the stack.
+//! The instruction text that kernels share is in `instructions.rs`, with the use of the registers. r6 and r7 cannot be
+//! operands of `asm!`: each block saves them on the stack.
 #![allow(unsafe_code)]
 
 use core::arch::asm;
@@ -27,216 +27,6 @@ const ROUND_15: u32 = 1 << 14;
 const ONES: u32 = 0x0001_0001;
 /// Q, the sticky saturation flag of APSR.
 const Q_FLAG: u32 = 1 << 27;
-
-/// Start of a kernel: saves what `asm!` may not name, takes the loop count from r0, clears Q.
-macro_rules! enter {
-    () => {
-        "push {{r6, r7}}
-         mov r7, r0
-         mov r0, #0
-         msr apsr_nzcvq, r0"
-    };
-}
-
-/// End of a kernel: r0 = flags.
-macro_rules! leave {
-    () => {
-        "mrs r0, apsr
-         pop {{r6, r7}}"
-    };
-}
-
-/// `x = x w / 2`.
-macro_rules! product {
-    ($x:literal, $w:literal) => {
-        concat!(
-            "smladx r8, ",
-            $x,
-            ", ",
-            $w,
-            ", r12\n",
-            "smlsd ",
-            $x,
-            ", ",
-            $x,
-            ", ",
-            $w,
-            ", r12\n",
-            "pkhtb ",
-            $x,
-            ", r8, ",
-            $x,
-            ", asr #16\n",
-        )
-    };
-}
-
-/// `x = x conj(w) / 2`, with a temporary.
-macro_rules! product_conj {
-    ($x:literal, $w:literal, $t:literal) => {
-        concat!(
-            "smlad ",
-            $t,
-            ", ",
-            $x,
-            ", ",
-            $w,
-            ", r12\n",
-            "smlsdx ",
-            $x,
-            ", ",
-            $w,
-            ", ",
-            $x,
-            ", r12\n",
-            "pkhtb ",
-            $x,
-            ", ",
-            $x,
-            ", ",
-            $t,
-            ", asr #16\n",
-        )
-    };
-}
-
-/// `x = x w`, w in r11, rounding in r12, with a temporary.
-macro_rules! full_product {
-    ($x:literal, $t:literal) => {
-        concat!(
-            "smladx ",
-            $t,
-            ", ",
-            $x,
-            ", r11, r12\n",
-            "smlsd ",
-            $x,
-            ", ",
-            $x,
-            ", r11, r12\n",
-            "ssat ",
-            $t,
-            ", #16, ",
-            $t,
-            ", asr #15\n",
-            "ssat ",
-            $x,
-            ", #16, ",
-            $x,
-            ", asr #15\n",
-            "pkhbt ",
-            $x,
-            ", ",
-            $x,
-            ", ",
-            $t,
-            ", lsl #16\n",
-        )
-    };
-}
-
-/// Twiddled four-point transform of r0..r3.
-macro_rules! butterfly {
-    () => {
-        concat!(
-            product!("r1", "r4"),
-            product!("r2", "r5"),
-            product!("r3", "r6"),
-            "shadd16 r0, r0, lr
-             qadd16 r8, r0, r2
-             qsub16 r0, r0, r2
-             qadd16 r2, r1, r3
-             qsub16 r3, r1, r3
-             qsax r1, r0, r3
-             qasx r3, r0, r3
-             qadd16 r0, r8, r2
-             qsub16 r2, r8, r2\n",
-        )
-    };
-}
-
-/// Inverse four-point transform of r0..r3, before its twiddles.
-macro_rules! inverse_sums {
-    () => {
-        "qadd16 r8, r0, r2
-         qsub16 r0, r0, r2
-         qadd16 r2, r1, r3
-         qsub16 r3, r1, r3
-         qasx r1, r0, r3
-         qsax r3, r0, r3
-         qadd16 r0, r8, r2
-         qsub16 r2, r8, r2\n"
-    };
-}
-
-/// Conjugate twiddles of r0..r3.
-macro_rules! inverse_twiddles {
-    () => {
-        concat!(
-            "shadd16 r0, r0, lr\n",
-            product_conj!("r1", "r4", "r8"),
-            product_conj!("r2", "r5", "r8"),
-            product_conj!("r3", "r6", "r8"),
-        )
-    };
-}
-
-/// Sets Q when a lane of r0..r3 exceeds half the range.
-macro_rules! probe {
-    () => {
-        "ssat16 r8, #15, r0
-         ssat16 r8, #15, r1
-         ssat16 r8, #15, r2
-         ssat16 r8, #15, r3\n"
-    };
-}
-
-/// A forward butterfly from a row to a column: byte offsets of its four results.
-macro_rules! row_to_column {
-    ($a:literal, $b:literal, $c:literal, $d:literal) => {
-        concat!(
-            "ldmia r9!, {{r0, r1, r2, r3}}\n",
-            butterfly!(),
-            "str r0, [r10, #",
-            $a,
-            "]\n",
-            "str r1, [r10, #",
-            $b,
-            "]\n",
-            "str r2, [r10, #",
-            $c,
-            "]\n",
-            "str r3, [r10, #",
-            $d,
-            "]\n",
-            probe!(),
-        )
-    };
-}
-
-/// An inverse butterfly from a column to a row: byte offsets of its four inputs.
-macro_rules! column_to_row {
-    ($a:literal, $b:literal, $c:literal, $d:literal) => {
-        concat!(
-            "ldr r0, [r9, #",
-            $a,
-            "]\n",
-            "ldr r1, [r9, #",
-            $b,
-            "]\n",
-            "ldr r2, [r9, #",
-            $c,
-            "]\n",
-            "ldr r3, [r9, #",
-            $d,
-            "]\n",
-            inverse_sums!(),
-            probe!(),
-            inverse_twiddles!(),
-            "stmia r10!, {{r0, r1, r2, r3}}\n",
-        )
-    };
-}
 
 /// Runs a radix-4 stage: `count` turns of the loop in the template; r9 from, r10 to, r11 table. Gives the flags.
 macro_rules! stage {
@@ -259,6 +49,7 @@ macro_rules! stage {
 }
 
 /// See [`stages::second`].
+#[inline(never)]
 pub(super) fn second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips {
     let blocks = twiddles.len().min(8);
     if blocks == 0 {
@@ -299,6 +90,7 @@ pub(super) fn second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) 
 }
 
 /// See [`stages::third`].
+#[inline(never)]
 pub(super) fn third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips {
     let blocks = twiddles.len().min(32);
     if blocks == 0 {
@@ -325,6 +117,7 @@ pub(super) fn third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -
 }
 
 /// See [`stages::last`].
+#[inline(never)]
 pub(super) fn last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Clips {
     let blocks = tails.len().min(128);
     if blocks == 0 {
@@ -352,6 +145,7 @@ pub(super) fn last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Clips 
 }
 
 /// See [`stages::correlate`].
+#[inline(never)]
 pub(super) fn correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Clips {
     let blocks = tails.len().min(128);
     if blocks == 0 {
@@ -389,6 +183,7 @@ pub(super) fn correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> C
 }
 
 /// See [`stages::inverse_third`].
+#[inline(never)]
 pub(super) fn inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips {
     let blocks = twiddles.len().min(32);
     if blocks == 0 {
@@ -415,6 +210,7 @@ pub(super) fn inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twid
 }
 
 /// See [`stages::inverse_second`].
+#[inline(never)]
 pub(super) fn inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips {
     let blocks = twiddles.len().min(8);
     if blocks == 0 {
@@ -458,6 +254,7 @@ fn count(flags: u32, recount: impl FnOnce() -> Clips) -> Clips {
 }
 
 /// See [`stages::first`].
+#[inline(never)]
 pub(super) fn first(input: &Channel, out: &mut Channel) -> Clips {
     let flags: u32;
     // SAFETY: 64 steps, n = 0..64, read the words n + 64 l of `input` (offsets 256 l bytes) and write the words
@@ -467,52 +264,7 @@ pub(super) fn first(input: &Channel, out: &mut Channel) -> Clips {
         asm!(
             enter!(),
             "2:",
-            ".rept 8",
-            "ldr r0, [r9, #256]
-             ldr r1, [r9, #1280]
-             ldr r2, [r9, #768]
-             ldr r3, [r9, #1792]
-             shadd16 lr, r0, r1
-             shsub16 r0, r0, r1
-             shadd16 r1, r2, r3
-             shsub16 r2, r2, r3
-             shadd16 r3, lr, r1
-             shsub16 lr, lr, r1
-             shsax r1, r0, r2
-             shasx r0, r0, r2",
-            full_product!("r1", "r2"),
-            full_product!("r0", "r2"),
-            // r3 s1 + s3, lr s1 - s3, r1 v0, r0 v1.
-            "ldr r4, [r9, #1024]
-             ldr r5, [r9, #512]
-             ldr r6, [r9, #1536]
-             ldr r2, [r9], #4
-             shadd16 r8, r2, r4
-             shsub16 r2, r2, r4
-             shadd16 r4, r5, r6
-             shsub16 r5, r5, r6
-             shadd16 r6, r8, r4
-             shsub16 r8, r8, r4
-             shsax r4, r2, r5
-             shasx r2, r2, r5",
-            // r6 s0 + s2, r8 s0 - s2, r4 u0, r2 u1.
-            "shsax r5, r8, lr
-             shasx r8, r8, lr
-             str r5, [r10, #256]
-             str r8, [r10, #768]
-             shadd16 r5, r4, r1
-             shsub16 r4, r4, r1
-             str r5, [r10, #1024]
-             str r4, [r10, #1536]
-             shsax r5, r2, r0
-             shasx r2, r2, r0
-             str r5, [r10, #1280]
-             str r2, [r10, #1792]
-             shadd16 r5, r6, r3
-             shsub16 r6, r6, r3
-             str r6, [r10, #512]
-             str r5, [r10], #16",
-            ".endr",
+            repeat_8!(first_step!()),
             "subs r7, r7, #1
              tst r7, #1
              bne 2b
@@ -532,6 +284,7 @@ pub(super) fn first(input: &Channel, out: &mut Channel) -> Clips {
 }
 
 /// See [`stages::first_folded`].
+#[inline(never)]
 pub(super) fn first_folded(input: &Channel, out: &mut Channel) {
     // SAFETY: as in `first`, writing the words below 256 only.
     unsafe {
@@ -539,32 +292,7 @@ pub(super) fn first_folded(input: &Channel, out: &mut Channel) {
             "push {{r6, r7}}",
             "mov r7, #8",
             "2:",
-            ".rept 8",
-            "ldr r0, [r9, #256]
-             ldr r1, [r9, #1280]
-             ldr r2, [r9, #768]
-             ldr r3, [r9, #1792]
-             shadd16 r0, r0, r1
-             shadd16 r2, r2, r3
-             ldr r4, [r9, #1024]
-             ldr r5, [r9, #512]
-             ldr r6, [r9, #1536]
-             ldr r1, [r9], #4
-             shadd16 r3, r0, r2
-             shsub16 r0, r0, r2
-             shadd16 r1, r1, r4
-             shadd16 r5, r5, r6
-             shadd16 r2, r1, r5
-             shsub16 r1, r1, r5
-             shsax r4, r1, r0
-             shasx r1, r1, r0
-             str r4, [r10, #256]
-             str r1, [r10, #768]
-             shsub16 r4, r2, r3
-             shadd16 r2, r2, r3
-             str r4, [r10, #512]
-             str r2, [r10], #16",
-            ".endr",
+            repeat_8!(first_folded_step!()),
             "subs r7, r7, #1
              tst r7, #1
              bne 2b
@@ -579,62 +307,8 @@ pub(super) fn first_folded(input: &Channel, out: &mut Channel) {
     }
 }
 
-/// Final stage at one position, from r9: leaves g0..g3 in r6, r4, r8, r2 and h0..h3, turned by exp(j pi l / 4) but for
-/// the factor j of l = 2, 3, in r3, r1, lr, r0. r5 is free; factor in r11, rounding in r12.
-macro_rules! final_sums {
-    () => {
-        concat!(
-            "ldr r0, [r9, #1024]
-             ldr r1, [r9, #1536]
-             ldr r2, [r9, #1280]
-             ldr r3, [r9, #1792]
-             shadd16 lr, r0, r1
-             shsub16 r0, r0, r1
-             shadd16 r1, r2, r3
-             shsub16 r2, r2, r3
-             shadd16 r3, lr, r1
-             shsub16 lr, lr, r1
-             shasx r1, r0, r2
-             shsax r0, r0, r2\n",
-            full_product!("r1", "r2"),
-            full_product!("r0", "r2"),
-            "ldr r4, [r9, #512]
-             ldr r5, [r9, #256]
-             ldr r6, [r9, #768]
-             ldr r2, [r9], #4
-             shadd16 r8, r2, r4
-             shsub16 r2, r2, r4
-             shadd16 r4, r5, r6
-             shsub16 r5, r5, r6
-             shadd16 r6, r8, r4
-             shsub16 r8, r8, r4
-             shasx r4, r2, r5
-             shsax r2, r2, r5\n",
-        )
-    };
-}
-
-/// Adds the powers of two taps to the next two sums at r10.
-macro_rules! add_powers {
-    ($x:literal, $y:literal) => {
-        concat!(
-            "ldmia r10, {{r6, r7, r11, r12}}\n",
-            "smlald r6, r7, ",
-            $x,
-            ", ",
-            $x,
-            "\n",
-            "smlald r11, r12, ",
-            $y,
-            ", ",
-            $y,
-            "\n",
-            "stmia r10!, {{r6, r7, r11, r12}}\n",
-        )
-    };
-}
-
 /// See [`stages::power`].
+#[inline(never)]
 pub(super) fn power(kept: &Channel, powers: &mut Powers) {
     // SAFETY: 64 steps read the words position + 64 slot of `kept` and read and write the 8 sums of row `position` of
     // `powers`. The sums of at most 2^33 channels stay positive as signed 64-bit numbers. Registers are declared or
@@ -646,22 +320,7 @@ pub(super) fn power(kept: &Channel, powers: &mut Powers) {
             "vmov s0, s1, r11, r12
              vmov s2, r0",
             "2:",
-            ".rept 4",
-            final_sums!(),
-            "qadd16 r5, r6, r3
-             qsub16 r3, r6, r3",
-            add_powers!("r5", "r3"),
-            "qadd16 r5, r4, r1
-             qsub16 r1, r4, r1",
-            add_powers!("r5", "r1"),
-            "qasx r5, r8, lr
-             qsax lr, r8, lr",
-            add_powers!("r5", "lr"),
-            "qasx r5, r2, r0
-             qsax r0, r2, r0",
-            add_powers!("r5", "r0"),
-            "vmov r11, r12, s0, s1",
-            ".endr",
+            repeat_4!(power_step!()),
             "vmov r7, s2
              subs r7, r7, #1
              vmov s2, r7
@@ -679,6 +338,7 @@ pub(super) fn power(kept: &Channel, powers: &mut Powers) {
 }
 
 /// See [`stages::power_folded`].
+#[inline(never)]
 pub(super) fn power_folded(kept: &Channel, powers: &mut FoldedPowers) {
     // SAFETY: as in `power`, with 4 slots and 4 sums a row.
     unsafe {
@@ -686,22 +346,7 @@ pub(super) fn power_folded(kept: &Channel, powers: &mut FoldedPowers) {
             "push {{r6, r7}}",
             "vmov s2, r0",
             "2:",
-            ".rept 4",
-            "ldr r1, [r9, #512]
-             ldr r2, [r9, #256]
-             ldr r3, [r9, #768]
-             ldr r0, [r9], #4
-             shadd16 r4, r0, r1
-             shsub16 r0, r0, r1
-             shadd16 r1, r2, r3
-             shsub16 r2, r2, r3
-             shadd16 r3, r4, r1
-             shsub16 r4, r4, r1
-             shasx r1, r0, r2
-             shsax r0, r0, r2",
-            add_powers!("r3", "r4"),
-            add_powers!("r1", "r0"),
-            ".endr",
+            repeat_4!(power_folded_step!()),
             "vmov r7, s2
              subs r7, r7, #1
              vmov s2, r7
@@ -716,48 +361,8 @@ pub(super) fn power_folded(kept: &Channel, powers: &mut FoldedPowers) {
     }
 }
 
-/// Final stage at one position, stored at r10 plus a byte offset: tap l at 256 l bytes further.
-macro_rules! final_to {
-    ($l0:literal, $l1:literal, $l2:literal, $l3:literal, $l4:literal, $l5:literal, $l6:literal, $l7:literal) => {
-        concat!(
-            final_sums!(),
-            "qadd16 r5, r6, r3\n",
-            "str r5, [r10, #",
-            $l0,
-            "]\n",
-            "qsub16 r3, r6, r3\n",
-            "str r3, [r10, #",
-            $l4,
-            "]\n",
-            "qadd16 r5, r4, r1\n",
-            "str r5, [r10, #",
-            $l1,
-            "]\n",
-            "qsub16 r1, r4, r1\n",
-            "str r1, [r10, #",
-            $l5,
-            "]\n",
-            "qasx r5, r8, lr\n",
-            "str r5, [r10, #",
-            $l2,
-            "]\n",
-            "qsax lr, r8, lr\n",
-            "str lr, [r10, #",
-            $l6,
-            "]\n",
-            "qasx r5, r2, r0\n",
-            "str r5, [r10, #",
-            $l3,
-            "]\n",
-            "qsax r0, r2, r0\n",
-            "str r0, [r10, #",
-            $l7,
-            "]\n",
-        )
-    };
-}
-
 /// See [`stages::natural`].
+#[inline(never)]
 pub(super) fn natural(kept: &Channel, out: &mut Channel) {
     // SAFETY: position = 16 a + 4 b + c in order goes to the words a + 4 b + 16 c + 64 l of `out`: four steps over c by
     // offset, then 16 bytes on for b, and 60 bytes back for a. Reads as in `power`. Registers are declared or restored,
@@ -789,6 +394,7 @@ pub(super) fn natural(kept: &Channel, out: &mut Channel) {
 }
 
 /// See [`stages::energy`].
+#[inline(never)]
 pub(super) fn energy(input: &Channel) -> u64 {
     let (low, high): (u32, u32);
     // SAFETY: 32 turns of 16 words read all of `input`, which nothing writes. Registers are declared or restored, the
@@ -798,17 +404,7 @@ pub(super) fn energy(input: &Channel) -> u64 {
             "push {{r6, r7}}",
             "mov r7, #32",
             "2:",
-            ".rept 2",
-            "ldmia r9!, {{r0, r1, r2, r3, r4, r5, r6, r8}}
-             smlald r11, r12, r0, r0
-             smlald r11, r12, r1, r1
-             smlald r11, r12, r2, r2
-             smlald r11, r12, r3, r3
-             smlald r11, r12, r4, r4
-             smlald r11, r12, r5, r5
-             smlald r11, r12, r6, r6
-             smlald r11, r12, r8, r8",
-            ".endr",
+            repeat_2!(energy_step!()),
             "subs r7, r7, #1
              bne 2b",
             "pop {{r6, r7}}",

@@ -1,12 +1,12 @@
 //! The taps of one beam: what the front end hands to the search.
 
+use core::f32::consts::FRAC_1_SQRT_2;
 use core::marker::PhantomData;
 
 use nalgebra::Complex;
 
 use super::kernels::{Kernels, Native};
 use super::stages::{Channel, tap_at};
-use super::tables::RESIDUES;
 use crate::block::BeamBlock;
 use crate::waveform::SAMPLES;
 
@@ -85,29 +85,46 @@ impl<'a, const CHANNELS: usize, K: Kernels> BeamTaps<'a, CHANNELS, K> {
     }
 }
 
-/// `1/4 sum_p Y_p exp(+j pi p l / 4)` at tap `position + 64 l`, from integers.
+/// `1/4 sum_p Y_p exp(+j pi p l / 4)` at tap `position + 64 l`, from integers: the even residues p are in the first four
+/// slots, the odd ones in the others.
 fn exact_tap(kept: &Channel, tap: usize) -> Complex<f32> {
-    let (position, l) = (tap_at(tap & 63), (tap >> 6) & 7);
-    // Terms turned by a multiple of 90 deg, and those turned by 45 deg more.
-    let (mut straight, mut diagonal) = ([0_i32; 2], [0_i32; 2]);
-    for (slot, residue) in RESIDUES.into_iter().enumerate() {
-        let y = kept[(64 * slot + position) & 511];
-        let (re, im) = (i32::from(y.re()), i32::from(y.im()));
-        let turn = residue * l;
-        let (re, im) = match (turn >> 1) & 3 {
-            0 => (re, im),
-            1 => (-im, re),
-            2 => (-re, -im),
-            _ => (im, -re),
-        };
-        if turn & 1 == 0 {
-            straight = [straight[0] + re, straight[1] + im];
-        } else {
-            // (1 + j) y, sqrt(2) too long.
-            diagonal = [diagonal[0] + re - im, diagonal[1] + re + im];
-        }
+    let (position, l) = (tap_at(tap & 63), tap >> 6);
+    let [even_re, even_im] = four_point(kept, position, l);
+    let [re, im] = four_point(kept, position + 256, l);
+    let [odd_re, odd_im] = match (l >> 1) & 3 {
+        0 => [re, im],
+        1 => [-im, re],
+        2 => [-re, -im],
+        _ => [im, -re],
+    };
+    // All sums stay under 2^19, so they are exact in f32.
+    let (re, im) = if l & 1 == 0 {
+        ((even_re + odd_re) as f32, (even_im + odd_im) as f32)
+    } else {
+        // exp(+j pi/4) = (1 + j) / sqrt(2).
+        (
+            even_re as f32 + FRAC_1_SQRT_2 * (odd_re - odd_im) as f32,
+            even_im as f32 + FRAC_1_SQRT_2 * (odd_re + odd_im) as f32,
+        )
+    };
+    Complex::new(0.25 * re, 0.25 * im)
+}
+
+/// `sum_q Y_q j^(q l)` over the four slots from `at`.
+fn four_point(kept: &Channel, at: usize, l: usize) -> [i32; 2] {
+    let y = |slot: usize| {
+        let y = kept[(at + 64 * slot) & 511];
+        [i32::from(y.re()), i32::from(y.im())]
+    };
+    let (a, b, c, d) = (y(0), y(1), y(2), y(3));
+    let (first, second) = if l & 1 == 0 {
+        ([a[0] + c[0], a[1] + c[1]], [b[0] + d[0], b[1] + d[1]])
+    } else {
+        ([a[0] - c[0], a[1] - c[1]], [d[1] - b[1], b[0] - d[0]])
+    };
+    if l & 2 == 0 {
+        [first[0] + second[0], first[1] + second[1]]
+    } else {
+        [first[0] - second[0], first[1] - second[1]]
     }
-    // The sums stay under 2^19, so they are exact in f32.
-    let part = |i: usize| 0.25 * (straight[i] as f32 + core::f32::consts::FRAC_1_SQRT_2 * diagonal[i] as f32);
-    Complex::new(part(0), part(1))
 }
