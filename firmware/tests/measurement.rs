@@ -182,14 +182,32 @@ proptest! {
     }
 
     #[test]
-    fn any_bytes_are_survived(bytes in prop::collection::vec(any::<u8>(), 0..2 * LENGTH), seal in any::<bool>()) {
-        let mut bytes = bytes;
-        if seal && bytes.len() >= LENGTH {
-            bytes.truncate(LENGTH);
-            let whole: [u8; LENGTH] = bytes[..].try_into().expect("truncated");
-            bytes = sealed(whole).to_vec();
+    fn bytes_of_any_length_are_survived(bytes in prop::collection::vec(any::<u8>(), 0..2 * LENGTH)) {
+        let error = Record::decode(&bytes).expect_err("the chance of a right checksum is 2^-32");
+        prop_assert_eq!(error == RecordError::Length, bytes.len() != LENGTH);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(4096))]
+
+    /// Content that no sender of this version writes, under a right checksum.
+    #[test]
+    fn any_checked_content_is_survived(
+        (kind, version, flags) in (any::<u8>(), 1_u8..3, 0_u8..3),
+        words in prop::array::uniform28(any_float()),
+    ) {
+        let mut bytes = [0; LENGTH];
+        for (place, word) in bytes.chunks_exact_mut(4).zip(words) {
+            place.copy_from_slice(&word.to_le_bytes());
         }
-        if let Ok(Record::Path(path)) = Record::decode(&bytes) {
+        // Kinds that exist come as often as those that do not.
+        let kind = if kind < 128 { kind % 4 } else { kind };
+        bytes[..3].copy_from_slice(&[kind, version, flags]);
+        let result = Record::decode(&sealed(bytes));
+        let known = version == 1 && matches!((kind, flags), (1, 0 | 1) | (2, 0));
+        prop_assert_eq!(result.is_ok(), known);
+        if let Ok(Record::Path(path)) = result {
             let _ = path.measurement();
         }
     }

@@ -230,9 +230,19 @@ proptest! {
 
     /// Whatever the other party leaves in the header: a typed error or a working ring, never a panic or a wild access.
     #[test]
-    fn any_header_is_survived(header in prop::collection::vec(any::<u8>(), 72), keep in 0_usize..=16) {
+    fn any_header_is_survived(
+        geometry in prop::array::uniform2(any_word()),
+        indices in prop::array::uniform2(any_word()),
+        damage in prop::option::of((0_usize..18, any_word())),
+    ) {
         let (memory, _) = ring(4);
-        memory.clone().write(keep, &header[keep..]).expect("inside");
+        poke(&memory, 8, geometry[0]);
+        poke(&memory, 12, geometry[1]);
+        poke_index(&memory, 32, indices[0]);
+        poke_index(&memory, 64, indices[1]);
+        if let Some((word, value)) = damage {
+            poke(&memory, 4 * word, value);
+        }
         if let Ok(mut reader) = Reader::open(memory.clone()) {
             let _ = reader.pop(&mut [0; SLOT]);
         }
@@ -240,4 +250,13 @@ proptest! {
             let _ = writer.push(&record(0));
         }
     }
+}
+
+/// Words that headers go wrong by, and any other.
+fn any_word() -> impl Strategy<Value = u32> {
+    prop_oneof![
+        4 => prop::sample::select(vec![0, 1, 2, 3, 4, 5, SLOT as u32]),
+        1 => prop::sample::select(vec![1 << 31, u32::MAX - 1, u32::MAX]),
+        1 => any::<u32>(),
+    ]
 }

@@ -19,6 +19,10 @@ struct Cli {
 
 #[derive(Subcommand, Debug)]
 enum Command {
+    /// Time the host side: a table of speed figures
+    ///
+    /// Times the work as a user gets it, everything included. Figures hold for this machine and its load only.
+    Bench(commands::bench::Args),
     /// Fly: measure, solve, map and send (the default)
     ///
     /// The UAV hears the GMT on one link after the other, solves the reflection point of each path, judges it, and
@@ -30,13 +34,20 @@ enum Command {
     /// Every path leads to a line: a point, or the reason why there is none. Where the file knows the truth (order and
     /// last vertex), the summary compares with it.
     Solve(commands::solve::Args),
+    /// Trace rays: the paths of every transmitter with every receiver in a scene
+    ///
+    /// Line of sight and specular reflections, one link a line in the paths format, strongest path first, an empty list
+    /// where nothing arrives. With --check, compares with a reference list instead.
+    Trace(commands::trace::Args),
 }
 
 /// Runs the command line. Exit code 0 on success, 1 on an internal failure, 2 on bad input.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = match cli.command {
+        Some(Command::Bench(args)) => commands::bench::run(&args),
         Some(Command::Solve(args)) => commands::solve::run(&args),
+        Some(Command::Trace(args)) => commands::trace::run(&args),
         Some(Command::Fly(args)) => commands::fly::run(&args),
         None => commands::fly::run(&commands::fly::Args::default()),
     };

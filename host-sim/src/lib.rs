@@ -12,6 +12,8 @@ pub mod ply;
 pub mod progress;
 pub mod random;
 pub mod report;
+pub mod scene;
 pub mod solve;
 pub mod statistics;
 pub mod table;
+pub mod tracer;

@@ -157,12 +157,6 @@ macro_rules! inverse_twiddles {
 }
 
 /// Repeats instructions. Not by `.rept`: the compiler takes the size of a block from its lines.
-macro_rules! repeat_2 {
-    ($x:expr) => {
-        concat!($x, $x)
-    };
-}
-
 macro_rules! repeat_4 {
     ($x:expr) => {
         concat!($x, $x, $x, $x)
@@ -171,7 +165,7 @@ macro_rules! repeat_4 {
 
 macro_rules! repeat_8 {
     ($x:expr) => {
-        concat!($x, $x, $x, $x, $x, $x, $x, $x)
+        concat!(repeat_4!($x), repeat_4!($x))
     };
 }
 
@@ -185,24 +179,23 @@ macro_rules! probe {
     };
 }
 
+/// Loads or stores one word at a byte offset.
+macro_rules! word {
+    ($operation:literal, $x:literal, $base:literal, $offset:literal) => {
+        concat!($operation, " ", $x, ", [", $base, ", #", $offset, "]\n")
+    };
+}
+
 /// A forward butterfly from a row to a column: byte offsets of its four results.
 macro_rules! row_to_column {
     ($a:literal, $b:literal, $c:literal, $d:literal) => {
         concat!(
             "ldmia r9!, {{r0, r1, r2, r3}}\n",
             butterfly!(),
-            "str r0, [r10, #",
-            $a,
-            "]\n",
-            "str r1, [r10, #",
-            $b,
-            "]\n",
-            "str r2, [r10, #",
-            $c,
-            "]\n",
-            "str r3, [r10, #",
-            $d,
-            "]\n",
+            word!("str", "r0", "r10", $a),
+            word!("str", "r1", "r10", $b),
+            word!("str", "r2", "r10", $c),
+            word!("str", "r3", "r10", $d),
             probe!(),
         )
     };
@@ -212,18 +205,10 @@ macro_rules! row_to_column {
 macro_rules! column_to_row {
     ($a:literal, $b:literal, $c:literal, $d:literal) => {
         concat!(
-            "ldr r0, [r9, #",
-            $a,
-            "]\n",
-            "ldr r1, [r9, #",
-            $b,
-            "]\n",
-            "ldr r2, [r9, #",
-            $c,
-            "]\n",
-            "ldr r3, [r9, #",
-            $d,
-            "]\n",
+            word!("ldr", "r0", "r9", $a),
+            word!("ldr", "r1", "r9", $b),
+            word!("ldr", "r2", "r9", $c),
+            word!("ldr", "r3", "r9", $d),
             inverse_sums!(),
             probe!(),
             inverse_twiddles!(),
@@ -420,7 +405,7 @@ macro_rules! combine_to {
     ($operation:literal, $to:literal, $x:literal, $y:literal, $offset:literal) => {
         concat!(
             concat!($operation, " ", $to, ", ", $x, ", ", $y, "\n"),
-            concat!("str ", $to, ", [r10, #", $offset, "]\n"),
+            word!("str", $to, "r10", $offset),
         )
     };
 }

@@ -198,3 +198,71 @@ const fn clip(x: i32) -> i16 {
         x as i16
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A word, with the extremes often enough to meet each other.
+    fn any_iq() -> impl Strategy<Value = Iq> {
+        let part = || prop_oneof![any::<i16>(), Just(i16::MIN), Just(i16::MAX), -1..=1_i16];
+        (part(), part()).prop_map(|(re, im)| Iq::new(re, im))
+    }
+
+    /// Exact parts.
+    fn wide(x: Iq) -> [i64; 2] {
+        [i64::from(x.re()), i64::from(x.im())]
+    }
+
+    /// Saturated parts, and how many were.
+    fn limited(exact: [i64; 2]) -> ([i64; 2], u32) {
+        let limited = exact.map(|x| x.clamp(-32_768, 32_767));
+        let clips = (limited[0] != exact[0]) as u32 + (limited[1] != exact[1]) as u32;
+        (limited, clips)
+    }
+
+    /// `x * 2^-bits`, round half up.
+    fn rounded([re, im]: [i64; 2], bits: u32) -> [i64; 2] {
+        [re, im].map(|x| (x as f64 / f64::from(1_u32 << bits) + 0.5).floor() as i64)
+    }
+
+    fn times([a, b]: [i64; 2], [c, d]: [i64; 2]) -> [i64; 2] {
+        [a * c - b * d, a * d + b * c]
+    }
+
+    proptest! {
+        #[test]
+        fn sums_and_differences_halve_or_saturate(x in any_iq(), y in any_iq()) {
+            let ([a, b], [c, d]) = (wide(x), wide(y));
+            let exact = [[a + c, b + d], [a - c, b - d], [a - d, b + c], [a + d, b - c]];
+            let mut clips = [0; 4];
+            let [n0, n1, n2, n3] = &mut clips;
+            let saturating = [
+                x.saturating_add(y, n0),
+                x.saturating_sub(y, n1),
+                x.saturating_add_j(y, n2),
+                x.saturating_sub_j(y, n3),
+            ];
+            let halving = [x.halving_add(y), x.halving_sub(y), x.halving_add_j(y), x.halving_sub_j(y)];
+            for i in 0..4 {
+                prop_assert_eq!((wide(saturating[i]), clips[i]), limited(exact[i]));
+                prop_assert_eq!(wide(halving[i]), exact[i].map(|x| x.div_euclid(2)));
+            }
+            prop_assert_eq!(wide(x.half()), rounded(wide(x), 1));
+            prop_assert_eq!(i64::from(x.power()), a * a + b * b);
+        }
+
+        #[test]
+        fn products_round_half_up_and_never_wrap(x in any_iq(), phase in 0.0..core::f64::consts::TAU) {
+            let q15 = |x: f64| (x * 32_768.0 + 0.5).floor().clamp(-32_768.0, 32_767.0) as i16;
+            let w = Iq::new(q15(libm::cos(phase)), q15(libm::sin(phase)));
+            let conj = [i64::from(w.re()), -i64::from(w.im())];
+            prop_assert_eq!(wide(x.half_product(w)), rounded(times(wide(x), wide(w)), 16));
+            prop_assert_eq!(wide(x.half_product_conj(w)), rounded(times(wide(x), conj), 16));
+            let mut clips = 0;
+            let full = wide(x.full_product(w, &mut clips));
+            prop_assert_eq!((full, clips), limited(rounded(times(wide(x), wide(w)), 15)));
+        }
+    }
+}

@@ -404,7 +404,8 @@ pub(super) fn energy(input: &Channel) -> u64 {
             "push {{r6, r7}}",
             "mov r7, #32",
             "2:",
-            repeat_2!(energy_step!()),
+            energy_step!(),
+            energy_step!(),
             "subs r7, r7, #1
              bne 2b",
             "pop {{r6, r7}}",

@@ -98,7 +98,7 @@ fn fly(map: &mut BoardMap, decoder: &mut Decoder) {
         }
         black_box(receiver.receive(&record, &mut Downlink).is_ok());
         black_box(receiver.map().points().len());
-        black_box(turn());
+        black_box(turn().is_ok());
         black_box(decoder.push(black_box(0)));
         if black_box(false) {
             break;

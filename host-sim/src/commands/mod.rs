@@ -1,4 +1,6 @@
 //! One file per subcommand.
 
+pub(crate) mod bench;
 pub(crate) mod fly;
 pub(crate) mod solve;
+pub(crate) mod trace;

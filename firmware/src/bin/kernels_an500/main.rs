@@ -68,7 +68,7 @@ fn costs<K: Kernels>(set: &str, correlator: &Correlator<K>, block: &mut Block, w
     let beam = report(set, "level, 32 channels", || {
         correlator.level(check::as_captured(black_box(block), NOMINAL))
     });
-    let detector = Detector::new(SUBSET.len(), 1e-2, 72 * 208);
+    let detector = Detector::new(SUBSET.len(), 1e-2, 72 * 256);
     let profile = report(set, "detect, 8 channels folded", || {
         correlator.detect(black_box(&beam), &SUBSET, work)
     });
@@ -78,7 +78,7 @@ fn costs<K: Kernels>(set: &str, correlator: &Correlator<K>, block: &mut Block, w
     let taps = report(set, "correlate, 32 channels", || {
         correlator.correlate(black_box(beam), work)
     });
-    let detector = Detector::new(CHANNELS, 1e-2, 72 * 416);
+    let detector = Detector::new(CHANNELS, 1e-2, 72 * 512);
     black_box(report(set, "median and peak, 512 taps", || {
         detector.peak(black_box(taps.profile()))
     }));
