@@ -4,8 +4,8 @@
 use cslam_core::block::BeamBlock;
 use cslam_core::ltd::kernels::Kernels;
 use cslam_core::ltd::{BeamTaps, Channel, Correlator, Iq, Workspace};
-use cslam_core::waveform::SAMPLES;
-use libm::{cos, sin};
+use cslam_core::waveform::{SAMPLES, Waveform};
+use libm::{cos, floor, sin, sqrt};
 
 /// Channels of a block.
 pub const CHANNELS: usize = 32;
@@ -42,6 +42,12 @@ pub fn fill(block: &mut Block, index: u32) {
     const HIGH: i16 = i16::MAX;
     let index = index % BLOCKS;
     let mut random = Random(0x9e37_79b9_7f4a_7c15 ^ u64::from(index));
+    let path = match index {
+        29 => paths(&[(37.0, 8_000.0)]),
+        30 => paths(&[(200.5, 8_000.0)]),
+        31 => paths(&[(63.8, 7_000.0), (66.1, 3_500.0)]),
+        _ => [(0.0, 0.0); SAMPLES],
+    };
     for (c, channel) in block.iter_mut().enumerate() {
         for (n, x) in channel.iter_mut().enumerate() {
             *x = match index {
@@ -82,10 +88,55 @@ pub fn fill(block: &mut Block, index: u32) {
                     Iq::new(random.normal(rms), random.normal(rms))
                 }
                 // 12-bit noise at the level of the gain control, left-aligned; -12 dB of full scale per channel.
-                _ => Iq::new(random.normal(5_820) & !15, random.normal(5_820) & !15),
+                25..=28 => Iq::new(random.normal(5_820) & !15, random.normal(5_820) & !15),
+                // One path, then two, 12 bits, some 30 dB over the noise.
+                _ => {
+                    let (re, im) = path[n];
+                    // Another phase in each channel: a multiple of 1/32 turn.
+                    let (cos, sin) = (
+                        cos(core::f64::consts::TAU * c as f64 / 32.0),
+                        sin(core::f64::consts::TAU * c as f64 / 32.0),
+                    );
+                    let part = |x: f64, noise: i16| (floor(x) as i16).saturating_add(noise) & !15;
+                    Iq::new(
+                        part(re * cos - im * sin, random.normal(200)),
+                        part(re * sin + im * cos, random.normal(200)),
+                    )
+                }
             };
         }
     }
+}
+
+/// Samples of paths: delay in samples and rms amplitude.
+fn paths(paths: &[(f64, f64)]) -> [(f64, f64); SAMPLES] {
+    let waveform = Waveform::default();
+    let mut samples = [(0.0, 0.0); SAMPLES];
+    let roots: [(f64, f64); SAMPLES] = core::array::from_fn(|n| {
+        let phase = core::f64::consts::TAU * n as f64 / SAMPLES as f64;
+        (cos(phase), sin(phase))
+    });
+    let times = |a: (f64, f64), b: (f64, f64)| (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0);
+    for index in 0..waveform.active {
+        let symbol = waveform.symbol::<f64>(index);
+        let mut sum = (0.0, 0.0);
+        for &(delay, amplitude) in paths {
+            let phase = -core::f64::consts::TAU * f64::from(waveform.offset(index)) * delay / SAMPLES as f64;
+            // The mean square of the waveform's samples is the number of subcarriers.
+            let amplitude = amplitude / sqrt(waveform.active as f64);
+            let turned = times(
+                (symbol.re, symbol.im),
+                (amplitude * cos(phase), amplitude * sin(phase)),
+            );
+            sum = (sum.0 + turned.0, sum.1 + turned.1);
+        }
+        let bin = waveform.bin(index);
+        for (n, x) in samples.iter_mut().enumerate() {
+            let term = times(sum, roots[bin * n % SAMPLES]);
+            *x = (x.0 + term.0, x.1 + term.1);
+        }
+    }
+    samples
 }
 
 /// A corner of the square of int16.

@@ -130,17 +130,17 @@ macro_rules! butterfly {
     };
 }
 
-/// Inverse four-point transform of r0..r3, before its twiddles.
+/// Inverse four-point transform of r0..r3, before its twiddles; the instructions for its first sums and differences.
 macro_rules! inverse_sums {
-    () => {
-        "qadd16 r8, r0, r2
-         qsub16 r0, r0, r2
-         qadd16 r2, r1, r3
-         qsub16 r3, r1, r3
-         qasx r1, r0, r3
-         qsax r3, r0, r3
-         qadd16 r0, r8, r2
-         qsub16 r2, r8, r2\n"
+    ($add:literal, $sub:literal) => {
+        concat!(
+            concat!($add, " r8, r0, r2\n", $sub, " r0, r0, r2\n"),
+            concat!($add, " r2, r1, r3\n", $sub, " r3, r1, r3\n"),
+            "qasx r1, r0, r3
+             qsax r3, r0, r3
+             qadd16 r0, r8, r2
+             qsub16 r2, r8, r2\n",
+        )
     };
 }
 
@@ -203,13 +203,13 @@ macro_rules! row_to_column {
 
 /// An inverse butterfly from a column to a row: byte offsets of its four inputs.
 macro_rules! column_to_row {
-    ($a:literal, $b:literal, $c:literal, $d:literal) => {
+    ($add:literal, $sub:literal, $a:literal, $b:literal, $c:literal, $d:literal) => {
         concat!(
             word!("ldr", "r0", "r9", $a),
             word!("ldr", "r1", "r9", $b),
             word!("ldr", "r2", "r9", $c),
             word!("ldr", "r3", "r9", $d),
-            inverse_sums!(),
+            inverse_sums!($add, $sub),
             probe!(),
             inverse_twiddles!(),
             "stmia r10!, {{r0, r1, r2, r3}}\n",
@@ -314,10 +314,10 @@ macro_rules! final_sums {
              shsub16 r0, r0, r1
              shadd16 r1, r2, r3
              shsub16 r2, r2, r3
-             shadd16 r3, lr, r1
-             shsub16 lr, lr, r1
-             shasx r1, r0, r2
-             shsax r0, r0, r2\n",
+             qadd16 r3, lr, r1
+             qsub16 lr, lr, r1
+             qasx r1, r0, r2
+             qsax r0, r0, r2\n",
             full_product!("r1", "r2"),
             full_product!("r0", "r2"),
             "ldr r4, [r9, #512]
@@ -328,10 +328,10 @@ macro_rules! final_sums {
              shsub16 r2, r2, r4
              shadd16 r4, r5, r6
              shsub16 r5, r5, r6
-             shadd16 r6, r8, r4
-             shsub16 r8, r8, r4
-             shasx r4, r2, r5
-             shsax r2, r2, r5\n",
+             qadd16 r6, r8, r4
+             qsub16 r8, r8, r4
+             qasx r4, r2, r5
+             qsax r2, r2, r5\n",
         )
     };
 }
@@ -390,10 +390,10 @@ macro_rules! power_folded_step {
              shsub16 r0, r0, r1
              shadd16 r1, r2, r3
              shsub16 r2, r2, r3
-             shadd16 r3, r4, r1
-             shsub16 r4, r4, r1
-             shasx r1, r0, r2
-             shsax r0, r0, r2\n",
+             qadd16 r3, r4, r1
+             qsub16 r4, r4, r1
+             qasx r1, r0, r2
+             qsax r0, r0, r2\n",
             add_powers!("r3", "r4"),
             add_powers!("r1", "r0")
         )

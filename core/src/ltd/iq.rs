@@ -79,7 +79,7 @@ impl Iq {
     }
 
     /// `re + j im`, each clipped to 16 bits and counted when it was.
-    const fn clipped(re: i32, im: i32, clips: &mut Clips) -> Self {
+    fn clipped(re: i32, im: i32, clips: &mut Clips) -> Self {
         let out = Self::new(clip(re), clip(im));
         *clips += (out.re() as i32 != re) as u32 + (out.im() as i32 != im) as u32;
         out
@@ -123,7 +123,7 @@ impl Iq {
     }
 
     /// `x + y`, saturating (QADD16).
-    pub(super) const fn saturating_add(self, y: Self, clips: &mut Clips) -> Self {
+    pub(super) fn saturating_add(self, y: Self, clips: &mut Clips) -> Self {
         Self::clipped(
             self.re() as i32 + y.re() as i32,
             self.im() as i32 + y.im() as i32,
@@ -132,7 +132,7 @@ impl Iq {
     }
 
     /// `x - y`, saturating (QSUB16).
-    pub(super) const fn saturating_sub(self, y: Self, clips: &mut Clips) -> Self {
+    pub(super) fn saturating_sub(self, y: Self, clips: &mut Clips) -> Self {
         Self::clipped(
             self.re() as i32 - y.re() as i32,
             self.im() as i32 - y.im() as i32,
@@ -141,7 +141,7 @@ impl Iq {
     }
 
     /// `x + j y`, saturating (QASX).
-    pub(super) const fn saturating_add_j(self, y: Self, clips: &mut Clips) -> Self {
+    pub(super) fn saturating_add_j(self, y: Self, clips: &mut Clips) -> Self {
         Self::clipped(
             self.re() as i32 - y.im() as i32,
             self.im() as i32 + y.re() as i32,
@@ -150,7 +150,7 @@ impl Iq {
     }
 
     /// `x - j y`, saturating (QSAX).
-    pub(super) const fn saturating_sub_j(self, y: Self, clips: &mut Clips) -> Self {
+    pub(super) fn saturating_sub_j(self, y: Self, clips: &mut Clips) -> Self {
         Self::clipped(
             self.re() as i32 + y.im() as i32,
             self.im() as i32 - y.re() as i32,
@@ -175,7 +175,7 @@ impl Iq {
     }
 
     /// `x w` of a Q15 factor with `|w| <= 1`, one rounding, half up, saturating (SMLSD, SMLADX, SSAT, PKHBT).
-    pub(super) const fn full_product(self, w: Self, clips: &mut Clips) -> Self {
+    pub(super) fn full_product(self, w: Self, clips: &mut Clips) -> Self {
         let (re, im) = self.product(w, HALF_AT_15);
         Self::clipped(re >> 15, im >> 15, clips)
     }
@@ -189,14 +189,8 @@ impl Iq {
 }
 
 /// Clips to 16 bits.
-const fn clip(x: i32) -> i16 {
-    if x > i16::MAX as i32 {
-        i16::MAX
-    } else if x < i16::MIN as i32 {
-        i16::MIN
-    } else {
-        x as i16
-    }
+fn clip(x: i32) -> i16 {
+    x.clamp(i32::from(i16::MIN), i32::from(i16::MAX)) as i16
 }
 
 #[cfg(test)]

@@ -73,7 +73,7 @@ impl<'a, const CHANNELS: usize, K: Kernels> BeamTaps<'a, CHANNELS, K> {
         }
     }
 
-    /// All taps of all channels in place, natural order, int16 (final stage of scale 1/4, saturating). The profile is the
+    /// All taps of all channels in place, natural order, int16 (final stage of scale 1/2, saturating). The profile is the
     /// sum of exactly these.
     #[must_use]
     pub fn into_natural(self) -> BeamBlock<'a, CHANNELS> {
@@ -85,7 +85,7 @@ impl<'a, const CHANNELS: usize, K: Kernels> BeamTaps<'a, CHANNELS, K> {
     }
 }
 
-/// `1/4 sum_p Y_p exp(+j pi p l / 4)` at tap `position + 64 l`, from integers: the even residues p are in the first four
+/// `1/2 sum_p Y_p exp(+j pi p l / 4)` at tap `position + 64 l`, from integers: the even residues p are in the first four
 /// slots, the odd ones in the others.
 fn exact_tap(kept: &Channel, tap: usize) -> Complex<f32> {
     let (position, l) = (tap_at(tap & 63), tap >> 6);
@@ -107,7 +107,7 @@ fn exact_tap(kept: &Channel, tap: usize) -> Complex<f32> {
             even_im as f32 + FRAC_1_SQRT_2 * (odd_re + odd_im) as f32,
         )
     };
-    Complex::new(0.25 * re, 0.25 * im)
+    Complex::new(0.5 * re, 0.5 * im)
 }
 
 /// `sum_q Y_q j^(q l)` over the four slots from `at`.
