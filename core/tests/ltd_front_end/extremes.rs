@@ -145,29 +145,39 @@ fn no_input_wraps_in_the_taps() {
     }
 }
 
-/// The waveform itself, as strong as the level lets through: the largest tap there can be, 2.55 times the rms.
+/// The waveform itself at any level: the largest tap is 2.55 times the rms, after the shift that makes it fit.
 #[test]
 fn the_strongest_tap_fits() {
     let mut random = Random(4);
-    for delay in [0.0, 63.0, 200.5, 511.0] {
-        let samples = capture(&[(delay, C64::new(0.6, -0.8))], 300.0, 9_150.0, 16, &mut random);
-        let mut block = [samples; 32];
-        let mut work = Workspace::new();
-        let beam = correlate(&mut block, &mut work);
-        assert_eq!(
-            (beam.clips(), beam.exponent()),
-            (0, 3),
-            "delay {delay}: not shifted, nothing clipped"
-        );
-        let natural = beam.into_natural();
-        let peak = natural.samples[0]
-            .iter()
-            .map(|x| f64::from(x.power()).sqrt())
-            .fold(0.0, f64::max);
-        let expected = if delay.fract() == 0.0 { 2.55 } else { 2.55 * 0.75 };
-        assert!(
-            (peak / 9_150.0 / expected - 1.0).abs() < 0.03,
-            "delay {delay}: {peak}"
-        );
+    for (rms, exponent) in [
+        (9_150.0, 3),
+        (9_180.0, 4),
+        (12_000.0, 4),
+        (16_000.0, 4),
+        (18_400.0, 5),
+    ] {
+        for delay in [0.0, 63.0, 200.5, 511.0] {
+            let samples = capture(&[(delay, C64::new(0.6, -0.8))], 300.0, rms, 16, &mut random);
+            let mut block = [samples; 32];
+            let mut work = Workspace::new();
+            let beam = correlate(&mut block, &mut work);
+            assert_eq!(
+                (beam.clips(), beam.exponent()),
+                (0, exponent),
+                "rms {rms}, delay {delay}"
+            );
+            let natural = beam.into_natural();
+            let scale = 2_f64.powi(exponent - 3);
+            let peak = scale
+                * natural.samples[0]
+                    .iter()
+                    .map(|x| f64::from(x.power()).sqrt())
+                    .fold(0.0, f64::max);
+            let expected = if delay.fract() == 0.0 { 2.55 } else { 2.55 * 0.75 };
+            assert!(
+                (peak / rms / expected - 1.0).abs() < 0.03,
+                "rms {rms}, delay {delay}: {peak}"
+            );
+        }
     }
 }
