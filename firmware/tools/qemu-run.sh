@@ -48,7 +48,8 @@ if [ -n "${CSLAM_UART1_FILE:-}" ]; then
 fi
 
 set +e
-timeout "${CSLAM_TIMEOUT_S:-120}" qemu-system-arm "${options[@]}" -display none -monitor none \
+# In the foreground, so that the emulator stays in the process group of whoever has to end it.
+timeout --foreground "${CSLAM_TIMEOUT_S:-120}" qemu-system-arm "${options[@]}" -display none -monitor none \
     -serial null -serial "$uart1" -semihosting-config "$semihosting" -kernel "$elf" </dev/null |
     defmt-print -e "$elf" stdin
 codes=("${PIPESTATUS[@]}")
