@@ -6,12 +6,13 @@
 //! reads them, hence the index arithmetic below; no pass only reorders.
 //!
 //! Scales: first stage 1/8, each radix-4 stage 1/2 (as much as noise grows in it), product with the waveform 1/2,
-//! final stage 1/4. Every stage rounds once, half up; the halvings of the two radix-8 stages are floors (the first
+//! last inverse radix-4 stage 1/4, final stage 1/2. Every stage rounds once, half up; the halvings of the two radix-8 stages are floors (the first
 //! two are exact on samples of 14 bits or less, left-aligned). Every stage reads one buffer and writes another, so its
 //! input is still there when it must be repeated to count clipped lanes.
 
 use super::iq::{Clips, Iq};
-use super::tables::{SAMPLES, Tail, Twiddles};
+use super::tables::{Tail, Twiddles};
+use crate::waveform::SAMPLES;
 
 /// The samples of one channel, or a stage's data.
 pub type Channel = [Iq; SAMPLES];
@@ -29,8 +30,8 @@ pub(super) const FOLDED_COLUMNS: [usize; 4] = [0, 2, 1, 3];
 
 /// `exp(-j pi/4)`, Q15.
 pub(super) const EIGHTH: Iq = Iq::new(23_170, -23_170);
-/// `exp(-j 3 pi/4)`, Q15.
-pub(super) const THREE_EIGHTHS: Iq = Iq::new(-23_170, -23_170);
+/// `exp(+j pi/4)`, Q15.
+pub(super) const MINUS_EIGHTH: Iq = Iq::new(23_170, 23_170);
 
 /// Tap (modulo 64) at a position of the kept data; its own inverse. Base-4 digits reversed.
 #[must_use]
@@ -50,12 +51,13 @@ pub(super) fn first(input: &Channel, out: &mut Channel) -> Clips {
         let [d0, d1, d2, d3] = differences;
         let (u0, u1) = (d0.halving_sub_j(d2), d0.halving_add_j(d2));
         let v0 = d1.halving_sub_j(d3).full_product(EIGHTH, &mut clips);
-        let v1 = d1.halving_add_j(d3).full_product(THREE_EIGHTHS, &mut clips);
+        // exp(-j 3 pi/4) = -j exp(-j pi/4).
+        let v1 = d1.halving_add_j(d3).full_product(EIGHTH, &mut clips);
         let odd = [
             u0.halving_add(v0),
-            u1.halving_add(v1),
+            u1.halving_sub_j(v1),
             u0.halving_sub(v0),
-            u1.halving_sub(v1),
+            u1.halving_add_j(v1),
         ];
         for (slot, y) in odd.into_iter().enumerate() {
             out[(256 + 64 * slot + to) & 511] = y;
@@ -118,8 +120,22 @@ fn butterfly(x: [Iq; 4], w: &Twiddles, clips: &mut Clips) -> [Iq; 4] {
 
 /// Inverse four-point transform, then the conjugate twiddles, scale 1/2.
 fn inverse_butterfly(z: [Iq; 4], w: &Twiddles, clips: &mut Clips) -> [Iq; 4] {
-    let (t, a) = (z[0].saturating_add(z[2], clips), z[0].saturating_sub(z[2], clips));
-    let (b, d) = (z[1].saturating_add(z[3], clips), z[1].saturating_sub(z[3], clips));
+    let [z0, z1, z2, z3] = z;
+    let (t, a) = (z0.saturating_add(z2, clips), z0.saturating_sub(z2, clips));
+    let (b, d) = (z1.saturating_add(z3, clips), z1.saturating_sub(z3, clips));
+    inverse_tail([t, a, b, d], w, clips)
+}
+
+/// As [`inverse_butterfly`], scale 1/4: the first sums halve.
+fn inverse_butterfly_halved(z: [Iq; 4], w: &Twiddles, clips: &mut Clips) -> [Iq; 4] {
+    let [z0, z1, z2, z3] = z;
+    let (t, a) = (z0.halving_add(z2), z0.halving_sub(z2));
+    let (b, d) = (z1.halving_add(z3), z1.halving_sub(z3));
+    inverse_tail([t, a, b, d], w, clips)
+}
+
+/// Second half of an inverse butterfly.
+fn inverse_tail([t, a, b, d]: [Iq; 4], w: &Twiddles, clips: &mut Clips) -> [Iq; 4] {
     [
         t.saturating_add(b, clips).half(),
         a.saturating_add_j(d, clips).half_product_conj(w[0]),
@@ -214,19 +230,20 @@ pub(super) fn inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twid
     clips
 }
 
-/// Inverse of [`second`], scale 1/2. Its output is the kept form of a channel: one radix-8 stage before the taps.
+/// Inverse of [`second`], scale 1/4: a path gathers its energy here, and a strong one would
+/// pass half the range at 1/2, which the assembly's probe takes for possible clipping. Its output is the kept form of a channel: one radix-8 stage before the taps.
 pub(super) fn inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips {
     let mut clips = 0;
     for (block, w) in twiddles.iter().enumerate() {
         for n in 0..16 {
-            let y = inverse_butterfly(column(input, 64 * block + n, 16), w, &mut clips);
+            let y = inverse_butterfly_halved(column(input, 64 * block + n, 16), w, &mut clips);
             put(out, 64 * block + 4 * n, 1, y);
         }
     }
     clips
 }
 
-/// Final inverse stage, radix 8, no twiddles, scale 1/4: the taps `tap_at(position) + 64 l` in the order of
+/// Final inverse stage, radix 8, no twiddles, scale 1/2: the taps `tap_at(position) + 64 l` in the order of
 /// [`COLUMNS`]. The level set before the transform bounds every intermediate value (see [`super::level`]); were it
 /// broken, the result would saturate, not wrap.
 pub(super) fn final_taps(kept: &Channel, position: usize) -> [Iq; 8] {
@@ -234,9 +251,9 @@ pub(super) fn final_taps(kept: &Channel, position: usize) -> [Iq; 8] {
     let at = |slot: usize| kept[(64 * slot + position) & 511];
     let g = inverse_half([at(0), at(1), at(2), at(3)]);
     let h = inverse_half([at(4), at(5), at(6), at(7)]);
-    // h_l exp(+j pi l / 4), l = 0..3; exp(+j pi/4) is the conjugate of EIGHTH, written as -exp(-j 3 pi/4).
-    let h1 = h[1].full_product(Iq::new(23_170, 23_170), unbounded);
-    let h3 = h[3].full_product(Iq::new(-23_170, 23_170), unbounded);
+    // h_l exp(+j pi l / 4), l = 0..3; exp(+j 3 pi/4) = j exp(+j pi/4).
+    let h1 = h[1].full_product(MINUS_EIGHTH, unbounded);
+    let h3 = h[3].full_product(MINUS_EIGHTH, unbounded);
     [
         g[0].saturating_add(h[0], unbounded),
         g[0].saturating_sub(h[0], unbounded),
@@ -244,20 +261,21 @@ pub(super) fn final_taps(kept: &Channel, position: usize) -> [Iq; 8] {
         g[1].saturating_sub(h1, unbounded),
         g[2].saturating_add_j(h[2], unbounded),
         g[2].saturating_sub_j(h[2], unbounded),
-        g[3].saturating_add(h3, unbounded),
-        g[3].saturating_sub(h3, unbounded),
+        g[3].saturating_add_j(h3, unbounded),
+        g[3].saturating_sub_j(h3, unbounded),
     ]
 }
 
-/// Four-point inverse transform of scale 1/4.
+/// Four-point inverse transform of scale 1/2.
 fn inverse_half([y0, y1, y2, y3]: [Iq; 4]) -> [Iq; 4] {
+    let unbounded = &mut 0;
     let (t, a) = (y0.halving_add(y2), y0.halving_sub(y2));
     let (b, d) = (y1.halving_add(y3), y1.halving_sub(y3));
     [
-        t.halving_add(b),
-        a.halving_add_j(d),
-        t.halving_sub(b),
-        a.halving_sub_j(d),
+        t.saturating_add(b, unbounded),
+        a.saturating_add_j(d, unbounded),
+        t.saturating_sub(b, unbounded),
+        a.saturating_sub_j(d, unbounded),
     ]
 }
 
