@@ -6,7 +6,8 @@
 //! does not link either. It is made to be linked, not to be run: inputs are whatever the shared memory holds.
 //!
 //! A board's own image cannot pass, because its runtime and its log keep panics; what flies is checked here: ring,
-//! record, path, solver, map and packet encoder as [`Receiver::step`] puts them together, and the packet decoder.
+//! record, path, solver, map and packet encoder as [`Receiver::step`] puts them together, the packet decoder, and the
+//! path estimation's front end.
 #![no_std]
 #![no_main]
 
@@ -14,10 +15,14 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use cortex_m_rt::entry;
-use cslam_core::geometry::{Body, Direction, GeometryError, Matrix3, Rotation, World};
+use cslam_core::block::BeamBlock;
+use cslam_core::geometry::{Body, Complex, Direction, GeometryError, Matrix3, Rotation, World};
+use cslam_core::ltd::{Correlator, Detector, Iq, Workspace};
 use cslam_core::path::Path;
 use cslam_core::reflection::Form;
 use cslam_core::telemetry::Decoder;
+use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_firmware::front_end_check::{Block, CHANNELS, SUBSET};
 use cslam_firmware::measurement;
 use cslam_firmware::receiver::{BoardMap, Receiver, board_gates};
 use cslam_firmware::ring::{AccessError, Consumer, Producer, SharedMemory};
@@ -68,6 +73,11 @@ fn main() -> ! {
     if let (Some(map), Some(decoder)) = (map, decoder) {
         fly(map, decoder);
     }
+    let block = cortex_m::singleton!(: Block = [[Iq::ZERO; SAMPLES]; CHANNELS]);
+    let work = cortex_m::singleton!(: Workspace = Workspace::new());
+    if let (Some(block), Some(work)) = (block, work) {
+        listen(&Correlator::new(&black_box(Waveform::default())), block, work);
+    }
     loop {
         cortex_m::asm::nop();
     }
@@ -90,7 +100,29 @@ fn fly(map: &mut BoardMap, decoder: &mut Decoder) {
         black_box(receiver.map().points().len());
         black_box(turn().is_ok());
         black_box(decoder.push(black_box(0)));
+        if black_box(false) {
+            break;
+        }
     }
+}
+
+/// Everything that the front end does with a beam.
+fn listen(correlator: &Correlator, samples: &mut Block, work: &mut Workspace) {
+    let detector = Detector::new(black_box(32), black_box(1e-2), black_box(30_000));
+    black_box(correlator.spectrum(&black_box([Iq::ZERO; SAMPLES]), &mut [Iq::ZERO; SAMPLES], work));
+    let beam = correlator.level(BeamBlock {
+        samples,
+        beam: black_box(0),
+        exponent: black_box(0),
+    });
+    black_box(beam.mean_power());
+    black_box(detector.peak(correlator.detect(&beam, black_box(&SUBSET), work)));
+    let taps = correlator.correlate(beam, work);
+    black_box(detector.peak(taps.profile()));
+    let mut window = black_box([Complex::new(0.0, 0.0); 9]);
+    taps.window(black_box(0), black_box(0), &mut window);
+    black_box((window, taps.clips(), taps.exponent()));
+    black_box(taps.into_natural());
 }
 
 /// A path of the array, turned from body to world axes.

@@ -213,6 +213,18 @@ pub(crate) const STAGES: &[Stage] = &[
             "--nocapture",
         ])]),
     },
+    Stage {
+        name: "kernels",
+        what: "the path estimator's kernels on the emulated Cortex-M7: bits of the host, committed instruction counts",
+        needs: &["toolchain", "qemu", "defmt-print", "firmware"],
+        work: Work::Steps(&[step(&[
+            "test",
+            "--locked",
+            "--workspace",
+            ALL_TESTS,
+            "--test=kernels",
+        ])]),
+    },
 ];
 
 #[cfg(test)]
