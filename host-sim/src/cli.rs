@@ -34,6 +34,11 @@ enum Command {
     /// Every path leads to a line: a point, or the reason why there is none. Where the file knows the truth (order and
     /// last vertex), the summary compares with it.
     Solve(commands::solve::Args),
+    /// Record what the receiver's front end would hear: int16 IQ of every transmit beam
+    ///
+    /// Every link of the paths file becomes a SigMF recording: 72 blocks of 32 channels x 512 samples, with noise, gain
+    /// control, converter and the errors of both ends. The same seed gives the same bytes.
+    Synth(commands::synth::Args),
     /// Trace rays: the paths of every transmitter with every receiver in a scene
     ///
     /// Line of sight and specular reflections, one link a line in the paths format, strongest path first, an empty list
@@ -47,6 +52,7 @@ pub fn main() -> ExitCode {
     let result = match cli.command {
         Some(Command::Bench(args)) => commands::bench::run(&args),
         Some(Command::Solve(args)) => commands::solve::run(&args),
+        Some(Command::Synth(args)) => commands::synth::run(&args),
         Some(Command::Trace(args)) => commands::trace::run(&args),
         Some(Command::Fly(args)) => commands::fly::run(&args),
         None => commands::fly::run(&commands::fly::Args::default()),

@@ -1,5 +1,6 @@
 //! The world around the receiver, and the `cslam` command that puts the two together.
 
+pub mod channel;
 pub mod cli;
 mod commands;
 pub mod evaluation;
@@ -13,6 +14,7 @@ pub mod progress;
 pub mod random;
 pub mod report;
 pub mod scene;
+pub mod sigmf;
 pub mod solve;
 pub mod statistics;
 pub mod table;

@@ -12,11 +12,13 @@
 mod codebook;
 mod element;
 mod gmt;
+mod squint;
 mod uav;
 
 pub use codebook::{Beam, Codebook, CodebookConfig};
 pub use element::{GmtElement, UavElement, half_wave_dipole};
 pub use gmt::{GmtArrayConfig, GmtArrays, GmtFace, planar_factor};
+pub use squint::{SquintConfig, SquintScheme, SquintSymbol};
 pub use uav::{UavArrayConfig, UavArrays, Ula};
 
 use crate::geometry::{Complex, Real, Vector3};

@@ -6,6 +6,7 @@ use anyhow::Context;
 use clap::ValueEnum;
 use serde::Serialize;
 
+use crate::channel;
 use crate::random::Stream;
 use crate::scene::Scene;
 use crate::table::Table;
@@ -25,6 +26,8 @@ pub(crate) struct Args {
 enum Subject {
     /// Ray tracing on the reference outdoor scene, order 3
     Trace,
+    /// Synthesis of a sweep: 72 beams, 25 paths, every error of the budget
+    Synth,
 }
 
 /// A line of the table.
@@ -48,6 +51,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let mut rows = Vec::new();
     if args.what.is_none_or(|what| what == Subject::Trace) {
         rows.extend(trace()?);
+    }
+    if args.what.is_none_or(|what| what == Subject::Synth) {
+        rows.push(synth());
     }
     if args.json {
         for row in &rows {
@@ -147,6 +153,20 @@ fn trace() -> anyhow::Result<Vec<Row>> {
         "us",
     ));
     Ok(rows)
+}
+
+/// Median time of a sweep.
+fn synth() -> Row {
+    let speed = channel::bench::synth(25, 41);
+    Row {
+        name: format!(
+            "sweep, {} beams x 32 x 512, {} paths, median of {}, longest {:.1}",
+            speed.beams, speed.paths, speed.sweeps, speed.longest_ms
+        ),
+        threads: 1,
+        value: speed.median_ms,
+        unit: "ms",
+    }
 }
 
 /// Seconds that one run takes, averaged over as many as fill [`LEAST`], after one that warms up.

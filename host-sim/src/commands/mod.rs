@@ -3,4 +3,5 @@
 pub(crate) mod bench;
 pub(crate) mod fly;
 pub(crate) mod solve;
+pub(crate) mod synth;
 pub(crate) mod trace;
