@@ -7,3 +7,4 @@ pub mod flight;
 pub mod input;
 pub mod paths;
 pub mod seeded;
+pub mod sensors;
