@@ -23,5 +23,13 @@
 //! well-typed world direction.
 #![no_std]
 
+pub mod array;
+pub mod block;
 pub mod constants;
 pub mod geometry;
+pub mod ltd;
+pub mod map;
+pub mod path;
+pub mod reflection;
+pub mod telemetry;
+pub mod waveform;

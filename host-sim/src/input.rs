@@ -1,6 +1,7 @@
 //! Bad input, said in one line: which file, which line or key, what is wrong and what was expected.
 
 use std::fmt;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// An input that cannot be used. The command ends with exit code 2 and prints this as one line.
@@ -61,14 +62,22 @@ impl std::error::Error for InputError {}
 /// # Errors
 /// [`InputError`] naming the file when it cannot be read, unpacked, or is not UTF-8.
 pub fn read_text(file: &Path) -> Result<String, InputError> {
-    use std::io::Read;
     let bytes = std::fs::read(file).map_err(|e| InputError::in_file(file, format!("cannot be read: {e}")))?;
-    let mut text = String::new();
-    let result = if file.extension().is_some_and(|e| e == "gz") {
-        flate2::read::GzDecoder::new(bytes.as_slice()).read_to_string(&mut text)
+    if file.extension().is_some_and(|e| e == "gz") {
+        unpack(file, &bytes)
     } else {
-        bytes.as_slice().read_to_string(&mut text)
-    };
-    result.map_err(|e| InputError::in_file(file, format!("cannot be read as text: {e}")))?;
+        String::from_utf8(bytes).map_err(|e| InputError::in_file(file, format!("is not text: {e}")))
+    }
+}
+
+/// Unpacks gzipped text; `file` is for messages only.
+///
+/// # Errors
+/// [`InputError`] naming the file when the bytes are no gzipped UTF-8.
+pub fn unpack(file: &Path, packed: &[u8]) -> Result<String, InputError> {
+    let mut text = String::new();
+    flate2::read::GzDecoder::new(packed)
+        .read_to_string(&mut text)
+        .map_err(|e| InputError::in_file(file, format!("is not gzipped text: {e}")))?;
     Ok(text)
 }

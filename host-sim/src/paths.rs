@@ -7,7 +7,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::input::{InputError, read_text};
+use crate::input::{InputError, read_text, unpack};
 
 /// One transmitter heard by one receiver: a line of the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,6 +50,9 @@ pub struct LinkPath {
     /// SNR per element and active subcarrier, dB.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub snr_db: Option<f64>,
+    /// Covariance of (c tau in m, two tangent angles in rad) as `cslam estimate` writes it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<[[f64; 3]; 3]>,
     /// A second, independent tracer found this path too (reference lists only).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub confirmed: Option<bool>,
@@ -77,7 +80,73 @@ pub fn parse(file: &Path, text: &str) -> Result<Vec<Link>, InputError> {
         let link: Link = serde_json::from_str(line).map_err(|e| {
             InputError::at_line(file, index + 1, format!("not a link of the paths format: {e}"))
         })?;
+        for (path, p) in link.paths.iter().enumerate() {
+            if p.aod_zenith_rad.is_some() != p.aod_azimuth_rad.is_some() {
+                let message = format!("path {path}: aod_zenith_rad and aod_azimuth_rad must come together");
+                return Err(InputError::at_line(file, index + 1, message));
+            }
+        }
         links.push(link);
     }
     Ok(links)
+}
+
+/// The path list that comes with the program: five GMT positions, each heard at 200 places of an outdoor scene.
+///
+/// # Errors
+/// None in a sound build; the signature is that of [`read`].
+pub fn bundled() -> Result<Vec<Link>, InputError> {
+    let packed = include_bytes!("../fixtures/outdoor_a.jsonl.gz");
+    let name = Path::new("bundled:outdoor_a.jsonl.gz");
+    parse(name, &unpack(name, packed)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PATH: &str = r#"{"delay_s":1e-7,"aoa_zenith_rad":1.5,"aoa_azimuth_rad":0.1}"#;
+
+    fn line(path: &str) -> String {
+        format!(r#"{{"tx":[0,0,2],"rx":[10,0,2],"paths":[{path}]}}"#)
+    }
+
+    fn error_of(text: &str) -> String {
+        parse(Path::new("x.jsonl"), text)
+            .expect_err("malformed")
+            .to_string()
+    }
+
+    #[test]
+    fn measured_paths_need_no_truth() {
+        let links = parse(Path::new("x"), &format!("{}\n\n{}\n", line(PATH), line(""))).expect("sound");
+        assert_eq!(
+            (links.len(), links[0].paths.len(), links[1].paths.len()),
+            (2, 1, 0)
+        );
+        assert_eq!(links[0].paths[0].order, None);
+    }
+
+    #[test]
+    fn malformed_lines_are_named() {
+        let good = line(PATH);
+        assert!(error_of(&format!("{good}\n\n{{\"tx\":")).starts_with("x.jsonl:3: not a link"));
+        assert!(error_of(&good.replace("delay_s", "delay")).contains("missing field `delay_s`"));
+        assert!(error_of(&good.replace("1e-7", "\"soon\"")).contains("expected f64"));
+        assert!(error_of(&good.replace("1e-7", "1e999")).contains("out of range"));
+        assert!(error_of(&good.replace("[10,0,2]", "[10,0]")).contains("array of length 3"));
+        let half = line(&PATH.replace("}", r#","aod_zenith_rad":1.0}"#));
+        assert!(
+            error_of(&half).contains("must come together"),
+            "{}",
+            error_of(&half)
+        );
+    }
+
+    #[test]
+    fn the_bundled_list_is_sound() {
+        let links = bundled().expect("sound");
+        assert_eq!(links.len(), 1000);
+        assert!(links.iter().map(|l| l.paths.len()).sum::<usize>() >= 1000);
+    }
 }

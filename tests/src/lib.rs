@@ -1,1 +1,1 @@
-//! Cross-crate tests live in `tests/`, the verify driver in `src/bin/verify.rs`.
+//! Cross-crate tests are in `tests/`, the verify driver (`cargo verify`) in `src/bin/verify`.

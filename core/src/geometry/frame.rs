@@ -18,8 +18,14 @@ pub struct World;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Body;
 
+/// Frame of the ground mobile transmitter (GMT): x along the azimuth its first antenna face looks at, z up its mast.
+/// East-north-up while its heading and tilt are zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Gmt;
+
 impl sealed::Sealed for World {}
 impl sealed::Sealed for Body {}
+impl sealed::Sealed for Gmt {}
 
 impl Frame for World {
     const NAME: &'static str = "world";
@@ -27,4 +33,8 @@ impl Frame for World {
 
 impl Frame for Body {
     const NAME: &'static str = "body";
+}
+
+impl Frame for Gmt {
+    const NAME: &'static str = "GMT";
 }

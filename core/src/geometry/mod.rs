@@ -35,8 +35,8 @@ mod rotation;
 
 pub use direction::Direction;
 pub use error::GeometryError;
-pub use frame::{Body, Frame, World};
-pub use nalgebra::{Matrix3, Vector3};
+pub use frame::{Body, Frame, Gmt, World};
+pub use nalgebra::{Complex, Matrix3, Vector3};
 pub use position::Position;
 pub use real::Real;
 pub use rotation::Rotation;

@@ -20,10 +20,14 @@ pub trait Real: RealField + Copy {
     fn acos_libm(self) -> Self;
     /// Angle of the point (x, y) in rad, in (-pi, pi]; `self` is y.
     fn atan2_libm(self, x: Self) -> Self;
+    /// Arc sine in rad, -pi/2..=pi/2; the argument is clamped to -1..=1 so that rounding cannot make a NaN.
+    fn asin_libm(self) -> Self;
+    /// `10^self`.
+    fn exp10_libm(self) -> Self;
 }
 
 macro_rules! real {
-    ($t:ty, $sin:path, $cos:path, $tan:path, $acos:path, $atan2:path) => {
+    ($t:ty, $sin:path, $cos:path, $tan:path, $acos:path, $atan2:path, $asin:path, $exp10:path) => {
         impl Real for $t {
             fn of(value: f64) -> Self {
                 value as $t
@@ -43,9 +47,33 @@ macro_rules! real {
             fn atan2_libm(self, x: Self) -> Self {
                 $atan2(self, x)
             }
+            fn asin_libm(self) -> Self {
+                $asin(self.clamp(-1.0, 1.0))
+            }
+            fn exp10_libm(self) -> Self {
+                $exp10(self)
+            }
         }
     };
 }
 
-real!(f32, libm::sinf, libm::cosf, libm::tanf, libm::acosf, libm::atan2f);
-real!(f64, libm::sin, libm::cos, libm::tan, libm::acos, libm::atan2);
+real!(
+    f32,
+    libm::sinf,
+    libm::cosf,
+    libm::tanf,
+    libm::acosf,
+    libm::atan2f,
+    libm::asinf,
+    libm::exp10f
+);
+real!(
+    f64,
+    libm::sin,
+    libm::cos,
+    libm::tan,
+    libm::acos,
+    libm::atan2,
+    libm::asin,
+    libm::exp10
+);

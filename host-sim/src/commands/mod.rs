@@ -1,3 +1,7 @@
 //! One file per subcommand.
 
+pub(crate) mod bench;
+pub(crate) mod fly;
 pub(crate) mod solve;
+pub(crate) mod synth;
+pub(crate) mod trace;

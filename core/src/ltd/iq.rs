@@ -1,0 +1,262 @@
+//! A complex sample in one 32-bit word, and its 16-bit lane arithmetic.
+//!
+//! The operations are those of the ARMv7E-M SIMD instructions, lane for lane and bit for bit, so that the stages of the
+//! transform can be written once with these and once in assembly. Nothing wraps: additions halve or saturate. The
+//! saturating ones report how many lanes clipped.
+
+/// Complex 16-bit sample: real part in the low half-word, imaginary part in the high one.
+///
+/// In little-endian memory this is the interleaved `re, im` order of a `ci16_le` stream.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct Iq(u32);
+
+/// Where stages count the lanes that clipped.
+pub(super) type Clips = u32;
+
+/// Half an LSB of a Q15 product taken at scale 1/2 (bit 16).
+const HALF_AT_16: i32 = 1 << 15;
+/// Half an LSB of a Q15 product taken at full scale (bit 15).
+const HALF_AT_15: i32 = 1 << 14;
+
+impl Iq {
+    /// Zero.
+    pub const ZERO: Self = Self(0);
+
+    /// A sample from its parts.
+    #[must_use]
+    pub const fn new(re: i16, im: i16) -> Self {
+        Self((re as u16 as u32) | ((im as u16 as u32) << 16))
+    }
+
+    /// A sample from its word, real part in the low half.
+    #[must_use]
+    pub const fn from_word(word: u32) -> Self {
+        Self(word)
+    }
+
+    /// The word, real part in the low half.
+    #[must_use]
+    pub const fn word(self) -> u32 {
+        self.0
+    }
+
+    /// Real part.
+    #[must_use]
+    pub const fn re(self) -> i16 {
+        self.0 as u16 as i16
+    }
+
+    /// Imaginary part.
+    #[must_use]
+    pub const fn im(self) -> i16 {
+        (self.0 >> 16) as u16 as i16
+    }
+
+    /// `|x|^2`, at most 2^31.
+    #[must_use]
+    pub const fn power(self) -> u32 {
+        let (re, im) = (self.re() as i32, self.im() as i32);
+        (re * re) as u32 + (im * im) as u32
+    }
+
+    /// `x / 2^bits`, round half up; a negative count shifts left, where the caller knows that there is room.
+    pub(super) const fn shifted(self, bits: i32) -> Self {
+        if bits > 0 {
+            let half = 1 << (bits - 1);
+            Self::narrow(
+                (self.re() as i32 + half) >> bits,
+                (self.im() as i32 + half) >> bits,
+            )
+        } else {
+            Self::narrow((self.re() as i32) << -bits, (self.im() as i32) << -bits)
+        }
+    }
+
+    /// `re + j im` of values that are known to fit.
+    const fn narrow(re: i32, im: i32) -> Self {
+        Self::new(re as i16, im as i16)
+    }
+
+    /// `re + j im`, each clipped to 16 bits and counted when it was.
+    fn clipped(re: i32, im: i32, clips: &mut Clips) -> Self {
+        let out = Self::new(clip(re), clip(im));
+        *clips += (out.re() as i32 != re) as u32 + (out.im() as i32 != im) as u32;
+        out
+    }
+
+    /// `(x + y) / 2`, floor (SHADD16).
+    pub(super) const fn halving_add(self, y: Self) -> Self {
+        Self::narrow(
+            (self.re() as i32 + y.re() as i32) >> 1,
+            (self.im() as i32 + y.im() as i32) >> 1,
+        )
+    }
+
+    /// `(x - y) / 2`, floor (SHSUB16).
+    pub(super) const fn halving_sub(self, y: Self) -> Self {
+        Self::narrow(
+            (self.re() as i32 - y.re() as i32) >> 1,
+            (self.im() as i32 - y.im() as i32) >> 1,
+        )
+    }
+
+    /// `(x + j y) / 2`, floor (SHASX).
+    pub(super) const fn halving_add_j(self, y: Self) -> Self {
+        Self::narrow(
+            (self.re() as i32 - y.im() as i32) >> 1,
+            (self.im() as i32 + y.re() as i32) >> 1,
+        )
+    }
+
+    /// `(x - j y) / 2`, floor (SHSAX).
+    pub(super) const fn halving_sub_j(self, y: Self) -> Self {
+        Self::narrow(
+            (self.re() as i32 + y.im() as i32) >> 1,
+            (self.im() as i32 - y.re() as i32) >> 1,
+        )
+    }
+
+    /// `x / 2`, round half up (SHADD16 with one in both lanes).
+    pub(super) const fn half(self) -> Self {
+        self.halving_add(Self::new(1, 1))
+    }
+
+    /// `x + y`, saturating (QADD16).
+    pub(super) fn saturating_add(self, y: Self, clips: &mut Clips) -> Self {
+        Self::clipped(
+            self.re() as i32 + y.re() as i32,
+            self.im() as i32 + y.im() as i32,
+            clips,
+        )
+    }
+
+    /// `x - y`, saturating (QSUB16).
+    pub(super) fn saturating_sub(self, y: Self, clips: &mut Clips) -> Self {
+        Self::clipped(
+            self.re() as i32 - y.re() as i32,
+            self.im() as i32 - y.im() as i32,
+            clips,
+        )
+    }
+
+    /// `x + j y`, saturating (QASX).
+    pub(super) fn saturating_add_j(self, y: Self, clips: &mut Clips) -> Self {
+        Self::clipped(
+            self.re() as i32 - y.im() as i32,
+            self.im() as i32 + y.re() as i32,
+            clips,
+        )
+    }
+
+    /// `x - j y`, saturating (QSAX).
+    pub(super) fn saturating_sub_j(self, y: Self, clips: &mut Clips) -> Self {
+        Self::clipped(
+            self.re() as i32 + y.im() as i32,
+            self.im() as i32 - y.re() as i32,
+            clips,
+        )
+    }
+
+    /// `x w / 2` of a Q15 factor with `|w| <= 1`, one rounding, half up (SMLSD, SMLADX, PKHTB). Cannot overflow.
+    pub(super) const fn half_product(self, w: Self) -> Self {
+        let (re, im) = self.product(w, HALF_AT_16);
+        Self::narrow(re >> 16, im >> 16)
+    }
+
+    /// `x conj(w) / 2`, as [`Self::half_product`] (SMLAD, SMLSDX, PKHTB).
+    pub(super) const fn half_product_conj(self, w: Self) -> Self {
+        let (a, b) = (self.re() as i32, self.im() as i32);
+        let (c, d) = (w.re() as i32, w.im() as i32);
+        Self::narrow(
+            (a * c + b * d + HALF_AT_16) >> 16,
+            (b * c - a * d + HALF_AT_16) >> 16,
+        )
+    }
+
+    /// `x w` of a Q15 factor with `|w| <= 1`, one rounding, half up, saturating (SMLSD, SMLADX, SSAT, PKHBT).
+    pub(super) fn full_product(self, w: Self, clips: &mut Clips) -> Self {
+        let (re, im) = self.product(w, HALF_AT_15);
+        Self::clipped(re >> 15, im >> 15, clips)
+    }
+
+    /// `x w` plus a rounding term, Q15 times Q15. With `|w| <= 1` at most sqrt(2) 2^30 + 2^15 < 2^31.
+    const fn product(self, w: Self, rounding: i32) -> (i32, i32) {
+        let (a, b) = (self.re() as i32, self.im() as i32);
+        let (c, d) = (w.re() as i32, w.im() as i32);
+        (a * c - b * d + rounding, a * d + b * c + rounding)
+    }
+}
+
+/// Clips to 16 bits.
+fn clip(x: i32) -> i16 {
+    x.clamp(i32::from(i16::MIN), i32::from(i16::MAX)) as i16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A word, with the extremes often enough to meet each other.
+    fn any_iq() -> impl Strategy<Value = Iq> {
+        let part = || prop_oneof![any::<i16>(), Just(i16::MIN), Just(i16::MAX), -1..=1_i16];
+        (part(), part()).prop_map(|(re, im)| Iq::new(re, im))
+    }
+
+    /// Exact parts.
+    fn wide(x: Iq) -> [i64; 2] {
+        [i64::from(x.re()), i64::from(x.im())]
+    }
+
+    /// Saturated parts, and how many were.
+    fn limited(exact: [i64; 2]) -> ([i64; 2], u32) {
+        let limited = exact.map(|x| x.clamp(-32_768, 32_767));
+        let clips = (limited[0] != exact[0]) as u32 + (limited[1] != exact[1]) as u32;
+        (limited, clips)
+    }
+
+    /// `x * 2^-bits`, round half up.
+    fn rounded([re, im]: [i64; 2], bits: u32) -> [i64; 2] {
+        [re, im].map(|x| (x as f64 / f64::from(1_u32 << bits) + 0.5).floor() as i64)
+    }
+
+    fn times([a, b]: [i64; 2], [c, d]: [i64; 2]) -> [i64; 2] {
+        [a * c - b * d, a * d + b * c]
+    }
+
+    proptest! {
+        #[test]
+        fn sums_and_differences_halve_or_saturate(x in any_iq(), y in any_iq()) {
+            let ([a, b], [c, d]) = (wide(x), wide(y));
+            let exact = [[a + c, b + d], [a - c, b - d], [a - d, b + c], [a + d, b - c]];
+            let mut clips = [0; 4];
+            let [n0, n1, n2, n3] = &mut clips;
+            let saturating = [
+                x.saturating_add(y, n0),
+                x.saturating_sub(y, n1),
+                x.saturating_add_j(y, n2),
+                x.saturating_sub_j(y, n3),
+            ];
+            let halving = [x.halving_add(y), x.halving_sub(y), x.halving_add_j(y), x.halving_sub_j(y)];
+            for i in 0..4 {
+                prop_assert_eq!((wide(saturating[i]), clips[i]), limited(exact[i]));
+                prop_assert_eq!(wide(halving[i]), exact[i].map(|x| x.div_euclid(2)));
+            }
+            prop_assert_eq!(wide(x.half()), rounded(wide(x), 1));
+            prop_assert_eq!(i64::from(x.power()), a * a + b * b);
+        }
+
+        #[test]
+        fn products_round_half_up_and_never_wrap(x in any_iq(), phase in 0.0..core::f64::consts::TAU) {
+            let q15 = |x: f64| (x * 32_768.0 + 0.5).floor().clamp(-32_768.0, 32_767.0) as i16;
+            let w = Iq::new(q15(libm::cos(phase)), q15(libm::sin(phase)));
+            let conj = [i64::from(w.re()), -i64::from(w.im())];
+            prop_assert_eq!(wide(x.half_product(w)), rounded(times(wide(x), wide(w)), 16));
+            prop_assert_eq!(wide(x.half_product_conj(w)), rounded(times(wide(x), conj), 16));
+            let mut clips = 0;
+            let full = wide(x.full_product(w, &mut clips));
+            prop_assert_eq!((full, clips), limited(rounded(times(wide(x), wide(w)), 15)));
+        }
+    }
+}

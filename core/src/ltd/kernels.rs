@@ -1,0 +1,71 @@
+//! The set of kernels that the front end runs on: portable, or assembly for ARM cores with the DSP instructions. Both
+//! give the same bits and the same counts; on a chip both are there, so that the equality can be tested there.
+
+use super::iq::Clips;
+use super::stages::{self, Channel, FoldedPowers, Powers};
+use super::tables::{Tail, Twiddles};
+
+/// The stages of [`super::stages`], which documents them. Sealed: [`Portable`] and, on ARM with the feature `armv7em`,
+/// `Armv7em` implement it.
+pub trait Kernels: stage::Stages {}
+
+/// Kernels in plain Rust: the definition of the results.
+#[derive(Clone, Copy, Debug)]
+pub struct Portable;
+
+/// Kernels in assembly for ARMv7E-M with single-precision registers (Cortex-M4F, M7, M33, M55).
+#[cfg(all(target_arch = "arm", feature = "armv7em"))]
+#[derive(Clone, Copy, Debug)]
+pub struct Armv7em;
+
+/// The fastest kernels of the target.
+#[cfg(not(all(target_arch = "arm", feature = "armv7em")))]
+pub type Native = Portable;
+/// The fastest kernels of the target.
+#[cfg(all(target_arch = "arm", feature = "armv7em"))]
+pub type Native = Armv7em;
+
+/// Keeps the trait's methods to this crate.
+pub(super) mod stage {
+    #[cfg(all(target_arch = "arm", feature = "armv7em"))]
+    use super::{super::simd, Armv7em};
+    use super::{Channel, Clips, FoldedPowers, Portable, Powers, Tail, Twiddles, stages};
+
+    /// From one list of signatures: the trait, and its implementations by the functions of the same names.
+    macro_rules! stages {
+        ($($name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?;)*) => {
+            /// See the functions of the same names in `stages`.
+            pub trait Stages {
+                $(#[doc = "See `stages`."] fn $name($($argument: $type),*) $(-> $result)?;)*
+            }
+
+            impl Stages for Portable {
+                $(fn $name($($argument: $type),*) $(-> $result)? { stages::$name($($argument),*) })*
+            }
+
+            #[cfg(all(target_arch = "arm", feature = "armv7em"))]
+            impl Stages for Armv7em {
+                $(fn $name($($argument: $type),*) $(-> $result)? { simd::$name($($argument),*) })*
+            }
+        };
+    }
+
+    stages! {
+        first(input: &Channel, out: &mut Channel) -> Clips;
+        first_folded(input: &Channel, out: &mut Channel);
+        second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips;
+        third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips;
+        last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Clips;
+        correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Clips;
+        inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips;
+        inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips;
+        power(kept: &Channel, powers: &mut Powers);
+        power_folded(kept: &Channel, powers: &mut FoldedPowers);
+        natural(kept: &Channel, out: &mut Channel);
+        energy(input: &Channel) -> u64;
+    }
+}
+
+impl Kernels for Portable {}
+#[cfg(all(target_arch = "arm", feature = "armv7em"))]
+impl Kernels for Armv7em {}

@@ -1,0 +1,334 @@
+//! What the channel and the front end are set to, as a TOML file gives it.
+//!
+//! Every impairment has its parameter, a zero setting ([`Impairments::none`]) and a default at the error budget of the
+//! design README section 6.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::input::{InputError, read_text};
+
+/// The whole configuration of a channel simulation.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ChannelConfig {
+    /// Transmit power, noise, gain control, converter.
+    pub front_end: FrontEndConfig,
+    /// Errors of both ends.
+    pub impairments: Impairments,
+    /// Motion and attitude of both ends, where the paths file says nothing of it.
+    pub motion: MotionConfig,
+}
+
+/// Link budget, gain control and converter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FrontEndConfig {
+    /// Transmit power of a face, dBm.
+    pub transmit_power_dbm: f64,
+    /// Implementation loss, dB; weakens the signal, not the noise.
+    pub implementation_loss_db: f64,
+    /// Noise figure, dB over thermal noise at 290 K.
+    pub noise_figure_db: f64,
+    /// Whether thermal noise is added.
+    pub noise: bool,
+    /// Converter width, bits, 8..=16; samples are left-aligned in 16 bits.
+    pub adc_bits: u8,
+    /// Level the gain control holds, dB of full scale: complex rms of the block's strongest channel, relative to 32 768.
+    /// Gains are powers of two (the block's exponent), so a block lies at most 6.02 dB under this level, never over it.
+    pub agc_rms_dbfs: f64,
+    /// Raises (or lowers) the signal against the noise, dB.
+    pub snr_offset_db: f64,
+}
+
+impl Default for FrontEndConfig {
+    fn default() -> Self {
+        Self {
+            transmit_power_dbm: 30.0,
+            implementation_loss_db: 3.0,
+            noise_figure_db: 7.0,
+            noise: true,
+            adc_bits: 12,
+            agc_rms_dbfs: -12.0,
+            snr_offset_db: 0.0,
+        }
+    }
+}
+
+/// Errors of the arrays, clocks and the air.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Impairments {
+    /// UAV: phase error of an element, deg rms. Drawn once for a device.
+    pub uav_element_phase_rms_deg: f64,
+    /// UAV: error of an array axis, deg rms in each of its two components. Drawn once.
+    pub uav_axis_rms_deg: f64,
+    /// UAV: delay error of an array, ps rms. Of the baseband: its carrier phase is part of the array's free phase. Once.
+    pub uav_array_delay_rms_ps: f64,
+    /// UAV: each array has a free oscillator phase, new in every beam.
+    pub free_array_phase: bool,
+    /// GMT: phase error of an element, deg rms. Drawn once.
+    pub gmt_element_phase_rms_deg: f64,
+    /// GMT: delay error of an element, ps rms, of the baseband (its carrier phase is in the phase error). Drawn once.
+    pub gmt_element_delay_rms_ps: f64,
+    /// Clock offset, s; added to every delay.
+    pub clock_offset_s: f64,
+    /// Rate of the clock offset, s/s: it grows from the first beam of a sweep on.
+    pub clock_drift: f64,
+    /// Carrier frequency offset, Hz.
+    pub cfo_hz: f64,
+    /// Chance of a beam's block to be lost, 0..=1.
+    pub dropped_beam_probability: f64,
+    /// Beams whose blocks are always lost.
+    pub dropped_beams: Vec<u16>,
+    /// Channels 0..32 that deliver zeros.
+    pub dead_channels: Vec<u8>,
+    /// An in-band tone.
+    pub jammer: Option<Jammer>,
+}
+
+/// A jammer: a tone from one direction.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Jammer {
+    /// Power an isotropic antenna at the UAV receives, dBm.
+    pub power_dbm: f64,
+    /// Frequency off the carrier, Hz.
+    pub offset_hz: f64,
+    /// Zenith angle it arrives from, world frame, deg.
+    pub zenith_deg: f64,
+    /// Azimuth it arrives from, world frame, deg.
+    pub azimuth_deg: f64,
+}
+
+impl Impairments {
+    /// No error at all.
+    pub fn none() -> Self {
+        Self {
+            uav_element_phase_rms_deg: 0.0,
+            uav_axis_rms_deg: 0.0,
+            uav_array_delay_rms_ps: 0.0,
+            free_array_phase: false,
+            gmt_element_phase_rms_deg: 0.0,
+            gmt_element_delay_rms_ps: 0.0,
+            clock_offset_s: 0.0,
+            clock_drift: 0.0,
+            cfo_hz: 0.0,
+            dropped_beam_probability: 0.0,
+            dropped_beams: Vec::new(),
+            dead_channels: Vec::new(),
+            jammer: None,
+        }
+    }
+
+    /// The error budget of the design README section 6. Clock, loss and jamming belong to a scenario and are off.
+    pub fn budget() -> Self {
+        Self {
+            uav_element_phase_rms_deg: 2.0,
+            uav_axis_rms_deg: 0.1,
+            uav_array_delay_rms_ps: 50.0,
+            free_array_phase: true,
+            gmt_element_phase_rms_deg: 5.0,
+            gmt_element_delay_rms_ps: 20.0,
+            ..Self::none()
+        }
+    }
+}
+
+impl Default for Impairments {
+    fn default() -> Self {
+        Self::budget()
+    }
+}
+
+/// Attitude and velocity of both ends, world frame (east-north-up).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MotionConfig {
+    /// Attitude of the UAV: quaternion [w, x, y, z] that turns body into world.
+    pub uav_quaternion_wb: [f64; 4],
+    /// Velocity of the UAV, m/s.
+    pub uav_velocity_m_per_s: [f64; 3],
+    /// Heading of the GMT, deg: azimuth its first face looks at.
+    pub gmt_heading_deg: f64,
+    /// Velocity of the GMT, m/s.
+    pub gmt_velocity_m_per_s: [f64; 3],
+}
+
+impl Default for MotionConfig {
+    fn default() -> Self {
+        Self {
+            uav_quaternion_wb: [1.0, 0.0, 0.0, 0.0],
+            uav_velocity_m_per_s: [0.0; 3],
+            gmt_heading_deg: 0.0,
+            gmt_velocity_m_per_s: [0.0; 3],
+        }
+    }
+}
+
+impl ChannelConfig {
+    /// Reads a TOML file; missing keys keep their defaults.
+    ///
+    /// # Errors
+    /// [`InputError`] naming the file and the key that is unknown, of the wrong type or out of range.
+    pub fn read(file: &Path) -> Result<Self, InputError> {
+        let text = read_text(file)?;
+        let config: Self = toml::from_str(&text).map_err(|e| {
+            let line = e.span().map(|span| 1 + text[..span.start].matches('\n').count());
+            match line {
+                Some(line) => InputError::at_line(file, line, e.message()),
+                None => InputError::in_file(file, e.message()),
+            }
+        })?;
+        config
+            .check()
+            .map_err(|message| InputError::in_file(file, message))?;
+        Ok(config)
+    }
+
+    /// Checks the range of every value.
+    ///
+    /// # Errors
+    /// What is out of range, and the range, in words.
+    pub fn check(&self) -> Result<(), String> {
+        let (f, i, m) = (&self.front_end, &self.impairments, &self.motion);
+        if !(8..=16).contains(&f.adc_bits) {
+            return Err(format!("front_end.adc_bits is {}, expected 8 to 16", f.adc_bits));
+        }
+        let finite = [
+            ("front_end.transmit_power_dbm", f.transmit_power_dbm),
+            ("front_end.implementation_loss_db", f.implementation_loss_db),
+            ("front_end.noise_figure_db", f.noise_figure_db),
+            ("front_end.snr_offset_db", f.snr_offset_db),
+            ("impairments.clock_offset_s", i.clock_offset_s),
+            ("motion.gmt_heading_deg", m.gmt_heading_deg),
+        ];
+        for (key, value) in finite {
+            if !value.is_finite() || value.abs() > 1e3 {
+                return Err(format!("{key} is {value}, expected a finite number up to 1000"));
+            }
+        }
+        let ranges = [
+            ("front_end.agc_rms_dbfs", f.agc_rms_dbfs, -60.0, 0.0),
+            (
+                "impairments.uav_element_phase_rms_deg",
+                i.uav_element_phase_rms_deg,
+                0.0,
+                180.0,
+            ),
+            ("impairments.uav_axis_rms_deg", i.uav_axis_rms_deg, 0.0, 45.0),
+            (
+                "impairments.uav_array_delay_rms_ps",
+                i.uav_array_delay_rms_ps,
+                0.0,
+                1e5,
+            ),
+            (
+                "impairments.gmt_element_phase_rms_deg",
+                i.gmt_element_phase_rms_deg,
+                0.0,
+                180.0,
+            ),
+            (
+                "impairments.gmt_element_delay_rms_ps",
+                i.gmt_element_delay_rms_ps,
+                0.0,
+                200.0,
+            ),
+            ("impairments.clock_drift", i.clock_drift, -1e-4, 1e-4),
+            ("impairments.cfo_hz", i.cfo_hz, -1e8, 1e8),
+            (
+                "impairments.dropped_beam_probability",
+                i.dropped_beam_probability,
+                0.0,
+                1.0,
+            ),
+        ];
+        for (key, value, low, high) in ranges {
+            if !(low..=high).contains(&value) {
+                return Err(format!("{key} is {value}, expected {low} to {high}"));
+            }
+        }
+        if let Some(channel) = i.dead_channels.iter().find(|c| **c >= 32) {
+            return Err(format!(
+                "impairments.dead_channels holds {channel}, expected 0 to 31"
+            ));
+        }
+        if let Some(j) = &i.jammer {
+            let ranges = [
+                ("power_dbm", j.power_dbm, -200.0, 60.0),
+                ("offset_hz", j.offset_hz, -122.88e6, 122.88e6),
+                ("zenith_deg", j.zenith_deg, 0.0, 180.0),
+                ("azimuth_deg", j.azimuth_deg, -360.0, 360.0),
+            ];
+            for (key, value, low, high) in ranges {
+                if !(low..=high).contains(&value) {
+                    return Err(format!(
+                        "impairments.jammer.{key} is {value}, expected {low} to {high}"
+                    ));
+                }
+            }
+        }
+        let velocities = m.uav_velocity_m_per_s.iter().chain(&m.gmt_velocity_m_per_s);
+        for value in velocities {
+            if !(-300.0..=300.0).contains(value) {
+                return Err(format!(
+                    "a velocity in motion is {value}, expected -300 to 300 m/s"
+                ));
+            }
+        }
+        let norm: f64 = m.uav_quaternion_wb.iter().map(|c| c * c).sum();
+        if !(norm.is_finite() && norm > 1e-12) {
+            return Err("motion.uav_quaternion_wb is no rotation, expected [w, x, y, z]".to_owned());
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<ChannelConfig, String> {
+        let folder = tempfile::tempdir().expect("folder");
+        let file = folder.path().join("channel.toml");
+        std::fs::write(&file, text).expect("written");
+        ChannelConfig::read(&file).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn an_empty_file_is_the_budget_and_any_setting_survives_the_round_trip() {
+        assert_eq!(read("").expect("defaults"), ChannelConfig::default());
+        let mut config = ChannelConfig {
+            impairments: Impairments::none(),
+            ..ChannelConfig::default()
+        };
+        config.impairments.dropped_beams = vec![3, 71];
+        config.impairments.jammer = Some(Jammer {
+            power_dbm: -70.0,
+            offset_hz: 2e6,
+            zenith_deg: 80.0,
+            azimuth_deg: 10.0,
+        });
+        let text = toml::to_string(&config).expect("TOML");
+        assert_eq!(read(&text).expect("same"), config);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (text, expected) in [
+            ("[front_end]\nadc_bits = 7", "adc_bits is 7, expected 8 to 16"),
+            ("[front_end]\n\nadc_bit = 12", ":3: unknown field `adc_bit`"),
+            ("[impairments]\ncfo_hz = nan", "cfo_hz is NaN"),
+            ("[impairments]\ndead_channels = [32]", "dead_channels holds 32"),
+            (
+                "[motion]\nuav_quaternion_wb = [0,0,0,0]",
+                "uav_quaternion_wb is no rotation",
+            ),
+        ] {
+            let message = read(text).expect_err(text);
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! The hot product: rays through gains and steering to the samples of an array.
+
+use cslam_core::waveform::SAMPLES;
+
+use super::waves::{Plane, Wave};
+use super::{C64, ELEMENTS};
+
+/// Samples handled at a time: the sums of one element stay in registers.
+const LANES: usize = 16;
+
+/// What a ray brings to one array in one beam.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gain {
+    /// Factor of the wave.
+    pub(crate) value: C64,
+    /// Factor of its slope, s.
+    pub(crate) slope: C64,
+}
+
+type Lanes = [f32; LANES];
+
+/// `out[i] = sum_l steering[l][i] (gain[l].value wave[l] + gain[l].slope wave'[l])`.
+///
+/// Sums run over the rays in order, sample by sample: the result does not depend on how wide the machine's lanes are.
+pub(crate) fn mix(
+    waves: &[Wave],
+    gains: &[Gain],
+    steering: &[[C64; ELEMENTS]],
+    scratch: &mut Vec<[Lanes; 2]>,
+    out: &mut [Plane],
+) {
+    let with_slope = gains.iter().any(|g| g.slope != C64::new(0.0, 0.0));
+    let single = |c: C64| [c.re as f32, c.im as f32];
+    let steering: Vec<[[f32; 2]; ELEMENTS]> = steering.iter().map(|s| s.map(single)).collect();
+    scratch.resize(waves.len(), [[0.0; LANES]; 2]);
+    for start in (0..SAMPLES).step_by(LANES) {
+        for ((wave, gain), at) in waves.iter().zip(gains).zip(scratch.iter_mut()) {
+            let [g_re, g_im] = single(gain.value);
+            let (re, im) = (lanes(&wave.value.re, start), lanes(&wave.value.im, start));
+            for k in 0..LANES {
+                at[0][k] = g_re * re[k] - g_im * im[k];
+                at[1][k] = g_re * im[k] + g_im * re[k];
+            }
+            if with_slope {
+                // The slope is large and its factor small: both fit f32, and so does the product.
+                let [g_re, g_im] = single(gain.slope);
+                let (re, im) = (lanes(&wave.slope.re, start), lanes(&wave.slope.im, start));
+                for k in 0..LANES {
+                    at[0][k] += g_re * re[k] - g_im * im[k];
+                    at[1][k] += g_re * im[k] + g_im * re[k];
+                }
+            }
+        }
+        for (i, plane) in out.iter_mut().enumerate() {
+            let (mut sum_re, mut sum_im) = ([0.0; LANES], [0.0; LANES]);
+            for (s, [re, im]) in steering.iter().zip(scratch.iter()) {
+                let [a_re, a_im] = s[i];
+                for k in 0..LANES {
+                    sum_re[k] += a_re * re[k] - a_im * im[k];
+                    sum_im[k] += a_re * im[k] + a_im * re[k];
+                }
+            }
+            plane.re[start..start + LANES].copy_from_slice(&sum_re);
+            plane.im[start..start + LANES].copy_from_slice(&sum_im);
+        }
+    }
+}
+
+/// `LANES` values from `start`, a multiple of `LANES`.
+fn lanes(plane: &[f32; SAMPLES], start: usize) -> &Lanes {
+    &plane.as_chunks::<LANES>().0[start / LANES]
+}

@@ -1,0 +1,64 @@
+//! The radio channel and the receiver's front end: from propagation paths to the int16 blocks of every transmit beam.
+//!
+//! ```text
+//! paths::Link + Instant --rays--> Ray --transmit--> gain of each beam   \
+//!                              \--waves--> delayed waveform per array    > mix -> + noise -> AGC, ADC -> Block
+//! ```
+//! The model. A ray of complex amplitude `a`, delay `tau`, arrival `u` and departure `v` gives channel (j, i) in beam m
+//!
+//! `y[n] = sqrt(P/L) a F_m(v) A_j(u) exp(j pi n_i axis_j.u) s(n/fs - tau + p_j.u/c) exp(-j 2 pi fc (tau - p_j.u/c))`
+//!
+//! with `F_m` the codeword's field with its element pattern, `A_j` the element pattern of array j, `s` the cyclic
+//! waveform of mean power one, `P` the transmit power and `L` the implementation loss. Amplitudes are in sqrt(W).
+//!
+//! **Antennas.** The gain of the paths format holds a vertical half-wave dipole at both ends. Both are divided out. At the
+//! GMT, the element pattern (again a dipole, times its face) of the sending face takes its place. At the UAV, the wave is
+//! a field along the world's zenith tangent; the body's dipole receives its projection on the body's zenith tangent, times
+//! the body's pattern. A cross-polarised part, which the format does not carry, is not heard.
+//!
+//! **Structure.** What depends on the beam is one number per ray (two with delay errors), what depends on the element is
+//! one number per ray and array, and the waveforms are the same for all beams: a beam costs one product (32 x rays) x
+//! (rays x 512) and its noise. Phases are made in `f64` with libm, samples in `f32` with plain products: the same bits on
+//! every machine and for every number of threads.
+//!
+//! **Not modelled**: squint inside an array in the ordinary sweep (0.04 rad at the band edge; the beam squint symbols of
+//! [`squint`] have it), mutual coupling, phase noise, IQ imbalance, diffuse scattering.
+
+mod adc;
+mod air;
+pub mod bench;
+mod calibration;
+mod config;
+mod mix;
+mod noise;
+mod rays;
+mod simulator;
+mod spectrum;
+pub mod squint;
+mod transmit;
+mod waves;
+
+#[cfg(test)]
+mod impairment_tests;
+#[cfg(test)]
+mod probe;
+#[cfg(test)]
+mod tests;
+
+pub use calibration::Calibration;
+pub use config::{ChannelConfig, FrontEndConfig, Impairments, Jammer, MotionConfig};
+pub use noise::Gaussian;
+pub use rays::{Instant, Ray, RayError};
+pub use simulator::{Block, CHANNELS, Simulator, Sweep};
+
+/// Number of receive arrays.
+pub(crate) const ARRAYS: usize = 4;
+/// Elements of a receive array.
+pub(crate) const ELEMENTS: usize = 8;
+/// Number of transmit faces.
+pub(crate) const FACES: usize = 3;
+/// Elements of a transmit face, 8 x 8.
+pub(crate) const FACE_ELEMENTS: usize = 64;
+
+/// Complex number of the phase computations.
+pub(crate) type C64 = nalgebra::Complex<f64>;

@@ -1,0 +1,150 @@
+//! From a link of the paths format to rays between isotropic, frame-fixed ends.
+
+use std::fmt;
+
+use cslam_core::array::{half_wave_dipole, phasor};
+use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
+use cslam_core::geometry::{Body, Direction, Gmt, Rotation, Vector3, World};
+
+use super::C64;
+use super::config::MotionConfig;
+use crate::paths::{Link, LinkPath};
+
+/// Attitude, motion and clock at the first beam of a sweep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instant {
+    /// Attitude of the UAV.
+    pub attitude: Rotation<Body, World, f64>,
+    /// Velocity of the UAV, m/s.
+    pub velocity_m_per_s: Vector3<f64>,
+    /// Attitude of the GMT.
+    pub gmt_attitude: Rotation<Gmt, World, f64>,
+    /// Velocity of the GMT, m/s.
+    pub gmt_velocity_m_per_s: Vector3<f64>,
+    /// Offset of the UAV's clock, s, on top of the one the impairments give.
+    pub clock_offset_s: f64,
+    /// Rate of that offset, s/s.
+    pub clock_drift: f64,
+}
+
+impl Instant {
+    /// Level, at rest, clocks aligned.
+    pub fn at_rest() -> Self {
+        Self {
+            attitude: Rotation::identity(),
+            velocity_m_per_s: Vector3::zeros(),
+            gmt_attitude: Rotation::identity(),
+            gmt_velocity_m_per_s: Vector3::zeros(),
+            clock_offset_s: 0.0,
+            clock_drift: 0.0,
+        }
+    }
+
+    /// As a checked configuration says; clocks aligned.
+    ///
+    /// # Errors
+    /// What is no rotation.
+    pub fn of(motion: &MotionConfig) -> Result<Self, cslam_core::geometry::GeometryError> {
+        Ok(Self {
+            attitude: Rotation::from_quaternion(motion.uav_quaternion_wb)?,
+            velocity_m_per_s: motion.uav_velocity_m_per_s.into(),
+            gmt_attitude: Rotation::from_yaw_pitch_roll(motion.gmt_heading_deg.to_radians(), 0.0, 0.0)?,
+            gmt_velocity_m_per_s: motion.gmt_velocity_m_per_s.into(),
+            ..Self::at_rest()
+        })
+    }
+}
+
+/// One propagation path as the two arrays see it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Amplitude between isotropic ends (square root of the power ratio), polarisation match at the UAV's tilted dipoles
+    /// and carrier phase included.
+    pub amplitude: C64,
+    /// Delay, s, without any clock offset.
+    pub delay_s: f64,
+    /// Where it comes from.
+    pub arrival: Direction<Body, f64>,
+    /// Where it leaves to.
+    pub departure: Direction<Gmt, f64>,
+    /// Frequency shift, Hz: growing when the ends approach along the path.
+    pub doppler_hz: f64,
+}
+
+/// Why a path cannot be synthesised.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RayError {
+    /// Place of the path in its link, from 0.
+    pub path: usize,
+    /// What is missing or wrong, and what was expected.
+    pub message: String,
+}
+
+impl fmt::Display for RayError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "path {}: {}", self.path, self.message)
+    }
+}
+
+impl std::error::Error for RayError {}
+
+/// The format's dipoles are divided out; closer to their axis than this amplitude (0.1 degrees), where nothing is
+/// radiated anyway, by this.
+const LEAST_DIPOLE: f64 = 1.7e-3;
+
+/// The rays of a link at an instant.
+///
+/// # Errors
+/// [`RayError`] when a path has no gain or no angle of departure, or a number in it is no valid one.
+pub(super) fn rays(link: &Link, instant: &Instant, carrier_hz: f64) -> Result<Vec<Ray>, RayError> {
+    let convert = |(path, p): (usize, &LinkPath)| {
+        ray(p, instant, carrier_hz).map_err(|message| RayError { path, message })
+    };
+    link.paths.iter().enumerate().map(convert).collect()
+}
+
+fn ray(path: &LinkPath, instant: &Instant, carrier_hz: f64) -> Result<Ray, String> {
+    let gain = path.gain.ok_or("`gain` is missing, expected [re, im]")?;
+    let departure = match (path.aod_zenith_rad, path.aod_azimuth_rad) {
+        (Some(zenith), Some(azimuth)) => world(zenith, azimuth, "departure")?,
+        _ => {
+            return Err(
+                "the angle of departure is missing, expected `aod_zenith_rad` and `aod_azimuth_rad`".into(),
+            );
+        }
+    };
+    let arrival = world(path.aoa_zenith_rad, path.aoa_azimuth_rad, "arrival")?;
+    if !(path.delay_s.is_finite() && path.delay_s >= 0.0 && gain.iter().all(|g| g.is_finite())) {
+        return Err("`delay_s` and `gain` must be finite numbers, the delay not negative".into());
+    }
+    let to_body = instant.attitude.inverse();
+    let body = to_body.apply(arrival);
+    // Dipoles receive along the zenith tangent of their own frame.
+    let match_ =
+        zenith_tangent(arrival.vector()).dot(&instant.attitude.apply_vector(&zenith_tangent(body.vector())));
+    let dipoles = [&departure, &arrival].map(|d| half_wave_dipole(d.vector()).max(LEAST_DIPOLE));
+    let turns = carrier_hz * path.delay_s;
+    let carrier = phasor(-std::f64::consts::TAU * (turns - turns.floor()));
+    let closing_m_per_s =
+        instant.velocity_m_per_s.dot(arrival.vector()) + instant.gmt_velocity_m_per_s.dot(departure.vector());
+    Ok(Ray {
+        amplitude: C64::new(gain[0], gain[1]) * carrier * (match_ / (dipoles[0] * dipoles[1])),
+        delay_s: path.delay_s,
+        arrival: body,
+        departure: instant.gmt_attitude.inverse().apply(departure),
+        doppler_hz: carrier_hz / SPEED_OF_LIGHT_M_PER_S * closing_m_per_s,
+    })
+}
+
+fn world(zenith_rad: f64, azimuth_rad: f64, which: &str) -> Result<Direction<World, f64>, String> {
+    Direction::from_zenith_azimuth(zenith_rad, azimuth_rad).map_err(|e| format!("angle of {which}: {e}"))
+}
+
+/// Unit tangent towards growing zenith angle; +x at the poles.
+fn zenith_tangent(u: &Vector3<f64>) -> Vector3<f64> {
+    let horizontal = (u.x * u.x + u.y * u.y).sqrt();
+    if horizontal < 1e-9 {
+        return Vector3::x() * u.z.signum();
+    }
+    Vector3::new(u.z * u.x / horizontal, u.z * u.y / horizontal, -horizontal)
+}

@@ -1,0 +1,203 @@
+//! A sweep of all transmit beams through channel and front end.
+
+use cslam_core::array::{Codebook, UavArrays, phasor};
+use cslam_core::block::BeamBlock;
+use cslam_core::constants::{BOLTZMANN_J_PER_K, NOISE_TEMPERATURE_K, SPEED_OF_LIGHT_M_PER_S};
+use cslam_core::geometry::{Body, Direction};
+use cslam_core::ltd::Iq;
+use cslam_core::waveform::{SAMPLES, Waveform};
+
+use super::air::SweepState;
+use super::config::ChannelConfig;
+use super::noise::Gaussian;
+use super::rays::{Instant, Ray, RayError, rays};
+use super::transmit::Transmitter;
+use super::waves::{Plane, WaveMaker};
+use super::{ARRAYS, C64, Calibration, ELEMENTS, adc};
+use crate::paths::Link;
+
+/// Channels of the receiver, array-major (8 j + i).
+pub const CHANNELS: usize = ARRAYS * ELEMENTS;
+
+/// Samples of one transmit beam.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Block {
+    /// Transmit beam.
+    pub beam: u16,
+    /// Amplitude in sqrt(W) = integer x 2^exponent, at the antenna (behind the implementation loss).
+    pub exponent: i32,
+    /// Samples, [channel][sample].
+    pub samples: Box<[[Iq; SAMPLES]; CHANNELS]>,
+}
+
+impl Block {
+    /// As the receiver takes it.
+    pub fn view(&mut self) -> BeamBlock<'_, CHANNELS> {
+        BeamBlock {
+            samples: &mut self.samples,
+            beam: self.beam,
+            exponent: self.exponent,
+        }
+    }
+
+    /// A block of zeros.
+    pub fn zero(beam: u16, exponent: i32) -> Self {
+        // By way of the heap: 64 KiB are much for a stack.
+        let samples: Box<[[Iq; SAMPLES]]> = vec![[Iq::ZERO; SAMPLES]; CHANNELS].into();
+        let samples = samples
+            .try_into()
+            .unwrap_or_else(|_| unreachable!("made of CHANNELS channels"));
+        Self {
+            beam,
+            exponent,
+            samples,
+        }
+    }
+}
+
+/// The blocks of one sweep, in beam order; lost beams are absent.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sweep {
+    /// Blocks.
+    pub blocks: Vec<Block>,
+}
+
+/// Channel and front end of one UAV and one GMT. Immutable: sweeps may be made in any order, on any thread.
+#[derive(Clone, Debug)]
+pub struct Simulator {
+    pub(super) config: ChannelConfig,
+    pub(super) seed: u64,
+    pub(super) device: Calibration,
+    pub(super) arrays: UavArrays<f64>,
+    pub(super) transmitter: Transmitter,
+    pub(super) maker: WaveMaker,
+    pub(super) gaussian: Gaussian,
+}
+
+/// A ray at the receive arrays.
+pub(super) struct Reception {
+    /// Element pattern, steering and errors of each array's elements.
+    pub(super) steering: [[C64; ELEMENTS]; ARRAYS],
+    /// Delay at each array, s; lever arm and delay error included, clock not.
+    pub(super) delay_s: [f64; ARRAYS],
+    /// Carrier phase of the lever arm.
+    pub(super) carrier: [C64; ARRAYS],
+}
+
+impl Simulator {
+    /// A simulator; `seed` draws the device errors and all noise.
+    pub fn new(config: ChannelConfig, seed: u64) -> Self {
+        let device = Calibration::draw(&config.impairments, seed);
+        let mut arrays = UavArrays::<f64>::default();
+        for (array, [along, across]) in arrays.arrays_mut().iter_mut().zip(device.uav_axis_rad) {
+            let tangent = array.normal.cross(&array.axis);
+            array.axis = (array.axis + array.normal * along + tangent * across).normalize();
+        }
+        Self {
+            config,
+            seed,
+            device,
+            arrays,
+            transmitter: Transmitter::new(Codebook::default()),
+            maker: WaveMaker::new(Waveform::default()),
+            gaussian: Gaussian::new(),
+        }
+    }
+
+    /// Errors the device has.
+    pub fn device(&self) -> &Calibration {
+        &self.device
+    }
+
+    /// Beams of a full sweep.
+    pub fn beams(&self) -> usize {
+        self.transmitter.beams()
+    }
+
+    /// Configuration.
+    pub fn config(&self) -> &ChannelConfig {
+        &self.config
+    }
+
+    /// Variance of a noise sample, W: thermal noise over the sample rate times the noise figure.
+    pub fn noise_power_w(&self) -> f64 {
+        let figure = libm::exp10(self.config.front_end.noise_figure_db / 10.0);
+        BOLTZMANN_J_PER_K * NOISE_TEMPERATURE_K * figure * self.maker.waveform().sample_rate_hz
+    }
+
+    /// Amplitude of a signal behind a channel of gain one, sqrt(W).
+    pub fn signal_amplitude(&self) -> f64 {
+        let f = &self.config.front_end;
+        let dbm = f.transmit_power_dbm - f.implementation_loss_db + f.snr_offset_db;
+        libm::exp10((dbm - 30.0) / 20.0)
+    }
+
+    /// The sweep over a link at an instant. `index` numbers the sweeps of a run: it chooses the noise.
+    ///
+    /// # Errors
+    /// [`RayError`] when a path of the link cannot be synthesised.
+    pub fn sweep(&self, link: &Link, instant: &Instant, index: u32) -> Result<Sweep, RayError> {
+        let rays = rays(link, instant, self.maker.waveform().carrier_hz)?;
+        Ok(self.sweep_rays(&rays, instant, index))
+    }
+
+    /// The sweep of rays that are already in the frames of the arrays.
+    pub fn sweep_rays(&self, rays: &[Ray], instant: &Instant, index: u32) -> Sweep {
+        let mut state = SweepState::new(self, rays, instant, index);
+        let mut sweep = Sweep::default();
+        for beam in 0..self.beams() {
+            let listed = self.config.impairments.dropped_beams.contains(&(beam as u16));
+            if state.air(beam, listed, |state, ray| state.fields[ray][beam]) {
+                sweep.blocks.push(state.digitise(beam, beam as u16));
+            }
+        }
+        sweep
+    }
+
+    /// How a wave from `arrival` whose delay at the body origin is `delay_s` meets the elements.
+    pub(super) fn reception(&self, arrival: &Direction<Body, f64>, delay_s: f64) -> Reception {
+        let carrier_hz = self.maker.waveform().carrier_hz;
+        let (steps, amplitudes) = (
+            self.arrays.phase_step_rad(arrival),
+            self.arrays.amplitude(arrival),
+        );
+        let lead_s = self.arrays.lead_m(arrival).map(|m| m / SPEED_OF_LIGHT_M_PER_S);
+        Reception {
+            steering: std::array::from_fn(|j| {
+                let clean = UavArrays::<f64>::steering(steps[j]);
+                std::array::from_fn(|i| clean[i] * self.device.uav_element[j][i] * amplitudes[j])
+            }),
+            delay_s: std::array::from_fn(|j| delay_s - lead_s[j] + self.device.uav_delay_s[j]),
+            carrier: lead_s.map(|s| phasor(std::f64::consts::TAU * carrier_hz * s)),
+        }
+    }
+}
+
+impl Simulator {
+    /// The front end: noise of a stream, dead channels, gain control, converter.
+    pub(super) fn digitise(
+        &self,
+        planes: &mut [Plane],
+        gaussian: &mut Gaussian,
+        stream: u64,
+        beam: u16,
+    ) -> Block {
+        let front_end = &self.config.front_end;
+        if front_end.noise {
+            gaussian.restart(self.seed, stream);
+            let sigma = (0.5 * self.noise_power_w()).sqrt() as f32;
+            for plane in planes.iter_mut() {
+                gaussian.add_to(&mut plane.re, sigma);
+                gaussian.add_to(&mut plane.im, sigma);
+            }
+        }
+        for channel in &self.config.impairments.dead_channels {
+            if let Some(plane) = planes.get_mut(usize::from(*channel)) {
+                *plane = Plane::new();
+            }
+        }
+        let mut block = Block::zero(beam, adc::exponent(planes, front_end.agc_rms_dbfs));
+        adc::convert(planes, block.exponent, front_end.adc_bits, &mut block.samples);
+        block
+    }
+}

@@ -1,0 +1,180 @@
+//! The waveform as each array hears it over each ray: delayed, turned by Doppler and carrier offset.
+//!
+//! These do not depend on the beam, so a sweep makes them once (again when a drifting clock has moved on).
+
+use cslam_core::array::phasor;
+use cslam_core::waveform::{SAMPLES, Waveform};
+
+use super::C64;
+use super::spectrum::{Samples, Transform};
+
+/// Complex samples as two planes, for arithmetic in lanes.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Plane {
+    pub(crate) re: [f32; SAMPLES],
+    pub(crate) im: [f32; SAMPLES],
+}
+
+/// One ray at one array: the waveform of mean power one, and its derivative over time.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Wave {
+    pub(crate) value: Plane,
+    /// d/dt, 1/s, so that a further delay d adds `-d slope`.
+    pub(crate) slope: Plane,
+}
+
+impl Plane {
+    pub(crate) fn new() -> Self {
+        Self {
+            re: [0.0; SAMPLES],
+            im: [0.0; SAMPLES],
+        }
+    }
+
+    fn of(samples: &Samples) -> Self {
+        Self {
+            re: std::array::from_fn(|n| samples[n].re as f32),
+            im: std::array::from_fn(|n| samples[n].im as f32),
+        }
+    }
+}
+
+/// Makes waves.
+#[derive(Clone, Debug)]
+pub(crate) struct WaveMaker {
+    waveform: Waveform,
+    transform: Transform,
+    symbols: Vec<C64>,
+}
+
+impl WaveMaker {
+    pub(crate) fn new(waveform: Waveform) -> Self {
+        let scale = 1.0 / (waveform.active as f64).sqrt();
+        Self {
+            symbols: (0..waveform.active)
+                .map(|i| waveform.symbol::<f64>(i) * scale)
+                .collect(),
+            transform: Transform::new(),
+            waveform,
+        }
+    }
+
+    pub(crate) fn waveform(&self) -> &Waveform {
+        &self.waveform
+    }
+
+    /// A wave of the given delay whose frequency is off by `shift_hz`; phase 0 of the shift at sample 0.
+    pub(crate) fn wave(&self, delay_s: f64, shift_hz: f64) -> Wave {
+        let mut value = self.spectrum(delay_s);
+        let mut slope = value;
+        for i in 0..self.symbols.len() {
+            let offset = f64::from(self.waveform.offset(i));
+            slope[self.waveform.bin(i)] *=
+                C64::new(0.0, std::f64::consts::TAU * self.waveform.spacing_hz() * offset);
+        }
+        self.into_time(&mut value, shift_hz);
+        self.into_time(&mut slope, shift_hz);
+        Wave {
+            value: Plane::of(&value),
+            slope: Plane::of(&slope),
+        }
+    }
+
+    /// The same through a frequency response, one value an active subcarrier; its slope is not made.
+    pub(crate) fn through(&self, delay_s: f64, shift_hz: f64, response: &[C64]) -> Wave {
+        let mut value = self.spectrum(delay_s);
+        for (i, response) in response.iter().enumerate() {
+            value[self.waveform.bin(i)] *= response;
+        }
+        self.into_time(&mut value, shift_hz);
+        Wave {
+            value: Plane::of(&value),
+            slope: Plane::new(),
+        }
+    }
+
+    /// Spectrum of the delayed waveform, scaled so that the unscaled inverse transform has mean power one.
+    fn spectrum(&self, delay_s: f64) -> Samples {
+        let mut out = [C64::new(0.0, 0.0); SAMPLES];
+        // Turns per subcarrier, reduced: the block is cyclic.
+        let turns = delay_s * self.waveform.spacing_hz();
+        let turns = turns - turns.floor();
+        let step = phasor(-std::f64::consts::TAU * turns);
+        let mut phase = phasor(-std::f64::consts::TAU * turns * f64::from(self.waveform.offset(0)));
+        for (i, symbol) in self.symbols.iter().enumerate() {
+            out[self.waveform.bin(i)] = symbol * phase;
+            phase *= step;
+        }
+        out
+    }
+
+    fn into_time(&self, data: &mut Samples, shift_hz: f64) {
+        self.transform.inverse(data);
+        if shift_hz != 0.0 {
+            let step = phasor(std::f64::consts::TAU * shift_hz / self.waveform.sample_rate_hz);
+            let mut phase = C64::new(1.0, 0.0);
+            for x in data {
+                *x *= phase;
+                phase *= step;
+            }
+        }
+    }
+
+    /// A bare tone of mean power one.
+    pub(crate) fn tone(&self, offset_hz: f64) -> Wave {
+        let mut value = Plane::new();
+        let step = phasor(std::f64::consts::TAU * offset_hz / self.waveform.sample_rate_hz);
+        let mut phase = C64::new(1.0, 0.0);
+        for (re, im) in value.re.iter_mut().zip(&mut value.im) {
+            (*re, *im) = (phase.re as f32, phase.im as f32);
+            phase *= step;
+        }
+        Wave {
+            value,
+            slope: Plane::new(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wave(delay_s: f64) -> Wave {
+        WaveMaker::new(Waveform::default()).wave(delay_s, 0.0)
+    }
+
+    #[test]
+    fn a_whole_sample_of_delay_rotates_the_block_and_power_is_one() {
+        let (now, later) = (wave(0.0).value, wave(37.0 / 245.76e6).value);
+        for n in 0..SAMPLES {
+            assert!((later.re[(n + 37) % SAMPLES] - now.re[n]).abs() < 1e-6);
+            assert!((later.im[(n + 37) % SAMPLES] - now.im[n]).abs() < 1e-6);
+        }
+        let power: f32 = now.re.iter().chain(&now.im).map(|x| x * x).sum::<f32>() / SAMPLES as f32;
+        assert!((power - 1.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn slope_is_the_derivative() {
+        let d = 1e-10;
+        let [early, middle, late] = [1e-7 - d, 1e-7, 1e-7 + d].map(wave);
+        let largest = middle.slope.re.iter().fold(0.0_f32, |m, x| m.max(x.abs()));
+        for n in 0..SAMPLES {
+            let difference = (early.value.re[n] - late.value.re[n]) / (2.0 * d as f32);
+            assert!((difference - middle.slope.re[n]).abs() < 3e-3 * largest, "{n}");
+        }
+    }
+
+    #[test]
+    fn a_flat_response_changes_nothing_but_its_factor() {
+        let maker = WaveMaker::new(Waveform::default());
+        let (plain, turned) = (
+            maker.wave(1e-7, 2e4),
+            maker.through(1e-7, 2e4, &[C64::new(0.0, 2.0); 416]),
+        );
+        for n in 0..SAMPLES {
+            assert!((turned.value.im[n] - 2.0 * plain.value.re[n]).abs() < 1e-5);
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! `cslam fly` as a user meets it.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn fly(directory: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_cslam"))
+        .current_dir(directory)
+        .args(args)
+        .output()
+        .expect("the binary runs")
+}
+
+fn report(directory: &Path) -> serde_json::Value {
+    serde_json::from_slice(&fs::read(directory.join("report.json")).expect("written")).expect("JSON")
+}
+
+/// Number of vertices a PLY header promises, checked against the lines that follow.
+fn vertices(file: &Path) -> u64 {
+    let text = fs::read_to_string(file).expect("text");
+    let (header, body) = text.split_once("end_header\n").expect("a header");
+    let count = header
+        .lines()
+        .find_map(|l| l.strip_prefix("element vertex "))
+        .expect("a count");
+    let count: u64 = count.parse().expect("a number");
+    assert_eq!(body.lines().count() as u64, count, "{}", file.display());
+    count
+}
+
+#[test]
+fn a_bare_run_flies_and_writes_everything() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let output = fly(directory.path(), &[]);
+    let stdout = String::from_utf8(output.stdout).expect("text");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert!(stdout.contains("accepted reflection points"), "{stdout}");
+    let out = directory.path().join("out");
+    let report = report(&out);
+    assert_eq!(report["sweeps"], 1000);
+    assert_eq!(report["measurements"], 1700);
+    assert_eq!(report["map"]["points"], vertices(&out.join("map.ply")));
+    assert!(vertices(&out.join("map_truth.ply")) > 100);
+    let packets = fs::metadata(out.join("packets.bin")).expect("written").len();
+    assert_eq!(report["telemetry"]["bytes"], packets);
+    // Every measurement is a packet, and one more closes the stream.
+    assert_eq!(report["telemetry"]["packets"], 1701);
+    let rmse_m = report["map"]["point_rmse_m"].as_f64().expect("known");
+    assert!(
+        rmse_m > 0.05 && rmse_m < 0.3,
+        "the budget's errors show, and no more: {rmse_m} m"
+    );
+}
+
+#[test]
+fn the_seed_decides_every_byte() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let run = |out: &str, seed: &str| {
+        assert!(
+            fly(
+                directory.path(),
+                &["fly", "--out", out, "--seed", seed, "--steps", "300"]
+            )
+            .status
+            .success()
+        );
+        let read = |name: &str| fs::read(directory.path().join(out).join(name)).expect("written");
+        (read("packets.bin"), read("map.ply"), read("map_truth.ply"))
+    };
+    let (a, b, c) = (run("a", "7"), run("b", "7"), run("c", "8"));
+    assert!(a == b);
+    assert!(a.0 != c.0 && a.1 != c.1 && a.2 == c.2);
+}
+
+#[test]
+fn without_errors_points_are_exact_and_the_paper_maps_the_strongest_path_only() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let zero = "[errors]\nc_tau_m = 0.0\naoa_deg = 0.0\nposition_m = 0.0\naod_deg = 0.5\n";
+    fs::write(directory.path().join("zero.toml"), zero).expect("writable");
+    let run = |mode: &str| {
+        let output = fly(
+            directory.path(),
+            &[
+                "fly",
+                "--config",
+                "zero.toml",
+                "--mode",
+                mode,
+                "--json",
+                "--out",
+                mode,
+            ],
+        );
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        let stdout: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+        assert_eq!(stdout, report(&directory.path().join(mode)));
+        stdout
+    };
+    let (best, paper) = (run("best"), run("paper"));
+    assert!(best["map"]["point_median_m"].as_f64().expect("known") < 1e-3);
+    let heard = paper["measurements"].as_u64().expect("a number");
+    assert!(
+        heard < best["measurements"].as_u64().expect("a number") / 2,
+        "{heard}"
+    );
+}
+
+#[test]
+fn bad_input_is_one_line_and_exit_2() {
+    let directory = tempfile::tempdir().expect("a directory");
+    fs::write(
+        directory.path().join("typo.toml"),
+        "[errors]\naoa_degrees = 1.0\n",
+    )
+    .expect("writable");
+    fs::write(
+        directory.path().join("negative.toml"),
+        "[errors]\naoa_deg = -1.0\n",
+    )
+    .expect("writable");
+    fs::write(directory.path().join("empty.jsonl"), "").expect("writable");
+    fs::write(directory.path().join("file"), "").expect("writable");
+    for (args, expected) in [
+        (
+            ["--config", "typo.toml"],
+            "typo.toml: unknown field `aoa_degrees`",
+        ),
+        (
+            ["--config", "negative.toml"],
+            "negative.toml: errors.aoa_deg must be",
+        ),
+        (["--paths", "empty.jsonl"], "nothing to fly"),
+        (["--paths", "absent.jsonl"], "absent.jsonl: cannot be read"),
+        (["--out", "file/below"], "cannot be made a directory"),
+    ] {
+        let output = fly(directory.path(), &[&["fly"], &args[..]].concat());
+        let stderr = String::from_utf8(output.stderr).expect("text");
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        assert_eq!(stderr.trim_end().lines().count(), 1, "{stderr}");
+        assert!(stderr.contains(expected), "{stderr}");
+    }
+}
