@@ -10,6 +10,7 @@ mod obstacles;
 mod plan;
 mod roadmap;
 mod route;
+mod scene;
 mod spline;
 
 pub use config::{FlightConfig, Limits};

@@ -74,7 +74,7 @@ impl Tube {
         let mut offsets = vec![Vector3::zeros()];
         match self.shape {
             Shape::Round => {
-                for (count, radius) in [(12, reach), (6, 0.5 * reach)] {
+                for (count, radius) in [(24, reach), (12, 0.6 * reach)] {
                     for k in 0..count {
                         let angle = core::f64::consts::TAU * f64::from(k) / f64::from(count);
                         let (sin, cos) = libm::sincos(angle);

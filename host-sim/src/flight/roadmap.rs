@@ -44,7 +44,7 @@ impl Roadmap {
             for _ in 0..DRAWS {
                 let mut candidate = point(random);
                 if sought < BRIDGES {
-                    let half = random.between(0.02, 0.08) * extent.min();
+                    let half = random.between(0.02, 0.15) * extent.min();
                     let (sin, cos) = libm::sincos(random.between(0.0, core::f64::consts::TAU));
                     let reach = Vector3::new(cos, sin, 0.0) * half;
                     let solid = |p: Vector3<f64>| !inside(&p) || world.inside_solid(p.into());
