@@ -61,7 +61,7 @@ pub(super) mod stage {
         inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips;
         power(kept: &Channel, powers: &mut Powers);
         power_folded(kept: &Channel, powers: &mut FoldedPowers);
-        natural(kept: &Channel, out: &mut Channel);
+        natural(kept: &mut Channel, scratch: &mut Channel);
         energy(input: &Channel) -> u64;
     }
 }

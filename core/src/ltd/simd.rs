@@ -363,10 +363,10 @@ pub(super) fn power_folded(kept: &Channel, powers: &mut FoldedPowers) {
 
 /// See [`stages::natural`].
 #[inline(never)]
-pub(super) fn natural(kept: &Channel, out: &mut Channel) {
-    // SAFETY: position = 16 a + 4 b + c in order goes to the words a + 4 b + 16 c + 64 l of `out`: four steps over c by
-    // offset, then 16 bytes on for b, and 60 bytes back for a. Reads as in `power`. Registers are declared or restored,
-    // the stack pointer is back at the end.
+pub(super) fn natural(kept: &mut Channel, scratch: &mut Channel) {
+    // SAFETY: position = 16 a + 4 b + c in order goes to the words a + 4 b + 16 c + 64 l of `scratch`: four steps over c by
+    // offset, then 16 bytes on for b, and 60 bytes back for a. Reads as in `power`. Then 32 turns copy 16 words each, all
+    // of `scratch`, to `kept`. Registers are declared or restored, the stack pointer is back at the end.
     unsafe {
         asm!(
             enter!(),
@@ -381,11 +381,19 @@ pub(super) fn natural(kept: &Channel, out: &mut Channel) {
              bne 2b
              sub r10, r10, #60
              cmp r7, #0
-             bne 2b",
+             bne 2b
+             mov r7, #32
+             sub r9, r9, #256
+             sub r10, r10, #16",
+            "3:",
+            copy_step!(),
+            copy_step!(),
+            "subs r7, r7, #1
+             bne 3b",
             leave!(),
             inout("r0") 16 => _,
-            inout("r9") kept.as_ptr() => _,
-            inout("r10") out.as_mut_ptr() => _,
+            inout("r9") kept.as_mut_ptr() => _,
+            inout("r10") scratch.as_mut_ptr() => _,
             inout("r11") MINUS_EIGHTH.word() => _,
             inout("r12") ROUND_15 => _,
             out("r1") _, out("r2") _, out("r3") _, out("r4") _, out("r5") _, out("r8") _, out("lr") _,

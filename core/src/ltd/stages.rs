@@ -298,13 +298,14 @@ pub(super) fn power_folded(kept: &Channel, powers: &mut FoldedPowers) {
     }
 }
 
-/// Final inverse stage of a channel into natural order.
-pub(super) fn natural(kept: &Channel, out: &mut Channel) {
+/// Final inverse stage of a channel, in place, taps in natural order.
+pub(super) fn natural(kept: &mut Channel, scratch: &mut Channel) {
     for position in 0..64 {
         for (column, tap) in COLUMNS.into_iter().zip(final_taps(kept, position)) {
-            out[(tap_at(position) + 64 * column) & 511] = tap;
+            scratch[(tap_at(position) + 64 * column) & 511] = tap;
         }
     }
+    *kept = *scratch;
 }
 
 /// Sum of |x|^2 over a channel, at most 2^40.

@@ -79,7 +79,6 @@ impl<'a, const CHANNELS: usize, K: Kernels> BeamTaps<'a, CHANNELS, K> {
     pub fn into_natural(self) -> BeamBlock<'a, CHANNELS> {
         for channel in self.kept.samples.iter_mut() {
             K::natural(channel, self.scratch);
-            *channel = *self.scratch;
         }
         self.kept
     }

@@ -1,7 +1,7 @@
 //! `cslam trace`: propagation paths of every transmitter with every receiver.
 
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::input::{InputError, read_text};
 use crate::paths::{self, LinkPath};
 use crate::progress;
-use crate::scene::Scene;
+use crate::scene::{MAX_COORDINATE_M, Scene};
 use crate::table::Table;
 use crate::tracer::{
     Comparison, DEFAULT_MAX_ORDER, EDGE_EXCEPTION_M, ImageTree, LEAST_DISTANCE_M, MAX_ORDER, TracedPath,
@@ -91,7 +91,12 @@ fn trace(tracer: &Tracer<'_>, args: &Args) -> anyhow::Result<()> {
         None => Box::new(std::io::stdout()),
     };
     let mut out = BufWriter::new(&mut out);
-    let bar = progress::bar((transmitters.len() * receivers.len()) as u64, "trace");
+    // Links that scroll by on the terminal show the progress themselves.
+    let bar = if args.out.is_none() && std::io::stdout().is_terminal() {
+        indicatif::ProgressBar::hidden()
+    } else {
+        progress::bar((transmitters.len() * receivers.len()) as u64, "trace")
+    };
     let line = |tree: &ImageTree<'_>, rx_m: [f64; 3], paths: Vec<TracedPath>| -> anyhow::Result<String> {
         let tx_m = tree.transmitter_m();
         if (0..3).map(|i| (tx_m[i] - rx_m[i]).powi(2)).sum::<f64>() < LEAST_DISTANCE_M * LEAST_DISTANCE_M {
@@ -190,7 +195,12 @@ fn points(option: &str, value: Option<&str>) -> Result<Vec<[f64; 3]>, InputError
 fn point(text: &str) -> Option<[f64; 3]> {
     let numbers: Option<Vec<f64>> = text
         .split(',')
-        .map(|word| word.trim().parse().ok().filter(|x: &f64| x.is_finite()))
+        .map(|word| {
+            word.trim()
+                .parse()
+                .ok()
+                .filter(|x: &f64| x.abs() <= MAX_COORDINATE_M)
+        })
         .collect();
     numbers?.try_into().ok()
 }

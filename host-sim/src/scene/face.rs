@@ -13,6 +13,9 @@ const DISTINCT_M: f64 = 1e-6;
 /// Points this far outside an edge still count as inside, m: neighbouring faces leave no slit between them.
 const EDGE_TOLERANCE_M: f64 = 1e-9;
 
+/// Greatest absolute coordinate, m: beyond it, rounding would exceed the tracer's tolerances.
+pub const MAX_COORDINATE_M: f64 = 1e7;
+
 /// Least cosine between a stated normal and that of the vertices.
 const NORMAL_AGREEMENT: f64 = 0.999;
 
@@ -21,8 +24,8 @@ const NORMAL_AGREEMENT: f64 = 0.999;
 pub enum FaceError {
     /// Fewer than three vertices.
     TooFewVertices(usize),
-    /// A coordinate that is NaN or infinite, at this vertex.
-    NotFinite(usize),
+    /// A coordinate that is NaN, infinite, or beyond [`MAX_COORDINATE_M`], at this vertex.
+    OutOfRange(usize),
     /// A vertex repeats its predecessor.
     RepeatedVertex(usize),
     /// No area: all vertices on a line.
@@ -44,7 +47,7 @@ impl fmt::Display for FaceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::TooFewVertices(n) => write!(f, "has {n} vertices, at least 3 are needed"),
-            Self::NotFinite(i) => write!(f, "vertex {i} is not finite"),
+            Self::OutOfRange(i) => write!(f, "vertex {i} is not finite or beyond {MAX_COORDINATE_M:e} m"),
             Self::RepeatedVertex(i) => write!(f, "vertex {i} repeats the vertex before it"),
             Self::NoArea => write!(f, "is degenerate: all its vertices lie on a line"),
             Self::NotPlanar { vertex, off_m } => write!(
@@ -95,8 +98,12 @@ impl Face {
         if n < 3 {
             return Err(FaceError::TooFewVertices(n));
         }
-        if let Some(i) = raw.vertices.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
-            return Err(FaceError::NotFinite(i));
+        if let Some(i) = raw
+            .vertices
+            .iter()
+            .position(|v| !v.iter().all(|c| c.abs() <= MAX_COORDINATE_M))
+        {
+            return Err(FaceError::OutOfRange(i));
         }
         let vertices: Vec<Vec3> = raw.vertices.iter().map(|v| Vec3::from(*v)).collect();
         if let Some(i) = (0..n).find(|&i| (vertices[i] - vertices[(i + n - 1) % n]).norm() < DISTINCT_M) {

@@ -17,7 +17,7 @@ mod prism;
 mod street;
 mod weld;
 
-pub use face::{Face, FaceError, PLANARITY_TOLERANCE_M};
+pub use face::{Face, FaceError, MAX_COORDINATE_M, PLANARITY_TOLERANCE_M};
 pub use material::Material;
 pub use place::{BUILT_IN_NAMES, REFERENCE_SCENE_JSON};
 

@@ -195,6 +195,9 @@ fn header(bytes: &[u8]) -> Result<(Vec<Element>, Body<'_>), String> {
             }
             ["property", value, name] => push(&mut elements, name, value, None)?,
             ["end_header"] => {
+                if let Some(empty) = elements.iter().find(|e| e.properties.is_empty()) {
+                    return Err(format!("element {}: expected at least one property", empty.name));
+                }
                 let body = match binary {
                     Some(true) => Body::Binary(after),
                     Some(false) => Body::Ascii(
@@ -290,6 +293,15 @@ mod tests {
         assert_eq!(
             parse(text.as_bytes()).unwrap_err(),
             "face 0: names a vertex beyond the 4 before it"
+        );
+    }
+
+    #[test]
+    fn an_element_without_properties_is_refused_whatever_its_count() {
+        let text = "ply\nformat ascii 1.0\nelement vertex 99999999999999\nend_header\n";
+        assert_eq!(
+            parse(text.as_bytes()).unwrap_err(),
+            "element vertex: expected at least one property"
         );
     }
 

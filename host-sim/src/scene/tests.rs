@@ -110,6 +110,13 @@ fn a_point_on_a_surface_sees_only_what_is_in_front() {
     let [front, back] = [0.3, -0.3].map(|d| (on + roof.normal() * d).into());
     assert!(!scene.blocked(on.into(), front) && !scene.blocked(front, on.into()));
     assert!(scene.blocked(front, back));
+    // Within the margin of the surface, either side counts as on it.
+    for offset_m in [0.5 * SURFACE_MARGIN_M, -0.5 * SURFACE_MARGIN_M] {
+        let near = (on + roof.normal() * offset_m).into();
+        assert!(!scene.blocked(near, front) && !scene.blocked(front, near));
+    }
+    let behind = (on - roof.normal() * (2.0 * SURFACE_MARGIN_M)).into();
+    assert!(scene.blocked(behind, front) && scene.blocked(front, behind));
     assert!(!scene.inside_solid(on.into()) && !scene.inside_solid(front));
     assert!(scene.inside_solid(back));
 }
@@ -167,6 +174,27 @@ fn every_seed_gives_a_valid_city_and_the_same_each_time() {
             .flat_map(Face::vertices)
             .find(|v| !a.bounds().contains((**v).into()));
         assert_eq!(stray, None, "seed {seed}");
+        // Streets between all buildings: as boxes they stand 5 m apart along one axis.
+        let footprints: Vec<Bounds> = (1..=a.faces().iter().map(Face::object).max().unwrap())
+            .map(|object| {
+                let faces: Vec<Face> = a
+                    .faces()
+                    .iter()
+                    .filter(|f| f.object() == object)
+                    .cloned()
+                    .collect();
+                Bounds::of(&faces).unwrap()
+            })
+            .collect();
+        for (i, p) in footprints.iter().enumerate() {
+            for q in &footprints[i + 1..] {
+                let gap = |k: usize| (p.min_m[k] - q.max_m[k]).max(q.min_m[k] - p.max_m[k]);
+                assert!(
+                    gap(0).max(gap(1)) > 4.999,
+                    "seed {seed}: buildings {p:?} and {q:?}"
+                );
+            }
+        }
     }
 }
 
@@ -215,6 +243,10 @@ fn faults_name_the_face_and_the_reason() {
         (
             quad([[0.0; 3], [1.0, f64::NAN, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]),
             "face 1: vertex 1 is not finite",
+        ),
+        (
+            quad([[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1e300, 0.0], [0.0, 1e300, 0.0]]),
+            "face 1: vertex 2 is not finite or beyond 1e7 m",
         ),
         (
             RawFace {
@@ -290,6 +322,10 @@ fn an_obj_cube_of_triangles_becomes_six_faces_of_one_solid() {
     std::fs::write(&file, CUBE_OBJ).unwrap();
     let scene = Scene::load(file.to_str().unwrap()).unwrap();
     assert_eq!(scene.faces().len(), 6);
+    assert!(
+        scene.faces().iter().all(Face::is_convex),
+        "whichever way they look"
+    );
     assert!(
         scene
             .faces()

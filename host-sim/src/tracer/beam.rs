@@ -114,7 +114,8 @@ pub(super) fn hidden(
     aperture: &[Vec3],
     target: u32,
 ) -> bool {
-    // Where the ray from the image to a corner comes into being.
+    // Where the ray from the image to a corner comes into being: what stands before would be refused below, but it need
+    // not be searched for.
     let start = |corner: &Vec3| match through {
         None => *image,
         Some(face) => {
@@ -159,4 +160,64 @@ pub(super) fn one_face_crosses(
             })
     });
     occluder.is_some()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Material, RawFace};
+
+    /// A target at y = 10, seen from the origin past an occluder at y = 5.
+    fn behind(occluder: &[[f64; 2]]) -> bool {
+        let upright = |corners: &[[f64; 2]], y: f64| RawFace {
+            vertices: corners.iter().map(|c| [c[0], y, c[1]]).collect(),
+            ..RawFace::default()
+        };
+        let square = [[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0], [-2.0, 2.0]];
+        let scene = Scene::new(
+            "test",
+            Material::PAPER,
+            30e9,
+            None,
+            vec![upright(&square, 10.0), upright(occluder, 5.0)],
+        )
+        .unwrap();
+        hidden(&scene, &Vec3::zeros(), None, scene.faces()[0].hull(), 0)
+    }
+
+    #[test]
+    fn only_a_convex_face_that_covers_all_hides() {
+        assert!(behind(&[[-1.1, -1.1], [1.1, -1.1], [1.1, 1.1], [-1.1, 1.1]]));
+        assert!(
+            !behind(&[[-1.1, -1.1], [1.1, -1.1], [1.1, 1.1], [-0.9, 0.9]]),
+            "a corner looks out"
+        );
+        // A U covers all four corners, but not what is seen through its gap.
+        let u = [
+            [-3.0, -3.0],
+            [3.0, -3.0],
+            [3.0, 3.0],
+            [0.5, 3.0],
+            [0.5, -1.5],
+            [-0.5, -1.5],
+            [-0.5, 3.0],
+            [-3.0, 3.0],
+        ];
+        assert!(!behind(&u));
+    }
+
+    #[test]
+    fn clipping_keeps_the_slack_and_no_more() {
+        let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| Vec3::new(x, y, 0.0));
+        let right_of = |x: f64| Plane {
+            normal: Vec3::x(),
+            offset_m: x,
+        };
+        let mut clipper = Clipper::default();
+        assert!(clipper.clip(&square, &[right_of(0.25)]));
+        let least = clipper.polygon.iter().map(|p| p.x).fold(1.0, f64::min);
+        assert!((least - (0.25 - SLACK_M)).abs() < 1e-12);
+        assert!(clipper.clip(&square, &[right_of(1.0 + 0.5 * SLACK_M)]));
+        assert!(!clipper.clip(&square, &[right_of(1.0 + 2.0 * SLACK_M)]));
+    }
 }

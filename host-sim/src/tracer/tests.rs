@@ -159,6 +159,16 @@ fn walls_reflect_on_their_front_only() {
     };
     assert_eq!(orders(2.0), [0, 1]);
     assert_eq!(orders(-2.0), [0]);
+    // From behind: past the edge by line of sight alone; from straight behind not at all, although the line from the
+    // receiver through the image meets the wall.
+    let across = tracer.transmitter([5.5, -1.0, 0.0]).trace([6.0, 3.0, 0.0]);
+    assert_eq!(across.iter().map(TracedPath::order).collect::<Vec<_>>(), [0]);
+    assert!(
+        tracer
+            .transmitter([-1.0, -2.0, 0.0])
+            .trace([-2.0, 4.0, 0.0])
+            .is_empty()
+    );
 }
 
 #[test]
@@ -370,6 +380,25 @@ fn neither_threads_nor_batches_change_a_byte() {
             serde_json::to_string(&tree.to_link(rx_m, &tree.trace(rx_m))).unwrap()
         );
     }
+}
+
+#[test]
+fn every_batch_is_traced_in_order() {
+    let scene = canyon();
+    let tracer = Tracer::new(&scene, 0).unwrap();
+    let transmitters: Vec<[f64; 3]> = (0..40).map(|i| [f64::from(i), 1.0, 0.0]).collect();
+    let receivers: Vec<[f64; 3]> = (0..3000).map(|i| [0.1 * f64::from(i), 5.0, 0.0]).collect();
+    let mut seen = Vec::new();
+    let ends = |tree: &ImageTree<'_>, rx_m: [f64; 3], _| (tree.transmitter_m(), rx_m);
+    for_each_link(&tracer, &transmitters, &receivers, ends, |ends| {
+        seen.push(ends);
+        Ok::<(), ()>(())
+    })
+    .unwrap();
+    let all = transmitters
+        .iter()
+        .flat_map(|tx| receivers.iter().map(|rx| (*tx, *rx)));
+    assert!(all.eq(seen), "some are missing or out of order");
 }
 
 #[test]

@@ -251,8 +251,8 @@ impl<'t> ImageTree<'t> {
         let obstacle = &self.obstacles[image as usize];
         let (last_leg, last_face) = obstacle.load();
         if last_leg < legs {
-            let (near, far, own) = leg(last_leg);
-            if !own(last_face) && self.scene.blocked_by(last_face, near, far) {
+            let (near, far, _) = leg(last_leg);
+            if self.scene.blocked_by(last_face, near, far) {
                 return false;
             }
         }

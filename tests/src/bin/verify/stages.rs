@@ -119,6 +119,7 @@ pub(crate) const STAGES: &[Stage] = &[
             "test",
             "--locked",
             "--workspace",
+            "--no-fail-fast",
             "--features=cslam-tests/verify",
         ])]),
     },
