@@ -37,14 +37,19 @@ const KERB_M: f64 = 0.3;
 impl Tube {
     /// A tube that keeps `clearance_m` on all sides.
     pub fn round(clearance_m: f64) -> Self {
-        Self { clearance_m, shape: Shape::Round }
+        Self {
+            clearance_m,
+            shape: Shape::Round,
+        }
     }
 
     /// The way of a vehicle with a mast of `mast_m`: `clearance_m` on both sides, from a kerb's height to the top.
     pub fn upright(clearance_m: f64, mast_m: f64) -> Self {
         Self {
             clearance_m,
-            shape: Shape::Upright { down_m: (mast_m - KERB_M).max(0.0) },
+            shape: Shape::Upright {
+                down_m: (mast_m - KERB_M).max(0.0),
+            },
         }
     }
 
@@ -96,7 +101,10 @@ impl Tube {
 
 /// Two unit vectors across an axis: one horizontal, one completing the frame. Any pair for a vertical axis.
 fn across(axis: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
-    let side = Vector3::z().cross(axis).try_normalize(1e-9).unwrap_or_else(Vector3::x);
+    let side = Vector3::z()
+        .cross(axis)
+        .try_normalize(1e-9)
+        .unwrap_or_else(Vector3::x);
     let up = axis.cross(&side).try_normalize(1e-9).unwrap_or_else(Vector3::y);
     (side, up)
 }
@@ -128,11 +136,17 @@ pub(super) mod tests {
         /// Streets and blocks: nine buildings of several heights on 100 x 100 m.
         pub(crate) fn town() -> Self {
             let mut solids = Vec::new();
-            for (k, height) in [18.0, 7.0, 20.0, 12.0, 19.0, 5.0, 20.0, 16.0, 9.0].into_iter().enumerate() {
+            for (k, height) in [18.0, 7.0, 20.0, 12.0, 19.0, 5.0, 20.0, 16.0, 9.0]
+                .into_iter()
+                .enumerate()
+            {
                 let (x, y) = (-38.0 + 30.0 * (k % 3) as f64, -38.0 + 30.0 * (k / 3) as f64);
                 solids.push(([x, y, 0.0], [x + 16.0 + (k % 2) as f64 * 3.0, y + 17.0, height]));
             }
-            Self { solids, bounds: ([-50.0, -50.0, 0.0], [50.0, 50.0, 20.0]) }
+            Self {
+                solids,
+                bounds: ([-50.0, -50.0, 0.0], [50.0, 50.0, 20.0]),
+            }
         }
 
         /// Two rooms of 8 x 8 m with a doorway of 1.2 m between them.
@@ -191,7 +205,11 @@ pub(super) mod tests {
         let (mut free, mut refused) = (0, 0);
         while free < 300 {
             let mut point = || {
-                Vector3::new(random.between(-49.0, 49.0), random.between(-49.0, 49.0), random.between(1.0, 22.0))
+                Vector3::new(
+                    random.between(-49.0, 49.0),
+                    random.between(-49.0, 49.0),
+                    random.between(1.0, 22.0),
+                )
             };
             let (from, to) = (point(), point());
             if !tube.is_free(&town, &from, &to) {
@@ -210,7 +228,10 @@ pub(super) mod tests {
     #[test]
     fn a_vehicle_does_not_fit_under_a_low_bar_or_into_a_wall() {
         let world = Boxes {
-            solids: vec![([-5.0, 5.0, 0.0], [5.0, 6.0, 0.5]), ([-5.0, -6.0, 1.2], [5.0, -5.0, 1.4])],
+            solids: vec![
+                ([-5.0, 5.0, 0.0], [5.0, 6.0, 0.5]),
+                ([-5.0, -6.0, 1.2], [5.0, -5.0, 1.4]),
+            ],
             bounds: ([-10.0, -10.0, 0.0], [10.0, 10.0, 10.0]),
         };
         let tube = Tube::upright(1.0, 1.5);

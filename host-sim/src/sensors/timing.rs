@@ -127,7 +127,12 @@ mod tests {
         let mut timing = Timing::new(&TimingConfig::ideal(), 3);
         for k in 0..100 {
             let offset = f64::from(k) * 1e-8;
-            assert_eq!(timing.measure(offset), Some(TimingSample { clock_offset_s: offset }));
+            assert_eq!(
+                timing.measure(offset),
+                Some(TimingSample {
+                    clock_offset_s: offset
+                })
+            );
         }
     }
 }
