@@ -5,7 +5,7 @@ use super::iq::Clips;
 use super::stages::{self, Channel, FoldedPowers, Powers};
 use super::tables::{Tail, Twiddles};
 
-/// The stages of [`super::stages`], which documents them. Sealed: [`Portable`] and, on ARM with the feature `armv7em`,
+/// The stages of the transform, each documented in `stages.rs`. Sealed: [`Portable`] and, on ARM with the feature `armv7em`,
 /// `Armv7em` implement it.
 pub trait Kernels: stage::Stages {}
 
