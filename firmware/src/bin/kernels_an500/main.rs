@@ -2,7 +2,7 @@
 //! form. Run with `CSLAM_ICOUNT=10`: the emulator's clock then advances 1024 ns an instruction, so that the board's
 //! 25 MHz counter gives instructions = ticks / 25.6. These are instructions, not cycles.
 //!
-//! One line a kernel, `name instructions`, then one line a block, `block index digest clips exponent`. Exit code 0
+//! One line a kernel, `name instructions`, then one line a block, `block index digest clips unexamined exponent`. Exit code 0
 //! unless the assembly and the portable form differ.
 #![no_std]
 #![no_main]
@@ -48,10 +48,11 @@ fn main() -> ! {
     for index in 0..BLOCKS {
         let outcome = check::run(&native, block, index, work);
         defmt::println!(
-            "block {=u32} {=u64:016x} {=u32} {=i32}",
+            "block {=u32} {=u64:016x} {=u32} {=u32} {=i32}",
             index,
             outcome.digest,
             outcome.clips,
+            outcome.unexamined,
             outcome.exponent
         );
         if check::run(&portable, block, index, other) != outcome {
