@@ -184,12 +184,21 @@ impl Watch {
     /// Passes examined in a beam: with one channel's six, every kind of pass has its chance.
     const MOST: u32 = 6;
 
+    #[inline(always)]
     fn pass(&mut self, strained: bool, repeat: impl FnOnce() -> Pass) {
-        if strained && self.examined < Self::MOST {
+        if strained {
+            self.examine(repeat);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn examine(&mut self, repeat: impl FnOnce() -> Pass) {
+        if self.examined < Self::MOST {
             self.examined += 1;
             self.clips += repeat().clips;
         } else {
-            self.unexamined += u32::from(strained);
+            self.unexamined += 1;
         }
     }
 }

@@ -33,14 +33,14 @@ pub(super) mod stage {
     /// From one list of signatures: the trait, and its implementations by the functions of the same names; `=>` names
     /// the part of the portable form's result that is the trait's.
     macro_rules! stages {
-        ($($name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)? $(=> $field:ident)?;)*) => {
+        ($($name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)? $(=> $part:ident())?;)*) => {
             /// See the functions of the same names in `stages`. Passes say whether they were strained.
             pub trait Stages {
                 $(#[doc = "See `stages`."] fn $name($($argument: $type),*) $(-> $result)?;)*
             }
 
             impl Stages for Portable {
-                $(fn $name($($argument: $type),*) $(-> $result)? { stages::$name($($argument),*)$(.$field)? })*
+                $(fn $name($($argument: $type),*) $(-> $result)? { stages::$name($($argument),*)$(.$part())? })*
             }
 
             #[cfg(all(target_arch = "arm", feature = "armv7em"))]
@@ -51,14 +51,14 @@ pub(super) mod stage {
     }
 
     stages! {
-        first(input: &Channel, out: &mut Channel) -> bool => strained;
+        first(input: &Channel, out: &mut Channel) -> bool => strained();
         first_folded(input: &Channel, out: &mut Channel);
-        second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool => strained;
-        third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool => strained;
-        last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> bool => strained;
-        correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> bool => strained;
-        inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool => strained;
-        inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool => strained;
+        second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool => strained();
+        third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool => strained();
+        last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> bool => strained();
+        correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> bool => strained();
+        inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool => strained();
+        inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool => strained();
         power(kept: &Channel, powers: &mut Powers);
         power_folded(kept: &Channel, powers: &mut FoldedPowers);
         natural(kept: &mut Channel, scratch: &mut Channel);

@@ -8,7 +8,8 @@
 //! Scales: first stage 1/8, each radix-4 stage 1/2 (as much as noise grows in it), product with the waveform 1/2,
 //! last inverse radix-4 stage 1/4, final stage 1/2. Every stage rounds once, half up; the halvings of the two radix-8 stages are floors (the first
 //! two are exact on samples of 14 bits or less, left-aligned). Every stage reads one buffer and writes another, so its
-//! input is still there when it must be repeated to count clipped lanes.
+//! input is still there when it must be repeated to count clipped lanes. Passes are inlined: where only their strain is
+//! asked for, the count costs nothing.
 
 use super::iq::{Clips, Iq};
 use super::tables::{Tail, Twiddles};
@@ -42,25 +43,31 @@ pub(super) const fn tap_at(position: usize) -> usize {
 /// How the sums of one pass over a channel fared.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pass {
-    /// A sum left half the range, without which no lane can have clipped. In the first stage: a lane clipped.
-    pub(super) strained: bool,
+    /// Bits of sums that differ from their neighbours where a lane left half the range.
+    strain: u32,
     /// Lanes that clipped.
     pub(super) clips: Clips,
 }
 
 impl Pass {
-    /// Notes whether a lane of a butterfly's results left half the range. Every lane that clips inside a butterfly
-    /// shows in one of its four results.
+    /// Whether a sum left half the range, without which no lane can have clipped. In the first stage: whether a lane
+    /// clipped.
+    pub(super) fn strained(&self) -> bool {
+        self.strain & 0x8000_8000 != 0
+    }
+
+    /// Notes whether a lane of a butterfly's results left half the range, where its upper two bits differ. Every lane
+    /// that clips inside a butterfly shows in one of its four results.
     fn watch(&mut self, results: [Iq; 4]) -> [Iq; 4] {
-        let half = -16_384..16_384;
-        self.strained |= results
-            .iter()
-            .any(|x| !half.contains(&x.re()) || !half.contains(&x.im()));
+        for x in results {
+            self.strain |= x.word() ^ (x.word() << 1);
+        }
         results
     }
 }
 
 /// First stage, radix 8, no twiddles, scale 1/8.
+#[inline(always)]
 pub(super) fn first(input: &Channel, out: &mut Channel) -> Pass {
     let mut clips = 0;
     for n in 0..64 {
@@ -85,7 +92,7 @@ pub(super) fn first(input: &Channel, out: &mut Channel) -> Pass {
         }
     }
     Pass {
-        strained: clips > 0,
+        strain: if clips > 0 { u32::MAX } else { 0 },
         clips,
     }
 }
@@ -206,6 +213,7 @@ fn put(out: &mut Channel, at: usize, step: usize, y: [Iq; 4]) {
 }
 
 /// Second stage, radix 4 on blocks of 64, scale 1/2.
+#[inline(always)]
 pub(super) fn second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Pass {
     let mut pass = Pass::default();
     for (block, w) in twiddles.iter().enumerate() {
@@ -218,6 +226,7 @@ pub(super) fn second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) 
 }
 
 /// Third stage, radix 4 on blocks of 16, scale 1/2.
+#[inline(always)]
 pub(super) fn third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Pass {
     let mut pass = Pass::default();
     for (block, w) in twiddles.iter().enumerate() {
@@ -230,6 +239,7 @@ pub(super) fn third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -
 }
 
 /// Last forward stage, radix 4 on blocks of 4, scale 1/2: the spectrum, digit-reversed.
+#[inline(always)]
 pub(super) fn last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Pass {
     let mut pass = Pass::default();
     for (block, tail) in tails.iter().enumerate() {
@@ -240,6 +250,7 @@ pub(super) fn last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Pass {
 }
 
 /// Last forward stage, product with the conjugate waveform, first inverse stage; scale 1/8. The spectrum is not kept.
+#[inline(always)]
 pub(super) fn correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Pass {
     let mut pass = Pass::default();
     for (block, tail) in tails.iter().enumerate() {
@@ -258,6 +269,7 @@ pub(super) fn correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> P
 }
 
 /// Inverse of [`third`], scale 1/2.
+#[inline(always)]
 pub(super) fn inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Pass {
     let mut pass = Pass::default();
     for (block, w) in twiddles.iter().enumerate() {
@@ -271,6 +283,7 @@ pub(super) fn inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twid
 
 /// Inverse of [`second`], scale 1/4: a path gathers its energy here, and a strong one would
 /// pass half the range at 1/2, which the assembly's probe takes for possible clipping. Its output is the kept form of a channel: one radix-8 stage before the taps.
+#[inline(always)]
 pub(super) fn inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Pass {
     let mut pass = Pass::default();
     for (block, w) in twiddles.iter().enumerate() {
