@@ -1,9 +1,11 @@
 //! The world around the receiver, and the `cslam` command that puts the two together.
 
+pub mod allan;
 pub mod channel;
 pub mod cli;
 mod commands;
 pub mod evaluation;
+pub mod flight;
 pub mod flight_files;
 pub mod input;
 pub mod measurement;
@@ -14,6 +16,8 @@ pub mod progress;
 pub mod random;
 pub mod report;
 pub mod scene;
+pub mod seeded;
+pub mod sensors;
 pub mod sigmf;
 pub mod solve;
 pub mod statistics;
