@@ -14,6 +14,7 @@ pub mod paths;
 pub mod ply;
 pub mod progress;
 pub mod random;
+pub mod recording;
 pub mod report;
 pub mod scene;
 pub mod seeded;

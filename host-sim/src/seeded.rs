@@ -56,12 +56,16 @@ pub struct Seeded {
 impl Seeded {
     /// The generator of one source in the world of `seed`.
     pub fn new(seed: u64, source: Source) -> Self {
-        Self { stream: Stream::new(seed, source as u64) }
+        Self {
+            stream: Stream::new(seed, source as u64),
+        }
     }
 
     /// The generator of one of several alike sources, such as the attempts of a planner.
     pub fn numbered(seed: u64, source: Source, number: u32) -> Self {
-        Self { stream: Stream::new(seed, source as u64 | (u64::from(number) + 1) << 32) }
+        Self {
+            stream: Stream::new(seed, source as u64 | (u64::from(number) + 1) << 32),
+        }
     }
 
     /// Uniform in [0, 1).
@@ -100,7 +104,10 @@ mod tests {
     fn first_draws_are_normal_over_seeds_too() {
         for source in [Source::Clock, Source::Timing, Source::GmtAttitude] {
             let n = 4000;
-            let squares: f64 = (0..n).map(|seed| Seeded::new(seed, source).normal()).map(|x| x * x).sum();
+            let squares: f64 = (0..n)
+                .map(|seed| Seeded::new(seed, source).normal())
+                .map(|x| x * x)
+                .sum();
             let rms = (squares / n as f64).sqrt();
             assert!((rms - 1.0).abs() < 0.045, "{source:?}: {rms}");
         }

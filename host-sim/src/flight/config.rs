@@ -90,12 +90,14 @@ impl FlightConfig {
     /// Distance that the UAV keeps in this scene, m.
     pub(super) fn clearance_in(&self, world: &dyn Obstacles) -> f64 {
         let (low, high) = world.bounds();
-        self.clearance_m.unwrap_or_else(|| (0.1 * (high[2] - low[2])).min(1.5))
+        self.clearance_m
+            .unwrap_or_else(|| (0.1 * (high[2] - low[2])).min(1.5))
     }
 
     /// Distance that the GMT keeps in this scene, m.
     pub(super) fn gmt_clearance_in(&self, world: &dyn Obstacles) -> f64 {
-        self.gmt_clearance_m.unwrap_or_else(|| self.clearance_in(world).min(1.0))
+        self.gmt_clearance_m
+            .unwrap_or_else(|| self.clearance_in(world).min(1.0))
     }
 
     /// Cruise speed that suits the scene, m/s: a fifth of the shorter side in two seconds, within the limit.
@@ -114,7 +116,9 @@ impl FlightConfig {
             if value.is_finite() && value > least && value <= most {
                 Ok(())
             } else {
-                Err(InputError::new(format!("{key} is {value}, expected above {least}, up to {most}")))
+                Err(InputError::new(format!(
+                    "{key} is {value}, expected above {least}, up to {most}"
+                )))
             }
         };
         let within = |key: &str, value: f64, most: f64| {
@@ -127,23 +131,54 @@ impl FlightConfig {
         let hour = 3600.0;
         above("flight.duration_s", self.duration_s, 0.0, hour)?;
         within("flight.rest_s", self.rest_s, hour)?;
-        above("flight.schedule.sweep_period_s", self.schedule.sweep_period_s, 0.02, 60.0)?;
+        above(
+            "flight.schedule.sweep_period_s",
+            self.schedule.sweep_period_s,
+            0.02,
+            60.0,
+        )?;
         if self.schedule.sweeps_per_stop == 0 {
-            return Err(InputError::new("flight.schedule.sweeps_per_stop is 0, expected at least 1"));
+            return Err(InputError::new(
+                "flight.schedule.sweeps_per_stop is 0, expected at least 1",
+            ));
         }
-        above("flight.limits.speed_m_per_s", self.limits.speed_m_per_s, 0.0, 30.0)?;
-        above("flight.limits.acceleration_m_per_s2", self.limits.acceleration_m_per_s2, 0.0, 3.2)?;
-        above("flight.limits.jerk_m_per_s3", self.limits.jerk_m_per_s3, 0.0, 1000.0)?;
+        above(
+            "flight.limits.speed_m_per_s",
+            self.limits.speed_m_per_s,
+            0.0,
+            30.0,
+        )?;
+        above(
+            "flight.limits.acceleration_m_per_s2",
+            self.limits.acceleration_m_per_s2,
+            0.0,
+            3.2,
+        )?;
+        above(
+            "flight.limits.jerk_m_per_s3",
+            self.limits.jerk_m_per_s3,
+            0.0,
+            1000.0,
+        )?;
         above("flight.limits.tilt_deg", self.limits.tilt_deg, 0.0, 60.0)?;
-        above("flight.limits.heading_rate_dps", self.limits.heading_rate_dps, 0.0, 720.0)?;
+        above(
+            "flight.limits.heading_rate_dps",
+            self.limits.heading_rate_dps,
+            0.0,
+            720.0,
+        )?;
         within("flight.drag_per_s", self.drag_per_s, 1.0)?;
-        for (key, value) in
-            [("flight.clearance_m", self.clearance_m), ("flight.gmt_clearance_m", self.gmt_clearance_m)]
-        {
+        for (key, value) in [
+            ("flight.clearance_m", self.clearance_m),
+            ("flight.gmt_clearance_m", self.gmt_clearance_m),
+        ] {
             value.map_or(Ok(()), |value| above(key, value, 0.0, 10.0))?;
         }
         if !(1..=100).contains(&self.levels) {
-            return Err(InputError::new(format!("flight.levels is {}, expected 1 to 100", self.levels)));
+            return Err(InputError::new(format!(
+                "flight.levels is {}, expected 1 to 100",
+                self.levels
+            )));
         }
         above("flight.mast_m", self.mast_m, 0.0, 20.0)?;
         within("flight.gmt_step_m", self.gmt_step_m, 10.0)?;
@@ -173,6 +208,9 @@ mod tests {
         assert!(message(|c| c.visible_share = 1.1).contains("flight.visible_share"));
         assert!(message(|c| c.levels = 0).contains("flight.levels"));
         assert!(toml::from_str::<FlightConfig>("duration = 3.0").is_err());
-        assert_eq!(toml::from_str::<FlightConfig>("").expect("all default"), FlightConfig::default());
+        assert_eq!(
+            toml::from_str::<FlightConfig>("").expect("all default"),
+            FlightConfig::default()
+        );
     }
 }

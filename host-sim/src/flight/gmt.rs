@@ -105,7 +105,11 @@ mod tests {
     use super::*;
 
     fn track() -> GmtTrack {
-        let way = [Vector3::new(0.0, 0.0, 1.5), Vector3::new(0.5, 0.0, 1.5), Vector3::new(0.5, 5.0, 1.5)];
+        let way = [
+            Vector3::new(0.0, 0.0, 1.5),
+            Vector3::new(0.5, 0.0, 1.5),
+            Vector3::new(0.5, 5.0, 1.5),
+        ];
         GmtTrack::along(&way, 0.2, 10, Schedule::default()).expect("stops")
     }
 
@@ -153,7 +157,10 @@ mod tests {
         let schedule = Schedule::default();
         assert_eq!(schedule.sweeps_until(120.0), 240);
         assert_eq!(schedule.sweeps_until(0.49), 0);
-        let odd = Schedule { sweep_period_s: 0.1, sweeps_per_stop: 3 };
+        let odd = Schedule {
+            sweep_period_s: 0.1,
+            sweeps_per_stop: 3,
+        };
         assert_eq!(odd.sweeps_until(0.3), 3);
         assert_eq!(GmtTrack::new(Vec::new(), odd), None);
     }

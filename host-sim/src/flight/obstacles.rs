@@ -12,9 +12,9 @@ pub trait Obstacles {
     fn bounds(&self) -> ([f64; 3], [f64; 3]);
 }
 
-/// A tube around a line, probed by lines parallel to its axis. A rectangular wedge that reaches into the clearance is
-/// always hit: the probes lie at 1.4 times the clearance, twelve around, where such a wedge is wider than the gap
-/// between two of them; lines at half that radius and on the axis catch what is thin.
+/// A tube around a line, probed by lines parallel to its axis: 24 around at 1.4 times the clearance, where a wedge of
+/// 60 deg or more that reaches into the clearance is wider than the gap between two of them; twelve at 0.6 of that
+/// radius and the axis itself, longer than the line by the clearance, for what is thin or lies ahead.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tube {
     clearance_m: f64,
@@ -37,23 +37,30 @@ const KERB_M: f64 = 0.3;
 impl Tube {
     /// A tube that keeps `clearance_m` on all sides.
     pub fn round(clearance_m: f64) -> Self {
-        Self { clearance_m, shape: Shape::Round }
+        Self {
+            clearance_m,
+            shape: Shape::Round,
+        }
     }
 
     /// The way of a vehicle with a mast of `mast_m`: `clearance_m` on both sides, from a kerb's height to the top.
     pub fn upright(clearance_m: f64, mast_m: f64) -> Self {
         Self {
             clearance_m,
-            shape: Shape::Upright { down_m: (mast_m - KERB_M).max(0.0) },
+            shape: Shape::Upright {
+                down_m: (mast_m - KERB_M).max(0.0),
+            },
         }
     }
 
-    /// Whether the tube along a segment is free, its ends included.
+    /// Whether the tube along a segment is free, and the room before and behind its ends.
     pub fn is_free(&self, world: &dyn Obstacles, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
-        let axis = to - from;
+        let axis = (to - from).try_normalize(1e-12).unwrap_or_else(Vector3::x);
         let (side, up) = across(&axis);
-        self.offsets(&side, &up).iter().all(|offset| {
-            let (start, end): ([f64; 3], [f64; 3]) = ((from + offset).into(), (to + offset).into());
+        self.probes(&side, &up).iter().all(|(offset, beyond_m)| {
+            let ahead = axis * *beyond_m;
+            let (start, end): ([f64; 3], [f64; 3]) =
+                ((from + offset - ahead).into(), (to + offset + ahead).into());
             !world.inside_solid(start)
                 && !world.blocked(start, end)
                 && !world.blocked((*from).into(), start)
@@ -63,40 +70,46 @@ impl Tube {
 
     /// Whether the body fits at a point.
     pub fn fits(&self, world: &dyn Obstacles, at: &Vector3<f64>) -> bool {
-        [Vector3::x(), Vector3::y()].iter().all(|axis| {
-            let reach = axis * (self.clearance_m * PROBE_RATIO);
-            self.is_free(world, &(at - reach), &(at + reach))
-        })
+        [Vector3::x(), Vector3::y()]
+            .iter()
+            .all(|axis| self.is_free(world, at, &(at + axis * 1e-6)))
     }
 
-    fn offsets(&self, side: &Vector3<f64>, up: &Vector3<f64>) -> Vec<Vector3<f64>> {
+    /// Lines to probe: offset from the axis, and how far beyond the ends.
+    fn probes(&self, side: &Vector3<f64>, up: &Vector3<f64>) -> Vec<(Vector3<f64>, f64)> {
         let reach = self.clearance_m * PROBE_RATIO;
-        let mut offsets = vec![Vector3::zeros()];
+        let mut probes = vec![(Vector3::zeros(), reach)];
         match self.shape {
             Shape::Round => {
-                for (count, radius) in [(24, reach), (12, 0.6 * reach)] {
+                for (count, share, beyond_m) in [(24, 1.0, 0.0), (12, 0.6, self.clearance_m)] {
                     for k in 0..count {
                         let angle = core::f64::consts::TAU * f64::from(k) / f64::from(count);
                         let (sin, cos) = libm::sincos(angle);
-                        offsets.push((side * cos + up * sin) * radius);
+                        probes.push(((side * cos + up * sin) * (share * reach), beyond_m));
                     }
                 }
             }
             Shape::Upright { down_m } => {
-                for lateral in [-1.0, -0.5, 0.0, 0.5, 1.0] {
+                for (lateral, beyond_m) in
+                    [(-1.0, 0.0), (-0.5, reach), (0.0, reach), (0.5, reach), (1.0, 0.0)]
+                {
                     for height in [0.0, 0.5, 1.0] {
-                        offsets.push(side * (lateral * reach) - Vector3::z() * (height * down_m));
+                        let offset = side * (lateral * reach) - Vector3::z() * (height * down_m);
+                        probes.push((offset, beyond_m));
                     }
                 }
             }
         }
-        offsets
+        probes
     }
 }
 
 /// Two unit vectors across an axis: one horizontal, one completing the frame. Any pair for a vertical axis.
 fn across(axis: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
-    let side = Vector3::z().cross(axis).try_normalize(1e-9).unwrap_or_else(Vector3::x);
+    let side = Vector3::z()
+        .cross(axis)
+        .try_normalize(1e-9)
+        .unwrap_or_else(Vector3::x);
     let up = axis.cross(&side).try_normalize(1e-9).unwrap_or_else(Vector3::y);
     (side, up)
 }
@@ -128,11 +141,17 @@ pub(super) mod tests {
         /// Streets and blocks: nine buildings of several heights on 100 x 100 m.
         pub(crate) fn town() -> Self {
             let mut solids = Vec::new();
-            for (k, height) in [18.0, 7.0, 20.0, 12.0, 19.0, 5.0, 20.0, 16.0, 9.0].into_iter().enumerate() {
+            for (k, height) in [18.0, 7.0, 20.0, 12.0, 19.0, 5.0, 20.0, 16.0, 9.0]
+                .into_iter()
+                .enumerate()
+            {
                 let (x, y) = (-38.0 + 30.0 * (k % 3) as f64, -38.0 + 30.0 * (k / 3) as f64);
                 solids.push(([x, y, 0.0], [x + 16.0 + (k % 2) as f64 * 3.0, y + 17.0, height]));
             }
-            Self { solids, bounds: ([-50.0, -50.0, 0.0], [50.0, 50.0, 20.0]) }
+            Self {
+                solids,
+                bounds: ([-50.0, -50.0, 0.0], [50.0, 50.0, 20.0]),
+            }
         }
 
         /// Two rooms of 8 x 8 m with a doorway of 1.2 m between them.
@@ -191,7 +210,11 @@ pub(super) mod tests {
         let (mut free, mut refused) = (0, 0);
         while free < 300 {
             let mut point = || {
-                Vector3::new(random.between(-49.0, 49.0), random.between(-49.0, 49.0), random.between(1.0, 22.0))
+                Vector3::new(
+                    random.between(-49.0, 49.0),
+                    random.between(-49.0, 49.0),
+                    random.between(1.0, 22.0),
+                )
             };
             let (from, to) = (point(), point());
             if !tube.is_free(&town, &from, &to) {
@@ -210,7 +233,10 @@ pub(super) mod tests {
     #[test]
     fn a_vehicle_does_not_fit_under_a_low_bar_or_into_a_wall() {
         let world = Boxes {
-            solids: vec![([-5.0, 5.0, 0.0], [5.0, 6.0, 0.5]), ([-5.0, -6.0, 1.2], [5.0, -5.0, 1.4])],
+            solids: vec![
+                ([-5.0, 5.0, 0.0], [5.0, 6.0, 0.5]),
+                ([-5.0, -6.0, 1.2], [5.0, -5.0, 1.4]),
+            ],
             bounds: ([-10.0, -10.0, 0.0], [10.0, 10.0, 10.0]),
         };
         let tube = Tube::upright(1.0, 1.5);

@@ -49,7 +49,9 @@ impl FlightPlan {
         let planner = Planner::new(world, config, seed)?;
         let mut candidates = Vec::new();
         for attempt in 0..ATTEMPTS {
-            let Some(draft) = planner.draw(attempt) else { continue };
+            let Some(draft) = planner.draw(attempt) else {
+                continue;
+            };
             let shortfall = planner.shortfall(&draft.contact);
             if shortfall == 0.0 {
                 if let Some(plan) = planner.keep_distance(draft) {
@@ -181,16 +183,21 @@ impl<'a> Planner<'a> {
         let mut random = Seeded::numbered(self.seed, Source::GmtRoute, attempt);
         let stops = config.schedule.sweeps_until(config.duration_s) / config.schedule.sweeps_per_stop + 2;
         let start = random.index(self.ground.points().len());
-        let way = self.ground.tour(start, config.gmt_step_m * f64::from(stops), &mut random);
+        let way = self
+            .ground
+            .tour(start, config.gmt_step_m * f64::from(stops), &mut random);
         let gmt = GmtTrack::along(&way, config.gmt_step_m, stops as usize, config.schedule)?;
 
         let mut random = Seeded::numbered(self.seed, Source::UavRoute, attempt);
         let seen = |p: &Vector3<f64>| !self.world.blocked(gmt.stops_m()[0].into(), (*p).into());
-        let starts: Vec<usize> =
-            (0..self.air.points().len()).filter(|&k| seen(&self.air.points()[k])).collect();
+        let starts: Vec<usize> = (0..self.air.points().len())
+            .filter(|&k| seen(&self.air.points()[k]))
+            .collect();
         let start = *starts.get(random.index(starts.len()))?;
         let cruise = config.cruise_in(self.world);
-        let tour = self.air.tour(start, cruise * (config.duration_s + 10.0), &mut random);
+        let tour = self
+            .air
+            .tour(start, cruise * (config.duration_s + 10.0), &mut random);
         let route = Route::new(tour, &config.limits, || cruise * random.between(0.5, 1.0))?;
         let draft = self.fly(&route, |_, _, _| true)?;
         let contact = contact(self.world, &draft, &gmt, config.schedule, config.duration_s);
@@ -199,7 +206,13 @@ impl<'a> Planner<'a> {
 
     fn fly(&self, route: &Route, clear: impl Fn(&Trajectory, f64, f64) -> bool) -> Option<Trajectory> {
         let config = self.config;
-        route.clone().fly(&config.limits, config.drag_per_s, config.rest_s, config.duration_s, clear)
+        route.clone().fly(
+            &config.limits,
+            config.drag_per_s,
+            config.rest_s,
+            config.duration_s,
+            clear,
+        )
     }
 
     /// The plan of a draft, slowed where it came too near an obstacle.
@@ -209,11 +222,21 @@ impl<'a> Planner<'a> {
             let place = |time_s: f64| trajectory.position_m().at(time_s)[0];
             let (from, to) = (place(from_s), place(to_s));
             // Standing still: a short line stands for the point.
-            let to = if (to - from).norm() < 1e-3 { from + Vector3::x() * 1e-3 } else { to };
+            let to = if (to - from).norm() < 1e-3 {
+                from + Vector3::x() * 1e-3
+            } else {
+                to
+            };
             tube.is_free(self.world, &from, &to)
         })?;
         let config = self.config;
-        Some(FlightPlan::from_parts(self.world, uav, draft.gmt, config.schedule, config.duration_s))
+        Some(FlightPlan::from_parts(
+            self.world,
+            uav,
+            draft.gmt,
+            config.schedule,
+            config.duration_s,
+        ))
     }
 
     /// How far a contact falls short of what is wanted; zero when it does not.
@@ -260,7 +283,10 @@ mod tests {
     use super::*;
 
     fn short() -> FlightConfig {
-        FlightConfig { duration_s: 60.0, ..FlightConfig::default() }
+        FlightConfig {
+            duration_s: 60.0,
+            ..FlightConfig::default()
+        }
     }
 
     #[test]
@@ -272,13 +298,20 @@ mod tests {
             let mut way_m = 0.0;
             for k in 0..6000 {
                 let p = plan.uav().at(f64::from(k) * 0.01).position_m;
-                assert!(town.distance_m(&p) >= 1.5, "seed {seed}: {} m", town.distance_m(&p));
+                assert!(
+                    town.distance_m(&p) >= 1.5,
+                    "seed {seed}: {} m",
+                    town.distance_m(&p)
+                );
                 heights = (heights.0.min(p.z), heights.1.max(p.z));
                 way_m += plan.uav().at(f64::from(k) * 0.01).velocity_m_per_s.norm() * 0.01;
                 let (gmt, _) = plan.gmt().at(f64::from(k) * 0.01);
                 let (foot, mast) = (Vector3::new(gmt.x, gmt.y, 0.3), gmt);
                 assert!((gmt.z - 1.5).abs() < 1e-12);
-                let walls = Boxes { solids: town.solids.clone(), bounds: town.bounds };
+                let walls = Boxes {
+                    solids: town.solids.clone(),
+                    bounds: town.bounds,
+                };
                 let clear = walls.solids.iter().all(|(low, high)| {
                     [foot, mast].iter().all(|p| {
                         let gap = |i: usize| (low[i] - p[i]).max(p[i] - high[i]).max(0.0);
@@ -288,7 +321,10 @@ mod tests {
                 assert!(clear, "seed {seed}: the GMT touches a wall at {gmt:?}");
             }
             let contact = plan.contact();
-            assert!(heights.1 - heights.0 > 3.0 && way_m > 80.0, "seed {seed}: {heights:?}, {way_m} m");
+            assert!(
+                heights.1 - heights.0 > 3.0 && way_m > 80.0,
+                "seed {seed}: {heights:?}, {way_m} m"
+            );
             assert!(contact.visible_share >= 0.5, "seed {seed}: {contact:?}");
             assert!(contact.longest_outage_s <= 20.0, "seed {seed}: {contact:?}");
         }
@@ -297,7 +333,13 @@ mod tests {
     #[test]
     fn seeds_decide_everything() {
         let town = Boxes::town();
-        let place = |seed| FlightPlan::plan(&town, &short(), seed).expect("room").uav().at(40.0).position_m;
+        let place = |seed| {
+            FlightPlan::plan(&town, &short(), seed)
+                .expect("room")
+                .uav()
+                .at(40.0)
+                .position_m
+        };
         assert_eq!(place(3), place(3));
         assert_ne!(place(3), place(4));
     }
@@ -312,14 +354,21 @@ mod tests {
             solids: vec![([-1.0; 3], [11.0; 3])],
             bounds: ([0.0; 3], [10.0; 3]),
         };
-        let error = FlightPlan::plan(&solid, &short(), 1).expect_err("no room").to_string();
+        let error = FlightPlan::plan(&solid, &short(), 1)
+            .expect_err("no room")
+            .to_string();
         assert!(error.contains("UAV finds no room"), "{error}");
-        let config = FlightConfig { mast_m: 3.0, ..short() };
+        let config = FlightConfig {
+            mast_m: 3.0,
+            ..short()
+        };
         let wall = Boxes {
             solids: vec![([-1.0, -1.0, 2.5], [5.0, 5.0, 9.0])],
             ..cell
         };
-        let error = FlightPlan::plan(&wall, &config, 1).expect_err("no room").to_string();
+        let error = FlightPlan::plan(&wall, &config, 1)
+            .expect_err("no room")
+            .to_string();
         assert!(error.contains("GMT finds no room"), "{error}");
     }
 }

@@ -18,6 +18,8 @@ const POINTS: usize = 260;
 const BRIDGES: usize = 60;
 /// Draws for each point sought, before giving up on it.
 const DRAWS: usize = 40;
+/// Draws for each bridge: between two solids is a rare place, and asking is cheap.
+const BRIDGE_DRAWS: usize = 1000;
 /// Neighbours that a point is joined to, at most.
 const NEIGHBOURS: usize = 10;
 
@@ -35,19 +37,33 @@ impl Roadmap {
         let (low, high) = world.bounds();
         let extent = (Vector3::from(high) - Vector3::from(low)).xy();
         let point = |random: &mut Seeded| {
-            let level = levels_m.get(random.index(levels_m.len())).copied().unwrap_or(low[2]);
-            Vector3::new(random.between(low[0], high[0]), random.between(low[1], high[1]), level)
+            let level = levels_m
+                .get(random.index(levels_m.len()))
+                .copied()
+                .unwrap_or(low[2]);
+            Vector3::new(
+                random.between(low[0], high[0]),
+                random.between(low[1], high[1]),
+                level,
+            )
         };
         let inside = |p: &Vector3<f64>| (0..2).all(|i| p[i] > low[i] && p[i] < high[i]);
-        let mut points = Vec::new();
+        let mut points: Vec<Vector3<f64>> = Vec::new();
         for sought in 0..POINTS {
-            for _ in 0..DRAWS {
+            for _ in 0..if sought < BRIDGES { BRIDGE_DRAWS } else { DRAWS } {
                 let mut candidate = point(random);
                 if sought < BRIDGES {
                     let half = random.between(0.02, 0.15) * extent.min();
-                    let (sin, cos) = libm::sincos(random.between(0.0, core::f64::consts::TAU));
+                    // Most walls follow the axes, and through a thin wall only a line along it ends in both jambs.
+                    let quarter = core::f64::consts::FRAC_PI_2;
+                    let angle = if random.uniform() < 0.5 {
+                        quarter * random.index(2) as f64
+                    } else {
+                        random.between(0.0, 2.0 * quarter)
+                    };
+                    let (sin, cos) = libm::sincos(angle);
                     let reach = Vector3::new(cos, sin, 0.0) * half;
-                    let solid = |p: Vector3<f64>| !inside(&p) || world.inside_solid(p.into());
+                    let solid = |p: Vector3<f64>| world.inside_solid(p.into());
                     // Ends in solids half a doorway away on both sides.
                     if !(solid(candidate - reach) && solid(candidate + reach)) {
                         continue;
@@ -55,7 +71,12 @@ impl Roadmap {
                     // Centre the point in the gap, so that the doorway is crossed in its middle.
                     candidate = centred(world, &candidate, &reach);
                 }
-                if inside(&candidate) && tube.fits(world, &candidate) {
+                // One point in a doorway is enough: many would only be joined to each other.
+                let crowded = sought < BRIDGES
+                    && points
+                        .iter()
+                        .any(|p| (p - candidate).norm() < 0.05 * extent.min());
+                if !crowded && inside(&candidate) && tube.fits(world, &candidate) {
                     points.push(candidate);
                     break;
                 }
@@ -124,7 +145,12 @@ impl Roadmap {
             points: kept.iter().map(|&k| self.points[k]).collect(),
             lines: kept
                 .iter()
-                .map(|&k| self.lines[k].iter().map(|&(to, length)| (renumbered[to], length)).collect())
+                .map(|&k| {
+                    self.lines[k]
+                        .iter()
+                        .map(|&(to, length)| (renumbered[to], length))
+                        .collect()
+                })
                 .collect(),
         }
     }
@@ -139,7 +165,10 @@ impl Roadmap {
         let mut best = vec![(f64::INFINITY, usize::MAX); self.points.len()];
         let mut open = BinaryHeap::new();
         best[from] = (0.0, from);
-        open.push(Open { length: 0.0, point: from });
+        open.push(Open {
+            length: 0.0,
+            point: from,
+        });
         while let Some(Open { length, point }) = open.pop() {
             if point == to {
                 break;
@@ -151,7 +180,10 @@ impl Roadmap {
                 let through = length + step;
                 if through < best[next].0 {
                     best[next] = (through, point);
-                    open.push(Open { length: through, point: next });
+                    open.push(Open {
+                        length: through,
+                        point: next,
+                    });
                 }
             }
         }
@@ -208,7 +240,10 @@ struct Open {
 
 impl Ord for Open {
     fn cmp(&self, other: &Self) -> Ordering {
-        other.length.total_cmp(&self.length).then(other.point.cmp(&self.point))
+        other
+            .length
+            .total_cmp(&self.length)
+            .then(other.point.cmp(&self.point))
     }
 }
 
@@ -238,8 +273,16 @@ mod tests {
         for seed in 0..10 {
             let mut random = Seeded::new(seed, Source::UavRoute);
             let map = Roadmap::draw(&world, &Tube::round(0.35), &[1.0, 1.8, 2.6], &mut random);
-            let left = map.points().iter().position(|p| p.x < -2.0).expect("a point in the left room");
-            let right = map.points().iter().position(|p| p.x > 2.0).expect("a point in the right room");
+            let left = map
+                .points()
+                .iter()
+                .position(|p| p.x < -2.0)
+                .expect("a point in the left room");
+            let right = map
+                .points()
+                .iter()
+                .position(|p| p.x > 2.0)
+                .expect("a point in the right room");
             let way = map.way(left, right);
             assert_eq!((way.first(), way.last()), (Some(&left), Some(&right)));
             // The way goes through the doorway, y 1.0 to 2.2.
@@ -257,7 +300,12 @@ mod tests {
     fn the_way_is_the_shortest_one() {
         let corner = |x: f64, y: f64| Vector3::new(x, y, 1.0);
         let map = Roadmap {
-            points: vec![corner(0.0, 0.0), corner(10.0, 0.0), corner(10.0, 10.0), corner(0.0, 3.0)],
+            points: vec![
+                corner(0.0, 0.0),
+                corner(10.0, 0.0),
+                corner(10.0, 10.0),
+                corner(0.0, 3.0),
+            ],
             lines: vec![
                 vec![(1, 10.0), (3, 3.0)],
                 vec![(0, 10.0), (2, 10.0)],

@@ -120,7 +120,11 @@ impl Route {
 
     /// Point of the tour `along_m` from its start.
     fn point(&self, along_m: f64) -> Vector3<f64> {
-        let line = self.along_m.partition_point(|&a| a <= along_m).clamp(1, self.corners.len() - 1) - 1;
+        let line = self
+            .along_m
+            .partition_point(|&a| a <= along_m)
+            .clamp(1, self.corners.len() - 1)
+            - 1;
         let share = (along_m - self.along_m[line]) / (self.along_m[line + 1] - self.along_m[line]);
         self.corners[line] + (self.corners[line + 1] - self.corners[line]) * share.clamp(0.0, 1.0)
     }
@@ -138,7 +142,11 @@ impl Route {
         }
         if !any {
             let along = places[fault.min(places.len() - 1)];
-            let line = self.along_m.partition_point(|&a| a <= along).clamp(1, self.corners.len() - 1) - 1;
+            let line = self
+                .along_m
+                .partition_point(|&a| a <= along)
+                .clamp(1, self.corners.len() - 1)
+                - 1;
             self.line_speed[line] = (self.line_speed[line] * 0.85).max(CREEP_M_PER_S);
         }
     }
@@ -186,10 +194,19 @@ impl Route {
 /// Control points at which a limit is exceeded, one for each stretch.
 fn over_limit(trajectory: &Trajectory, limits: &Limits, duration_s: f64) -> Vec<usize> {
     let mut faults = Vec::new();
-    let bounds = [limits.speed_m_per_s, limits.acceleration_m_per_s2, limits.jerk_m_per_s3];
+    let bounds = [
+        limits.speed_m_per_s,
+        limits.acceleration_m_per_s2,
+        limits.jerk_m_per_s3,
+    ];
     for (order, bound) in (1..).zip(bounds) {
         let over = trajectory.position_m().derivative_bounds(order);
-        faults.extend(over.iter().enumerate().filter(|&(_, &size)| size > bound).map(|(k, _)| k + order / 2));
+        faults.extend(
+            over.iter()
+                .enumerate()
+                .filter(|&(_, &size)| size > bound)
+                .map(|(k, _)| k + order / 2),
+        );
     }
     let tilt = limits.tilt_deg * PI / 180.0;
     let instants = (duration_s / 0.05) as u32;
@@ -203,7 +220,11 @@ fn over_limit(trajectory: &Trajectory, limits: &Limits, duration_s: f64) -> Vec<
 }
 
 /// Control points around which the curve comes too near an obstacle, one for each stretch.
-fn too_near(trajectory: &Trajectory, duration_s: f64, clear: impl Fn(&Trajectory, f64, f64) -> bool) -> Vec<usize> {
+fn too_near(
+    trajectory: &Trajectory,
+    duration_s: f64,
+    clear: impl Fn(&Trajectory, f64, f64) -> bool,
+) -> Vec<usize> {
     let step_s = KNOT_S / 2.0;
     let faults = (0..(duration_s / step_s) as u32 + 1)
         .map(|k| f64::from(k) * step_s)
@@ -280,8 +301,16 @@ mod tests {
     fn limits_hold_between_the_samples_of_any_grid() {
         for limits in [
             Limits::default(),
-            Limits { acceleration_m_per_s2: 1.0, jerk_m_per_s3: 2.0, ..Limits::default() },
-            Limits { tilt_deg: 8.0, heading_rate_dps: 20.0, ..Limits::default() },
+            Limits {
+                acceleration_m_per_s2: 1.0,
+                jerk_m_per_s3: 2.0,
+                ..Limits::default()
+            },
+            Limits {
+                tilt_deg: 8.0,
+                heading_rate_dps: 20.0,
+                ..Limits::default()
+            },
         ] {
             let flight = fly(zigzag(), &limits).expect("possible");
             let mut top_speed = 0.0f64;
@@ -291,8 +320,15 @@ mod tests {
                 assert!(at.acceleration_m_per_s2.norm() <= limits.acceleration_m_per_s2);
                 assert!(at.tilt_rad() <= limits.tilt_deg * PI / 180.0 + 1e-4);
             }
-            assert!(top_speed <= limits.speed_m_per_s && top_speed > 1.0, "{top_speed}");
-            let jerk = flight.position_m().derivative_bounds(3).into_iter().fold(0.0, f64::max);
+            assert!(
+                top_speed <= limits.speed_m_per_s && top_speed > 1.0,
+                "{top_speed}"
+            );
+            let jerk = flight
+                .position_m()
+                .derivative_bounds(3)
+                .into_iter()
+                .fold(0.0, f64::max);
             assert!(jerk <= limits.jerk_m_per_s3);
             for pair in (0..600).map(|k| f64::from(k) * 0.1) {
                 let heading = |t| {
@@ -302,14 +338,21 @@ mod tests {
                 let turn = heading(pair + 0.1) - heading(pair);
                 let turn = turn - 2.0 * PI * libm::floor(turn / (2.0 * PI) + 0.5);
                 // Tilt turns the projected nose a little beyond the heading itself.
-                assert!(turn.abs() <= 0.1 * (limits.heading_rate_dps + 15.0) * PI / 180.0, "{turn} at {pair}");
+                assert!(
+                    turn.abs() <= 0.1 * (limits.heading_rate_dps + 15.0) * PI / 180.0,
+                    "{turn} at {pair}"
+                );
             }
         }
     }
 
     #[test]
     fn it_rests_exactly_then_follows_the_tour_nose_first() {
-        let corners = vec![Vector3::new(0.0, 0.0, 5.0), Vector3::new(100.0, 100.0, 5.0), Vector3::new(400.0, 100.0, 9.0)];
+        let corners = vec![
+            Vector3::new(0.0, 0.0, 5.0),
+            Vector3::new(100.0, 100.0, 5.0),
+            Vector3::new(400.0, 100.0, 9.0),
+        ];
         let flight = fly(corners, &Limits::default()).expect("possible");
         for k in 0..=300 {
             let at = flight.at(f64::from(k) * 0.01);
@@ -335,8 +378,13 @@ mod tests {
         let within = |width_m: f64| {
             let limits = Limits::default();
             let clear = |flight: &Trajectory, from: f64, _: f64| off(&flight.at(from).position_m) < width_m;
-            let flight = Route::new(corners.clone(), &limits, || 6.0)?.fly(&limits, 0.15, 3.0, 60.0, clear)?;
-            Some((0..600).map(|k| off(&flight.at(f64::from(k) * 0.1).position_m)).fold(0.0, f64::max))
+            let flight =
+                Route::new(corners.clone(), &limits, || 6.0)?.fly(&limits, 0.15, 3.0, 60.0, clear)?;
+            Some(
+                (0..600)
+                    .map(|k| off(&flight.at(f64::from(k) * 0.1).position_m))
+                    .fold(0.0, f64::max),
+            )
         };
         let free = within(1e3).expect("possible");
         let narrow = within(0.2).expect("possible");

@@ -45,17 +45,29 @@ mod tests {
     /// Least distance of the UAV to any face over a planned flight, m, and the plan.
     fn fly(name: &str, seed: u64, duration_s: f64) -> (FlightPlan, f64) {
         let scene = Scene::load(name).expect("a built-in scene");
-        let config = FlightConfig { duration_s, ..FlightConfig::default() };
+        let config = FlightConfig {
+            duration_s,
+            ..FlightConfig::default()
+        };
         let plan = FlightPlan::plan(&scene, &config, seed).unwrap_or_else(|e| panic!("{name} {seed}: {e}"));
         let mut least = f64::INFINITY;
         for k in 0..(duration_s * 20.0) as u32 {
             let p = plan.uav().position_m().at(f64::from(k) * 0.05)[0];
-            assert!(!scene.inside_solid(p.into()), "{name} {seed}: inside a wall at {p:?}");
+            assert!(
+                !scene.inside_solid(p.into()),
+                "{name} {seed}: inside a wall at {p:?}"
+            );
             let g = plan.gmt().at(f64::from(k) * 0.05).0;
-            assert!(!scene.inside_solid(g.into()), "{name} {seed}: GMT inside a wall at {g:?}");
+            assert!(
+                !scene.inside_solid(g.into()),
+                "{name} {seed}: GMT inside a wall at {g:?}"
+            );
             for face in scene.faces() {
                 least = least.min(face_distance_m(face, &p));
-                assert!(face_distance_m(face, &g) > 0.2, "{name} {seed}: GMT touches a wall at {g:?}");
+                assert!(
+                    face_distance_m(face, &g) > 0.2,
+                    "{name} {seed}: GMT touches a wall at {g:?}"
+                );
             }
         }
         (plan, least)
@@ -63,7 +75,12 @@ mod tests {
 
     #[test]
     fn no_flight_touches_a_wall_in_any_built_in_scene() {
-        for (name, clearance_m) in [("outdoor", 1.5), ("street", 1.5), ("indoor", 0.4), ("outdoor_a", 1.5)] {
+        for (name, clearance_m) in [
+            ("outdoor", 1.5),
+            ("street", 1.5),
+            ("indoor", 0.4),
+            ("outdoor_a", 1.5),
+        ] {
             for seed in 0..3 {
                 let (plan, least_m) = fly(name, seed, 40.0);
                 println!("{name} {seed}: {least_m:.2} m, {:?}", plan.contact());

@@ -193,14 +193,20 @@ mod tests {
         }
         let deg = |square: f64| square.sqrt() * 180.0 / PI;
         assert!((deg(heading) / 0.05 - 1.0).abs() < 0.1 && (deg(tilt) / 0.05 - 1.0).abs() < 0.1);
-        assert_eq!(true_gmt_attitude(&BeaconConfig::ideal(), 4), Rotation3::identity());
+        assert_eq!(
+            true_gmt_attitude(&BeaconConfig::ideal(), 4),
+            Rotation3::identity()
+        );
         let beacon = Beacons::new(&BeaconConfig::default(), schedule(), 1).next(0, &Vector3::zeros());
         assert_eq!(beacon.map(|b| b.heading_pitch_roll_rad), Some([0.0; 3]));
     }
 
     #[test]
     fn losses_do_not_disturb_the_errors() {
-        let lossy = BeaconConfig { loss: 0.4, ..BeaconConfig::default() };
+        let lossy = BeaconConfig {
+            loss: 0.4,
+            ..BeaconConfig::default()
+        };
         let (mut all, mut some) = (
             Beacons::new(&BeaconConfig::default(), schedule(), 9),
             Beacons::new(&lossy, schedule(), 9),

@@ -78,7 +78,10 @@ impl ClockConfig {
             ("clock.initial_offset_us", self.initial_offset_us),
             ("clock.initial_drift_ppm", self.initial_drift_ppm),
             ("clock.white_fm_ns_per_sqrt_s", self.white_fm_ns_per_sqrt_s),
-            ("clock.random_walk_ns_per_s_per_sqrt_s", self.random_walk_ns_per_s_per_sqrt_s),
+            (
+                "clock.random_walk_ns_per_s_per_sqrt_s",
+                self.random_walk_ns_per_s_per_sqrt_s,
+            ),
             ("clock.ramp_ns_per_s2", self.ramp_ns_per_s2),
             ("clock.ramp_reversal_s", self.ramp_reversal_s),
         ])?;
@@ -170,10 +173,16 @@ mod tests {
 
     #[test]
     fn white_fm_and_random_walk_have_their_laws() {
-        let white = ClockConfig { white_fm_ns_per_sqrt_s: 0.1, ..ClockConfig::ideal() };
+        let white = ClockConfig {
+            white_fm_ns_per_sqrt_s: 0.1,
+            ..ClockConfig::ideal()
+        };
         let offset = rms(600, |seed| Clock::new(&white, seed, 4.0).offset_s(4.0)) * 1e9;
         assert!((offset / 0.2 - 1.0).abs() < 0.09, "{offset} ns after 4 s");
-        let walk = ClockConfig { random_walk_ns_per_s_per_sqrt_s: 0.3, ..ClockConfig::ideal() };
+        let walk = ClockConfig {
+            random_walk_ns_per_s_per_sqrt_s: 0.3,
+            ..ClockConfig::ideal()
+        };
         let drift = rms(600, |seed| Clock::new(&walk, seed, 4.0).drift(4.0)) * 1e9;
         assert!((drift / 0.6 - 1.0).abs() < 0.09, "{drift} ns/s after 4 s");
         let offset = rms(600, |seed| Clock::new(&walk, seed, 4.0).offset_s(4.0)) * 1e9;
@@ -183,19 +192,34 @@ mod tests {
 
     #[test]
     fn the_ramp_reverses_and_bounds_the_frequency() {
-        let config = ClockConfig { ramp_ns_per_s2: 0.5, ramp_reversal_s: 60.0, ..ClockConfig::ideal() };
+        let config = ClockConfig {
+            ramp_ns_per_s2: 0.5,
+            ramp_reversal_s: 60.0,
+            ..ClockConfig::ideal()
+        };
         let clock = Clock::new(&config, 5, 120.0);
         assert!((clock.drift(60.0).abs() * 1e9 - 30.0).abs() < 0.01);
         assert!((clock.offset_s(60.0).abs() * 1e9 - 900.0).abs() < 0.5);
         assert!((clock.drift(90.0) - clock.drift(30.0)).abs() * 1e9 < 0.02);
-        let steady = Clock::new(&ClockConfig { ramp_reversal_s: 0.0, ..config }, 5, 120.0);
+        let steady = Clock::new(
+            &ClockConfig {
+                ramp_reversal_s: 0.0,
+                ..config
+            },
+            5,
+            120.0,
+        );
         assert!((steady.drift(120.0).abs() * 1e9 - 60.0).abs() < 0.01);
     }
 
     #[test]
     fn the_initial_errors_are_drawn_and_zero_means_zero() {
-        let offset = rms(400, |seed| Clock::new(&ClockConfig::default(), seed, 0.0).offset_s(0.0));
-        let drift = rms(400, |seed| Clock::new(&ClockConfig::default(), seed, 0.0).drift(0.0));
+        let offset = rms(400, |seed| {
+            Clock::new(&ClockConfig::default(), seed, 0.0).offset_s(0.0)
+        });
+        let drift = rms(400, |seed| {
+            Clock::new(&ClockConfig::default(), seed, 0.0).drift(0.0)
+        });
         assert!((offset * 1e6 - 1.0).abs() < 0.12 && (drift * 1e6 / 0.3 - 1.0).abs() < 0.12);
         let ideal = Clock::new(&ClockConfig::ideal(), 3, 10.0);
         assert!(ideal.offset_s(7.3) == 0.0 && ideal.drift(7.3) == 0.0 && ideal.reading_s(7.3) == 7.3);
@@ -203,11 +227,18 @@ mod tests {
 
     #[test]
     fn a_reading_finds_its_time() {
-        let config = ClockConfig { initial_offset_us: 1e4, initial_drift_ppm: 50.0, ..ClockConfig::default() };
+        let config = ClockConfig {
+            initial_offset_us: 1e4,
+            initial_drift_ppm: 50.0,
+            ..ClockConfig::default()
+        };
         let clock = Clock::new(&config, 11, 60.0);
         for k in 1..60 {
             let time = f64::from(k) * 0.977;
-            assert!((clock.time_at_s(clock.reading_s(time)) - time).abs() < 2e-14, "{time}");
+            assert!(
+                (clock.time_at_s(clock.reading_s(time)) - time).abs() < 2e-14,
+                "{time}"
+            );
         }
     }
 }

@@ -51,14 +51,19 @@ impl SensorsConfig {
 /// A rate whose period is a whole number of microseconds.
 pub(super) fn divides_a_second(key: &str, rate_hz: u32) -> Result<(), String> {
     if rate_hz == 0 || 1_000_000 % rate_hz != 0 {
-        return Err(format!("{key} is {rate_hz}, expected a rate that divides 1 000 000"));
+        return Err(format!(
+            "{key} is {rate_hz}, expected a rate that divides 1 000 000"
+        ));
     }
     Ok(())
 }
 
 /// Finite and not negative.
 pub(super) fn not_negative(figures: &[(&str, f64)]) -> Result<(), String> {
-    match figures.iter().find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {
+    match figures
+        .iter()
+        .find(|(_, value)| !(value.is_finite() && *value >= 0.0))
+    {
         Some((key, value)) => Err(format!("{key} is {value}, expected a number of at least 0")),
         None => Ok(()),
     }
@@ -78,12 +83,16 @@ mod tests {
 
     #[test]
     fn a_partial_toml_keeps_the_other_defaults() {
-        let config: SensorsConfig = toml::from_str("[imu]\ngyro_noise_mdps_per_sqrt_hz = 14.0\n").expect("valid");
+        let config: SensorsConfig =
+            toml::from_str("[imu]\ngyro_noise_mdps_per_sqrt_hz = 14.0\n").expect("valid");
         assert_eq!(config.imu.gyro_noise_mdps_per_sqrt_hz, 14.0);
         assert_eq!(config.imu.accel_noise_ug_per_sqrt_hz, 70.0);
         assert_eq!(config.clock, ClockConfig::default());
         let text = toml::to_string(&config).expect("serialisable");
-        assert_eq!(toml::from_str::<SensorsConfig>(&text).expect("own output"), config);
+        assert_eq!(
+            toml::from_str::<SensorsConfig>(&text).expect("own output"),
+            config
+        );
         assert!(toml::from_str::<SensorsConfig>("[imu]\ngyro_noise = 1.0\n").is_err());
     }
 
@@ -98,7 +107,9 @@ mod tests {
         assert!(message(|c| c.imu.rate_hz = 0).contains("imu.rate_hz"));
         assert!(message(|c| c.imu.rate_hz = 999).contains("imu.rate_hz"));
         assert!(message(|c| c.imu.accel_turn_on_bias_mg = -1.0).contains("imu.accel_turn_on_bias_mg"));
-        assert!(message(|c| c.magnetometer.inclination_deg = f64::NAN).contains("magnetometer.inclination_deg"));
+        assert!(
+            message(|c| c.magnetometer.inclination_deg = f64::NAN).contains("magnetometer.inclination_deg")
+        );
         assert!(message(|c| c.beacon.loss = 1.5).contains("beacon.loss"));
         assert!(message(|c| c.timing.availability = f64::INFINITY).contains("timing.availability"));
         assert!(message(|c| c.clock.initial_drift_ppm = 1e4).contains("clock"));

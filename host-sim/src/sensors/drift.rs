@@ -84,7 +84,11 @@ mod tests {
         };
         for k in 0..=120 {
             let tau_s = libm::pow(7200.0, f64::from(k) / 120.0);
-            assert!((deviation(tau_s) - 1.0).abs() < 0.04, "{} at {tau_s} s", deviation(tau_s));
+            assert!(
+                (deviation(tau_s) - 1.0).abs() < 0.04,
+                "{} at {tau_s} s",
+                deviation(tau_s)
+            );
         }
     }
 

@@ -95,14 +95,26 @@ impl ImuConfig {
     pub(super) fn check(&self) -> Result<(), String> {
         super::divides_a_second("imu.rate_hz", self.rate_hz)?;
         super::not_negative(&[
-            ("imu.gyro_noise_mdps_per_sqrt_hz", self.gyro_noise_mdps_per_sqrt_hz),
-            ("imu.gyro_bias_instability_deg_per_h", self.gyro_bias_instability_deg_per_h),
-            ("imu.gyro_bias_walk_mdps_per_sqrt_s", self.gyro_bias_walk_mdps_per_sqrt_s),
+            (
+                "imu.gyro_noise_mdps_per_sqrt_hz",
+                self.gyro_noise_mdps_per_sqrt_hz,
+            ),
+            (
+                "imu.gyro_bias_instability_deg_per_h",
+                self.gyro_bias_instability_deg_per_h,
+            ),
+            (
+                "imu.gyro_bias_walk_mdps_per_sqrt_s",
+                self.gyro_bias_walk_mdps_per_sqrt_s,
+            ),
             ("imu.gyro_turn_on_bias_dps", self.gyro_turn_on_bias_dps),
             ("imu.gyro_scale_misalignment", self.gyro_scale_misalignment),
             ("imu.accel_noise_ug_per_sqrt_hz", self.accel_noise_ug_per_sqrt_hz),
             ("imu.accel_bias_instability_ug", self.accel_bias_instability_ug),
-            ("imu.accel_bias_walk_ug_per_sqrt_s", self.accel_bias_walk_ug_per_sqrt_s),
+            (
+                "imu.accel_bias_walk_ug_per_sqrt_s",
+                self.accel_bias_walk_ug_per_sqrt_s,
+            ),
             ("imu.accel_turn_on_bias_mg", self.accel_turn_on_bias_mg),
             ("imu.accel_scale_misalignment", self.accel_scale_misalignment),
         ])

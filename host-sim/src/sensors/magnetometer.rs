@@ -191,12 +191,17 @@ mod tests {
         let (mut squares, mut jumps) = (0.0, 0.0);
         for seed in 0..400 {
             let mut magnetometer = Magnetometer::new(&config, seed);
-            let [first, second] = [(); 2].map(|()| heading(&magnetometer.measure(&Rotation3::identity()), &config));
+            let [first, second] =
+                [(); 2].map(|()| heading(&magnetometer.measure(&Rotation3::identity()), &config));
             squares += first * first;
             jumps += (second - first) * (second - first);
         }
         let rms_deg = |sum: f64| (sum / 400.0).sqrt() * 180.0 / PI;
         assert!((rms_deg(squares) - 5.0).abs() < 0.6, "{} deg", rms_deg(squares));
-        assert!(rms_deg(jumps) < 0.5, "{} deg from sample to sample", rms_deg(jumps));
+        assert!(
+            rms_deg(jumps) < 0.5,
+            "{} deg from sample to sample",
+            rms_deg(jumps)
+        );
     }
 }

@@ -23,7 +23,12 @@ pub struct Characterisation {
 
 /// Runs the IMU at rest and level for `duration_s` and characterises gyroscope and accelerometer from the integer codes
 /// that a receiver would see. `progress` is told the share done, 0..=1.
-pub fn static_run(config: &ImuConfig, seed: u64, duration_s: f64, progress: impl Fn(f64)) -> [Characterisation; 2] {
+pub fn static_run(
+    config: &ImuConfig,
+    seed: u64,
+    duration_s: f64,
+    progress: impl Fn(f64),
+) -> [Characterisation; 2] {
     let mut imu = Imu::new(config, seed);
     let samples = (duration_s * f64::from(config.rate_hz)) as usize;
     let level = Vector3::z() * STANDARD_GRAVITY_M_PER_S2;
@@ -73,7 +78,10 @@ fn characterise(
 ) -> Characterisation {
     let mut curve: Vec<(f64, f64)> = Vec::new();
     for axis in 0..3 {
-        let allan = Allan::new(codes.iter().map(|c| f64::from(c[axis]) * unit_per_code), interval_s);
+        let allan = Allan::new(
+            codes.iter().map(|c| f64::from(c[axis]) * unit_per_code),
+            interval_s,
+        );
         for (place, factor) in allan.factors(5).into_iter().enumerate() {
             let variance = allan.deviation(factor).map_or(0.0, |d| d * d);
             match curve.get_mut(place) {
@@ -86,7 +94,11 @@ fn characterise(
         point.1 = (point.1 / 3.0).sqrt();
     }
     let longest_s = codes.len() as f64 * interval_s / 10.0;
-    let trusted: Vec<_> = curve.iter().copied().filter(|&(tau_s, _)| tau_s <= longest_s).collect();
+    let trusted: Vec<_> = curve
+        .iter()
+        .copied()
+        .filter(|&(tau_s, _)| tau_s <= longest_s)
+        .collect();
     Characterisation {
         measured: Figures::fit(&trusted),
         curve,
