@@ -29,6 +29,13 @@ enum Command {
     /// sends what it found to the ground. Every measurement has errors of the stated size; the receiver never sees the
     /// truth. Writes map.ply, map_truth.ply, packets.bin and report.json.
     Fly(commands::fly::Args),
+    /// Record a flight: raw samples, IMU, magnetometer, beacons, timing, and the truth beside them
+    ///
+    /// Plans a flight through a scene and writes everything the receiver is given, with every error at its budget. The
+    /// truth lies in files of its own. About 6.9 MB a sweep, two sweeps a second.
+    Record(commands::record::Args),
+    /// Replay a recorded flight, checking every file
+    Replay(commands::replay::Args),
     /// Solve the reflection point of each path of a paths file
     ///
     /// Every path leads to a line: a point, or the reason why there is none. Where the file knows the truth (order and
@@ -51,6 +58,8 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = match cli.command {
         Some(Command::Bench(args)) => commands::bench::run(&args),
+        Some(Command::Record(args)) => commands::record::run(&args),
+        Some(Command::Replay(args)) => commands::replay::run(&args),
         Some(Command::Solve(args)) => commands::solve::run(&args),
         Some(Command::Synth(args)) => commands::synth::run(&args),
         Some(Command::Trace(args)) => commands::trace::run(&args),

@@ -145,6 +145,32 @@ fn no_input_wraps_in_the_taps() {
     }
 }
 
+/// A jammer in every channel is seen, but its passes are not all repeated to count lanes; nor is a single one missed.
+#[test]
+fn strained_passes_are_examined_up_to_a_limit() {
+    let tone = |amplitude: f64| -> Channel {
+        std::array::from_fn(|n| {
+            let x = polar(amplitude, 2.0 * PI * (n * 100 % 512) as f64 / 512.0);
+            Iq::new(x.re as i16, x.im as i16)
+        })
+    };
+    let mut work = Workspace::new();
+    let mut block = [tone(9_000.0); 32];
+    let everywhere = correlate(&mut block, &mut work);
+    assert!(everywhere.clips() > 0);
+    assert!(everywhere.unexamined() > 32, "{}", everywhere.unexamined());
+    let mut block = [[Iq::ZERO; SAMPLES]; 32];
+    block[31] = tone(9_000.0);
+    let in_one = correlate(&mut block, &mut work);
+    assert!(in_one.clips() > 0 && in_one.unexamined() == 0);
+    // Too weak to clip, strong enough to leave half the range: examined, and found whole.
+    let mut block = [[Iq::ZERO; SAMPLES]; 32];
+    block[0] = capture(&[(5.0, C64::new(1.0, 0.0))], 300.0, 9_000.0, 16, &mut Random(10));
+    block[31] = tone(3_500.0);
+    let strained = correlate(&mut block, &mut work);
+    assert_eq!((strained.clips(), strained.unexamined()), (0, 0));
+}
+
 /// The waveform itself at any level: the largest tap is 2.55 times the rms, after the shift that makes it fit.
 #[test]
 fn the_strongest_tap_fits() {

@@ -2,6 +2,8 @@
 
 pub(crate) mod bench;
 pub(crate) mod fly;
+pub(crate) mod record;
+pub(crate) mod replay;
 pub(crate) mod solve;
 pub(crate) mod synth;
 pub(crate) mod trace;

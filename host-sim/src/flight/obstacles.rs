@@ -12,9 +12,9 @@ pub trait Obstacles {
     fn bounds(&self) -> ([f64; 3], [f64; 3]);
 }
 
-/// A tube around a line, probed by lines parallel to its axis. A rectangular wedge that reaches into the clearance is
-/// always hit: the probes lie at 1.4 times the clearance, twelve around, where such a wedge is wider than the gap
-/// between two of them; lines at half that radius and on the axis catch what is thin.
+/// A tube around a line, probed by lines parallel to its axis: 24 around at 1.4 times the clearance, where a wedge of
+/// 60 deg or more that reaches into the clearance is wider than the gap between two of them; twelve at 0.6 of that
+/// radius and the axis itself, longer than the line by the clearance, for what is thin or lies ahead.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tube {
     clearance_m: f64,
@@ -53,12 +53,14 @@ impl Tube {
         }
     }
 
-    /// Whether the tube along a segment is free, its ends included.
+    /// Whether the tube along a segment is free, and the room before and behind its ends.
     pub fn is_free(&self, world: &dyn Obstacles, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
-        let axis = to - from;
+        let axis = (to - from).try_normalize(1e-12).unwrap_or_else(Vector3::x);
         let (side, up) = across(&axis);
-        self.offsets(&side, &up).iter().all(|offset| {
-            let (start, end): ([f64; 3], [f64; 3]) = ((from + offset).into(), (to + offset).into());
+        self.probes(&side, &up).iter().all(|(offset, beyond_m)| {
+            let ahead = axis * *beyond_m;
+            let (start, end): ([f64; 3], [f64; 3]) =
+                ((from + offset - ahead).into(), (to + offset + ahead).into());
             !world.inside_solid(start)
                 && !world.blocked(start, end)
                 && !world.blocked((*from).into(), start)
@@ -68,34 +70,37 @@ impl Tube {
 
     /// Whether the body fits at a point.
     pub fn fits(&self, world: &dyn Obstacles, at: &Vector3<f64>) -> bool {
-        [Vector3::x(), Vector3::y()].iter().all(|axis| {
-            let reach = axis * (self.clearance_m * PROBE_RATIO);
-            self.is_free(world, &(at - reach), &(at + reach))
-        })
+        [Vector3::x(), Vector3::y()]
+            .iter()
+            .all(|axis| self.is_free(world, at, &(at + axis * 1e-6)))
     }
 
-    fn offsets(&self, side: &Vector3<f64>, up: &Vector3<f64>) -> Vec<Vector3<f64>> {
+    /// Lines to probe: offset from the axis, and how far beyond the ends.
+    fn probes(&self, side: &Vector3<f64>, up: &Vector3<f64>) -> Vec<(Vector3<f64>, f64)> {
         let reach = self.clearance_m * PROBE_RATIO;
-        let mut offsets = vec![Vector3::zeros()];
+        let mut probes = vec![(Vector3::zeros(), reach)];
         match self.shape {
             Shape::Round => {
-                for (count, radius) in [(24, reach), (12, 0.6 * reach)] {
+                for (count, share, beyond_m) in [(24, 1.0, 0.0), (12, 0.6, self.clearance_m)] {
                     for k in 0..count {
                         let angle = core::f64::consts::TAU * f64::from(k) / f64::from(count);
                         let (sin, cos) = libm::sincos(angle);
-                        offsets.push((side * cos + up * sin) * radius);
+                        probes.push(((side * cos + up * sin) * (share * reach), beyond_m));
                     }
                 }
             }
             Shape::Upright { down_m } => {
-                for lateral in [-1.0, -0.5, 0.0, 0.5, 1.0] {
+                for (lateral, beyond_m) in
+                    [(-1.0, 0.0), (-0.5, reach), (0.0, reach), (0.5, reach), (1.0, 0.0)]
+                {
                     for height in [0.0, 0.5, 1.0] {
-                        offsets.push(side * (lateral * reach) - Vector3::z() * (height * down_m));
+                        let offset = side * (lateral * reach) - Vector3::z() * (height * down_m);
+                        probes.push((offset, beyond_m));
                     }
                 }
             }
         }
-        offsets
+        probes
     }
 }
 

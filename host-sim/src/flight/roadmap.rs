@@ -18,6 +18,8 @@ const POINTS: usize = 260;
 const BRIDGES: usize = 60;
 /// Draws for each point sought, before giving up on it.
 const DRAWS: usize = 40;
+/// Draws for each bridge: between two solids is a rare place, and asking is cheap.
+const BRIDGE_DRAWS: usize = 1000;
 /// Neighbours that a point is joined to, at most.
 const NEIGHBOURS: usize = 10;
 
@@ -46,15 +48,22 @@ impl Roadmap {
             )
         };
         let inside = |p: &Vector3<f64>| (0..2).all(|i| p[i] > low[i] && p[i] < high[i]);
-        let mut points = Vec::new();
+        let mut points: Vec<Vector3<f64>> = Vec::new();
         for sought in 0..POINTS {
-            for _ in 0..DRAWS {
+            for _ in 0..if sought < BRIDGES { BRIDGE_DRAWS } else { DRAWS } {
                 let mut candidate = point(random);
                 if sought < BRIDGES {
                     let half = random.between(0.02, 0.15) * extent.min();
-                    let (sin, cos) = libm::sincos(random.between(0.0, core::f64::consts::TAU));
+                    // Most walls follow the axes, and through a thin wall only a line along it ends in both jambs.
+                    let quarter = core::f64::consts::FRAC_PI_2;
+                    let angle = if random.uniform() < 0.5 {
+                        quarter * random.index(2) as f64
+                    } else {
+                        random.between(0.0, 2.0 * quarter)
+                    };
+                    let (sin, cos) = libm::sincos(angle);
                     let reach = Vector3::new(cos, sin, 0.0) * half;
-                    let solid = |p: Vector3<f64>| !inside(&p) || world.inside_solid(p.into());
+                    let solid = |p: Vector3<f64>| world.inside_solid(p.into());
                     // Ends in solids half a doorway away on both sides.
                     if !(solid(candidate - reach) && solid(candidate + reach)) {
                         continue;
@@ -62,7 +71,12 @@ impl Roadmap {
                     // Centre the point in the gap, so that the doorway is crossed in its middle.
                     candidate = centred(world, &candidate, &reach);
                 }
-                if inside(&candidate) && tube.fits(world, &candidate) {
+                // One point in a doorway is enough: many would only be joined to each other.
+                let crowded = sought < BRIDGES
+                    && points
+                        .iter()
+                        .any(|p| (p - candidate).norm() < 0.05 * extent.min());
+                if !crowded && inside(&candidate) && tube.fits(world, &candidate) {
                     points.push(candidate);
                     break;
                 }
