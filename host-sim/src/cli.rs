@@ -29,6 +29,20 @@ enum Command {
     /// sends what it found to the ground. Every measurement has errors of the stated size; the receiver never sees the
     /// truth. Writes map.ply, map_truth.ply, packets.bin and report.json.
     Fly(commands::fly::Args),
+    /// Characterise the simulated IMU: Allan deviation of a run at rest
+    ///
+    /// Prints the Allan deviation of gyroscope and accelerometer over averaging time, and white noise, bias instability
+    /// and bias walk read off it beside the figures that the simulation was given.
+    Imu(commands::imu::Args),
+    /// Record a flight's sensors: IMU, magnetometer, timing, sweeps, beacons, and the truth beside them
+    ///
+    /// Plans a smooth flight between the buildings of a scene and writes what the receiver would be given, stamped by
+    /// the UAV's clock. The same scene, configuration and seed give the same bytes.
+    Record(commands::record::Args),
+    /// Replay a recorded flight: check it whole and print its events
+    ///
+    /// A recording that is cut short, changed or inconsistent ends with code 2 and the reason.
+    Replay(commands::replay::Args),
     /// Solve the reflection point of each path of a paths file
     ///
     /// Every path leads to a line: a point, or the reason why there is none. Where the file knows the truth (order and
@@ -51,6 +65,9 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = match cli.command {
         Some(Command::Bench(args)) => commands::bench::run(&args),
+        Some(Command::Imu(args)) => commands::imu::run(&args),
+        Some(Command::Record(args)) => commands::record::run(&args),
+        Some(Command::Replay(args)) => commands::replay::run(&args),
         Some(Command::Solve(args)) => commands::solve::run(&args),
         Some(Command::Synth(args)) => commands::synth::run(&args),
         Some(Command::Trace(args)) => commands::trace::run(&args),
