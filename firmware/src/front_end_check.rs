@@ -160,8 +160,10 @@ impl Digest {
 pub struct Outcome {
     /// Digest of the spectrum, the detection profile, the profile, every channel's window and all taps.
     pub digest: u64,
-    /// Lanes that clipped in the correlation.
+    /// Lanes that clipped in the correlation, as far as examined.
     pub clips: u32,
+    /// Strained passes that were not examined.
+    pub unexamined: u32,
     /// Exponent of the taps.
     pub exponent: i32,
 }
@@ -189,13 +191,14 @@ pub fn run<K: Kernels>(
     let taps = correlator.correlate(beam, work);
     taps.profile().iter().for_each(|&power| digest.add(power));
     windows(&taps, &mut digest);
-    let (clips, exponent) = (taps.clips(), taps.exponent());
+    let (clips, unexamined, exponent) = (taps.clips(), taps.unexamined(), taps.exponent());
     for x in taps.into_natural().samples.iter().flatten() {
         digest.add(u64::from(x.word()));
     }
     Outcome {
         digest: digest.0,
         clips,
+        unexamined,
         exponent,
     }
 }

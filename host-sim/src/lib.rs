@@ -24,3 +24,4 @@ pub mod solve;
 pub mod statistics;
 pub mod table;
 pub mod tracer;
+pub mod world;

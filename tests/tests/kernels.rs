@@ -138,8 +138,8 @@ fn the_chip_computes_the_bits_of_the_host() {
     for line in output().lines().filter(|line| line.starts_with("block ")) {
         let outcome = run(&correlator, &mut block, seen, &mut work);
         let expected = format!(
-            "block {seen} {:016x} {} {}",
-            outcome.digest, outcome.clips, outcome.exponent
+            "block {seen} {:016x} {} {} {}",
+            outcome.digest, outcome.clips, outcome.unexamined, outcome.exponent
         );
         assert_eq!(line.trim(), expected);
         seen += 1;

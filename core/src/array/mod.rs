@@ -1,7 +1,7 @@
 //! Antenna geometry: the four tilted linear arrays of the UAV and the planar arrays and transmit beams of the GMT.
 //!
 //! One description each ([`UavArrayConfig`], [`GmtArrayConfig`], [`CodebookConfig`]); everything else (axes, steering,
-//! codewords) is made from it by code. All arithmetic is generic over [`Real`](crate::geometry::Real): `f32` in flight,
+//! codewords) is made from it by code. All arithmetic is generic over [`Real`]: `f32` in flight,
 //! `f64` in a simulation.
 //!
 //! Sources: design README section 7, signal.md section 1.

@@ -10,7 +10,7 @@ use core::marker::PhantomData;
 use super::iq::Iq;
 use super::kernels::{Kernels, Native};
 use super::level::Levelled;
-use super::stages::{COLUMNS, Channel, FOLDED_COLUMNS, FoldedPowers, Powers, tap_at};
+use super::stages::{self, COLUMNS, Channel, FOLDED_COLUMNS, FoldedPowers, Pass, Powers, tap_at};
 use super::tables::Tables;
 use super::taps::BeamTaps;
 use crate::block::BeamBlock;
@@ -72,10 +72,16 @@ impl<K: Kernels> Correlator<K> {
     /// Spectrum of a channel, digit-reversed: [`super::bin_at`] names the bin of each position. Scale 2^-6. Returns how
     /// many lanes clipped; none does while every bin and partial sum stays under 2^21 / sqrt(2) before scaling.
     pub fn spectrum(&self, samples: &Channel, out: &mut Channel, work: &mut Workspace) -> u32 {
-        K::first(samples, &mut work.ping)
-            + K::second(&work.ping, &mut work.pong, &self.tables.second)
-            + K::third(&work.pong, &mut work.ping, &self.tables.third)
-            + K::last(&work.ping, out, &self.tables.last)
+        let Workspace { ping, pong, .. } = work;
+        let Tables { second, third, last } = &self.tables;
+        let mut watch = Watch::default();
+        watch.pass(K::first(samples, ping), || stages::first(samples, ping));
+        watch.pass(K::second(ping, pong, second), || {
+            stages::second(ping, pong, second)
+        });
+        watch.pass(K::third(pong, ping, third), || stages::third(pong, ping, third));
+        watch.pass(K::last(ping, out, last), || stages::last(ping, out, last));
+        watch.clips
     }
 
     /// Measures a beam block and brings it to the level of the transform, in place.
@@ -96,14 +102,23 @@ impl<K: Kernels> Correlator<K> {
         } = beam.into_block();
         let Tables { second, third, last } = &self.tables;
         work.powers = [[0; 8]; 64];
-        let mut clips = 0;
+        let mut watch = Watch::default();
+        let Workspace { ping, pong, .. } = work;
         for channel in samples.iter_mut() {
-            clips += K::first(channel, &mut work.ping)
-                + K::second(&work.ping, &mut work.pong, second)
-                + K::third(&work.pong, &mut work.ping, third)
-                + K::correlate(&work.ping, &mut work.pong, last)
-                + K::inverse_third(&work.pong, &mut work.ping, third)
-                + K::inverse_second(&work.ping, channel, second);
+            watch.pass(K::first(channel, ping), || stages::first(channel, ping));
+            watch.pass(K::second(ping, pong, second), || {
+                stages::second(ping, pong, second)
+            });
+            watch.pass(K::third(pong, ping, third), || stages::third(pong, ping, third));
+            watch.pass(K::correlate(ping, pong, last), || {
+                stages::correlate(ping, pong, last)
+            });
+            watch.pass(K::inverse_third(pong, ping, third), || {
+                stages::inverse_third(pong, ping, third)
+            });
+            watch.pass(K::inverse_second(ping, channel, second), || {
+                stages::inverse_second(ping, channel, second)
+            });
             K::power(channel, &mut work.powers);
         }
         for (position, row) in work.powers.iter().enumerate() {
@@ -116,7 +131,7 @@ impl<K: Kernels> Correlator<K> {
             beam,
             exponent: exponent.saturating_add(TAP_EXPONENT),
         };
-        BeamTaps::new(taps, &work.profile, &mut work.ping, clips)
+        BeamTaps::new(taps, &work.profile, &mut work.ping, watch)
     }
 
     /// Cheap stage: the profile of the even subcarriers of a few channels (those that exist), delays modulo 256 taps.
@@ -151,6 +166,40 @@ impl<K: Kernels> Correlator<K> {
             }
         }
         &work.folded
+    }
+}
+
+/// Counts clipped lanes. A strained pass is examined, that is repeated by its portable form, which counts; but only so
+/// many in a beam, lest a jammer take the processor's time.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Watch {
+    examined: u32,
+    /// Lanes that clipped in the examined passes.
+    pub(super) clips: u32,
+    /// Strained passes that were not examined.
+    pub(super) unexamined: u32,
+}
+
+impl Watch {
+    /// Passes examined in a beam: with one channel's six, every kind of pass has its chance.
+    const MOST: u32 = 6;
+
+    #[inline(always)]
+    fn pass(&mut self, strained: bool, repeat: impl FnOnce() -> Pass) {
+        if strained {
+            self.examine(repeat);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn examine(&mut self, repeat: impl FnOnce() -> Pass) {
+        if self.examined < Self::MOST {
+            self.examined += 1;
+            self.clips += repeat().clips;
+        } else {
+            self.unexamined += 1;
+        }
     }
 }
 

@@ -16,8 +16,7 @@ macro_rules! enter {
 /// End of a kernel: r0 = flags.
 macro_rules! leave {
     () => {
-        "mrs r0, apsr
-         pop {{r6, r7}}"
+        "mrs r0, apsr\npop {{r6, r7}}"
     };
 }
 
@@ -217,7 +216,7 @@ macro_rules! column_to_row {
     };
 }
 
-/// First stage at one n.
+/// First stage at one n: the odd pairs, then the even ones, with s and d, u and v as in `stages::first`.
 macro_rules! first_step {
     () => {
         concat!(
@@ -235,7 +234,6 @@ macro_rules! first_step {
              shasx r0, r0, r2\n",
             full_product!("r1", "r2"),
             full_product!("r0", "r2"),
-            // r3 s1 + s3, lr s1 - s3, r1 v0, r0 v1.
             "ldr r4, [r9, #1024]
              ldr r5, [r9, #512]
              ldr r6, [r9, #1536]
@@ -248,7 +246,6 @@ macro_rules! first_step {
              shsub16 r8, r8, r4
              shsax r4, r2, r5
              shasx r2, r2, r5\n",
-            // r6 s0 + s2, r8 s0 - s2, r4 u0, r2 u1.
             "shsax r5, r8, lr
              shasx r8, r8, lr
              str r5, [r10, #256]
@@ -424,6 +421,14 @@ macro_rules! final_to {
             combine_to!("qasx", "r5", "r2", "r0", $l3),
             combine_to!("qsax", "r0", "r2", "r0", $l7),
         )
+    };
+}
+
+/// Copies eight words back, from r10 to r9.
+macro_rules! copy_step {
+    () => {
+        "ldmia r10!, {{r0, r1, r2, r3, r4, r5, r6, r8}}
+         stmia r9!, {{r0, r1, r2, r3, r4, r5, r6, r8}}\n"
     };
 }
 

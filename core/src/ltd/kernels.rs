@@ -1,11 +1,10 @@
 //! The set of kernels that the front end runs on: portable, or assembly for ARM cores with the DSP instructions. Both
-//! give the same bits and the same counts; on a chip both are there, so that the equality can be tested there.
+//! give the same bits; on a chip both are there, so that the equality can be tested there.
 
-use super::iq::Clips;
 use super::stages::{self, Channel, FoldedPowers, Powers};
 use super::tables::{Tail, Twiddles};
 
-/// The stages of [`super::stages`], which documents them. Sealed: [`Portable`] and, on ARM with the feature `armv7em`,
+/// The stages of the transform, each documented in `stages.rs`. Sealed: [`Portable`] and, on ARM with the feature `armv7em`,
 /// `Armv7em` implement it.
 pub trait Kernels: stage::Stages {}
 
@@ -29,18 +28,19 @@ pub type Native = Armv7em;
 pub(super) mod stage {
     #[cfg(all(target_arch = "arm", feature = "armv7em"))]
     use super::{super::simd, Armv7em};
-    use super::{Channel, Clips, FoldedPowers, Portable, Powers, Tail, Twiddles, stages};
+    use super::{Channel, FoldedPowers, Portable, Powers, Tail, Twiddles, stages};
 
-    /// From one list of signatures: the trait, and its implementations by the functions of the same names.
+    /// From one list of signatures: the trait, and its implementations by the functions of the same names; `=>` names
+    /// the part of the portable form's result that is the trait's.
     macro_rules! stages {
-        ($($name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?;)*) => {
-            /// See the functions of the same names in `stages`.
+        ($($name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)? $(=> $part:ident())?;)*) => {
+            /// See the functions of the same names in `stages`. Passes say whether they were strained.
             pub trait Stages {
                 $(#[doc = "See `stages`."] fn $name($($argument: $type),*) $(-> $result)?;)*
             }
 
             impl Stages for Portable {
-                $(fn $name($($argument: $type),*) $(-> $result)? { stages::$name($($argument),*) })*
+                $(fn $name($($argument: $type),*) $(-> $result)? { stages::$name($($argument),*)$(.$part())? })*
             }
 
             #[cfg(all(target_arch = "arm", feature = "armv7em"))]
@@ -51,17 +51,17 @@ pub(super) mod stage {
     }
 
     stages! {
-        first(input: &Channel, out: &mut Channel) -> Clips;
+        first(input: &Channel, out: &mut Channel) -> bool => strained();
         first_folded(input: &Channel, out: &mut Channel);
-        second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips;
-        third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips;
-        last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Clips;
-        correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Clips;
-        inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips;
-        inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips;
+        second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool => strained();
+        third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool => strained();
+        last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> bool => strained();
+        correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> bool => strained();
+        inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool => strained();
+        inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool => strained();
         power(kept: &Channel, powers: &mut Powers);
         power_folded(kept: &Channel, powers: &mut FoldedPowers);
-        natural(kept: &Channel, out: &mut Channel);
+        natural(kept: &mut Channel, scratch: &mut Channel);
         energy(input: &Channel) -> u64;
     }
 }

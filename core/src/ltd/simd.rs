@@ -5,9 +5,8 @@
 //! PKHTB); a factor of +-j costs nothing (QASX, QSAX); four neighbouring words move in one LDM or STM, which is why the
 //! stages keep their data in the order of the next reader.
 //!
-//! Clipping is noticed by a probe on every sum that can clip: SSAT16 #15 sets the Q flag when a lane exceeds half the
-//! range. Every lane that saturates inside a butterfly shows in one of its four outputs, so a clear flag proves that
-//! nothing clipped. A set one proves nothing: the stage is then repeated by its portable form, which counts exactly.
+//! Strain (`stages::Pass`) is noticed by a probe on every sum that can clip: SSAT16 #15 sets the Q flag when a lane exceeds
+//! half the range.
 //!
 //! The instruction text that kernels share is in `instructions.rs`, with the use of the registers. r6 and r7 cannot be
 //! operands of `asm!`: each block saves them on the stack.
@@ -15,8 +14,7 @@
 
 use core::arch::asm;
 
-use super::iq::Clips;
-use super::stages::{self, Channel, EIGHTH, FoldedPowers, MINUS_EIGHTH, Powers};
+use super::stages::{Channel, EIGHTH, FoldedPowers, MINUS_EIGHTH, Powers};
 use super::tables::{Tail, Twiddles};
 
 /// Half an LSB at bit 16.
@@ -48,12 +46,12 @@ macro_rules! stage {
     }};
 }
 
-/// See [`stages::second`].
+/// See `stages::second`.
 #[inline(never)]
-pub(super) fn second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips {
+pub(super) fn second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool {
     let blocks = twiddles.len().min(8);
     if blocks == 0 {
-        return 0;
+        return false;
     }
     // SAFETY: each of at most 8 turns reads 64 words of `input`, writes 64 words of `out` and reads 3 of `twiddles`, in
     // order: at most 512 words of each channel and one entry of the slice per turn. Registers are declared or restored,
@@ -86,15 +84,15 @@ pub(super) fn second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) 
              bne 2b",
         )
     };
-    count(flags, || stages::second(input, out, twiddles))
+    flags & Q_FLAG != 0
 }
 
-/// See [`stages::third`].
+/// See `stages::third`.
 #[inline(never)]
-pub(super) fn third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips {
+pub(super) fn third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool {
     let blocks = twiddles.len().min(32);
     if blocks == 0 {
-        return 0;
+        return false;
     }
     // SAFETY: as in `second`, with at most 32 turns of 16 words.
     let flags = unsafe {
@@ -113,15 +111,15 @@ pub(super) fn third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -
              bne 2b",
         )
     };
-    count(flags, || stages::third(input, out, twiddles))
+    flags & Q_FLAG != 0
 }
 
-/// See [`stages::last`].
+/// See `stages::last`.
 #[inline(never)]
-pub(super) fn last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Clips {
+pub(super) fn last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> bool {
     let blocks = tails.len().min(128);
     if blocks == 0 {
-        return 0;
+        return false;
     }
     // SAFETY: each of at most 128 turns reads 4 words of `input`, writes 4 words of `out` and reads one entry of `tails`
     // (28 bytes: 16 of waveform, 12 of twiddles).
@@ -141,15 +139,15 @@ pub(super) fn last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Clips 
              bne 2b",
         )
     };
-    count(flags, || stages::last(input, out, tails))
+    flags & Q_FLAG != 0
 }
 
-/// See [`stages::correlate`].
+/// See `stages::correlate`.
 #[inline(never)]
-pub(super) fn correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Clips {
+pub(super) fn correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> bool {
     let blocks = tails.len().min(128);
     if blocks == 0 {
-        return 0;
+        return false;
     }
     // SAFETY: as in `last`; r11 runs 16 bytes ahead, at an entry's twiddles, and reads the waveform below it. The pointer
     // one past the last entry plus 16 bytes is formed by wrapping arithmetic and never read.
@@ -179,15 +177,15 @@ pub(super) fn correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> C
              bne 2b",
         )
     };
-    count(flags, || stages::correlate(input, out, tails))
+    flags & Q_FLAG != 0
 }
 
-/// See [`stages::inverse_third`].
+/// See `stages::inverse_third`.
 #[inline(never)]
-pub(super) fn inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips {
+pub(super) fn inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool {
     let blocks = twiddles.len().min(32);
     if blocks == 0 {
-        return 0;
+        return false;
     }
     // SAFETY: as in `third`.
     let flags = unsafe {
@@ -206,15 +204,15 @@ pub(super) fn inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twid
              bne 2b",
         )
     };
-    count(flags, || stages::inverse_third(input, out, twiddles))
+    flags & Q_FLAG != 0
 }
 
-/// See [`stages::inverse_second`].
+/// See `stages::inverse_second`.
 #[inline(never)]
-pub(super) fn inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips {
+pub(super) fn inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool {
     let blocks = twiddles.len().min(8);
     if blocks == 0 {
-        return 0;
+        return false;
     }
     // SAFETY: as in `second`.
     let flags = unsafe {
@@ -245,17 +243,12 @@ pub(super) fn inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twi
              bne 2b",
         )
     };
-    count(flags, || stages::inverse_second(input, out, twiddles))
+    flags & Q_FLAG != 0
 }
 
-/// Clips of a stage: none when its flags say so, else what the portable form counts.
-fn count(flags: u32, recount: impl FnOnce() -> Clips) -> Clips {
-    if flags & Q_FLAG == 0 { 0 } else { recount() }
-}
-
-/// See [`stages::first`].
+/// See `stages::first`.
 #[inline(never)]
-pub(super) fn first(input: &Channel, out: &mut Channel) -> Clips {
+pub(super) fn first(input: &Channel, out: &mut Channel) -> bool {
     let flags: u32;
     // SAFETY: 64 steps, n = 0..64, read the words n + 64 l of `input` (offsets 256 l bytes) and write the words
     // 4 (n mod 16) + n / 16 + 64 l of `out`: to advances by 16 bytes a step and goes back 252 after 16 steps. Registers
@@ -280,10 +273,10 @@ pub(super) fn first(input: &Channel, out: &mut Channel) -> Clips {
             out("r1") _, out("r2") _, out("r3") _, out("r4") _, out("r5") _, out("r8") _, out("lr") _,
         );
     }
-    count(flags, || stages::first(input, out))
+    flags & Q_FLAG != 0
 }
 
-/// See [`stages::first_folded`].
+/// See `stages::first_folded`.
 #[inline(never)]
 pub(super) fn first_folded(input: &Channel, out: &mut Channel) {
     // SAFETY: as in `first`, writing the words below 256 only.
@@ -307,7 +300,7 @@ pub(super) fn first_folded(input: &Channel, out: &mut Channel) {
     }
 }
 
-/// See [`stages::power`].
+/// See `stages::power`.
 #[inline(never)]
 pub(super) fn power(kept: &Channel, powers: &mut Powers) {
     // SAFETY: 64 steps read the words position + 64 slot of `kept` and read and write the 8 sums of row `position` of
@@ -337,7 +330,7 @@ pub(super) fn power(kept: &Channel, powers: &mut Powers) {
     }
 }
 
-/// See [`stages::power_folded`].
+/// See `stages::power_folded`.
 #[inline(never)]
 pub(super) fn power_folded(kept: &Channel, powers: &mut FoldedPowers) {
     // SAFETY: as in `power`, with 4 slots and 4 sums a row.
@@ -361,12 +354,12 @@ pub(super) fn power_folded(kept: &Channel, powers: &mut FoldedPowers) {
     }
 }
 
-/// See [`stages::natural`].
+/// See `stages::natural`.
 #[inline(never)]
-pub(super) fn natural(kept: &Channel, out: &mut Channel) {
-    // SAFETY: position = 16 a + 4 b + c in order goes to the words a + 4 b + 16 c + 64 l of `out`: four steps over c by
-    // offset, then 16 bytes on for b, and 60 bytes back for a. Reads as in `power`. Registers are declared or restored,
-    // the stack pointer is back at the end.
+pub(super) fn natural(kept: &mut Channel, scratch: &mut Channel) {
+    // SAFETY: position = 16 a + 4 b + c in order goes to the words a + 4 b + 16 c + 64 l of `scratch`: four steps over c by
+    // offset, then 16 bytes on for b, and 60 bytes back for a. Reads as in `power`. Then 32 turns copy 16 words each, all
+    // of `scratch`, to `kept`. Registers are declared or restored, the stack pointer is back at the end.
     unsafe {
         asm!(
             enter!(),
@@ -381,11 +374,19 @@ pub(super) fn natural(kept: &Channel, out: &mut Channel) {
              bne 2b
              sub r10, r10, #60
              cmp r7, #0
-             bne 2b",
+             bne 2b
+             mov r7, #32
+             sub r9, r9, #256
+             sub r10, r10, #16",
+            "3:",
+            copy_step!(),
+            copy_step!(),
+            "subs r7, r7, #1
+             bne 3b",
             leave!(),
             inout("r0") 16 => _,
-            inout("r9") kept.as_ptr() => _,
-            inout("r10") out.as_mut_ptr() => _,
+            inout("r9") kept.as_mut_ptr() => _,
+            inout("r10") scratch.as_mut_ptr() => _,
             inout("r11") MINUS_EIGHTH.word() => _,
             inout("r12") ROUND_15 => _,
             out("r1") _, out("r2") _, out("r3") _, out("r4") _, out("r5") _, out("r8") _, out("lr") _,
@@ -393,7 +394,7 @@ pub(super) fn natural(kept: &Channel, out: &mut Channel) {
     }
 }
 
-/// See [`stages::energy`].
+/// See `stages::energy`.
 #[inline(never)]
 pub(super) fn energy(input: &Channel) -> u64 {
     let (low, high): (u32, u32);

@@ -8,7 +8,8 @@
 //! Scales: first stage 1/8, each radix-4 stage 1/2 (as much as noise grows in it), product with the waveform 1/2,
 //! last inverse radix-4 stage 1/4, final stage 1/2. Every stage rounds once, half up; the halvings of the two radix-8 stages are floors (the first
 //! two are exact on samples of 14 bits or less, left-aligned). Every stage reads one buffer and writes another, so its
-//! input is still there when it must be repeated to count clipped lanes.
+//! input is still there when it must be repeated to count clipped lanes. Passes are inlined: where only their strain is
+//! asked for, the count costs nothing.
 
 use super::iq::{Clips, Iq};
 use super::tables::{Tail, Twiddles};
@@ -39,8 +40,35 @@ pub(super) const fn tap_at(position: usize) -> usize {
     ((position & 3) << 4) | (position & 12) | ((position >> 4) & 3)
 }
 
+/// How the sums of one pass over a channel fared.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Pass {
+    /// Bits of sums that differ from their neighbours where a lane left half the range.
+    strain: u32,
+    /// Lanes that clipped.
+    pub(super) clips: Clips,
+}
+
+impl Pass {
+    /// Whether a sum left half the range, without which no lane can have clipped. In the first stage: whether a lane
+    /// clipped.
+    pub(super) fn strained(&self) -> bool {
+        self.strain & 0x8000_8000 != 0
+    }
+
+    /// Notes whether a lane of a butterfly's results left half the range, where its upper two bits differ. Every lane
+    /// that clips inside a butterfly shows in one of its four results.
+    fn watch(&mut self, results: [Iq; 4]) -> [Iq; 4] {
+        for x in results {
+            self.strain |= x.word() ^ (x.word() << 1);
+        }
+        results
+    }
+}
+
 /// First stage, radix 8, no twiddles, scale 1/8.
-pub(super) fn first(input: &Channel, out: &mut Channel) -> Clips {
+#[inline(always)]
+pub(super) fn first(input: &Channel, out: &mut Channel) -> Pass {
     let mut clips = 0;
     for n in 0..64 {
         let to = first_position(n);
@@ -63,7 +91,10 @@ pub(super) fn first(input: &Channel, out: &mut Channel) -> Clips {
             out[(256 + 64 * slot + to) & 511] = y;
         }
     }
-    clips
+    Pass {
+        strain: if clips > 0 { u32::MAX } else { 0 },
+        clips,
+    }
 }
 
 /// First stage for the even bins only (the first half of `out`), scale 1/8. Cannot clip.
@@ -103,44 +134,64 @@ fn even_half([s0, s1, s2, s3]: [Iq; 4]) -> [Iq; 4] {
 }
 
 /// Twiddled four-point transform, scale 1/2.
-fn butterfly(x: [Iq; 4], w: &Twiddles, clips: &mut Clips) -> [Iq; 4] {
+fn butterfly(x: [Iq; 4], w: &Twiddles, pass: &mut Pass) -> [Iq; 4] {
     let y0 = x[0].half();
     let y1 = x[1].half_product(w[0]);
     let y2 = x[2].half_product(w[1]);
     let y3 = x[3].half_product(w[2]);
-    let (t, a) = (y0.saturating_add(y2, clips), y0.saturating_sub(y2, clips));
-    let (b, d) = (y1.saturating_add(y3, clips), y1.saturating_sub(y3, clips));
-    [
-        t.saturating_add(b, clips),
-        a.saturating_sub_j(d, clips),
-        t.saturating_sub(b, clips),
-        a.saturating_add_j(d, clips),
-    ]
+    let (t, a) = (
+        y0.saturating_add(y2, &mut pass.clips),
+        y0.saturating_sub(y2, &mut pass.clips),
+    );
+    let (b, d) = (
+        y1.saturating_add(y3, &mut pass.clips),
+        y1.saturating_sub(y3, &mut pass.clips),
+    );
+    let results = [
+        t.saturating_add(b, &mut pass.clips),
+        a.saturating_sub_j(d, &mut pass.clips),
+        t.saturating_sub(b, &mut pass.clips),
+        a.saturating_add_j(d, &mut pass.clips),
+    ];
+    pass.watch(results)
 }
 
 /// Inverse four-point transform, then the conjugate twiddles, scale 1/2.
-fn inverse_butterfly(z: [Iq; 4], w: &Twiddles, clips: &mut Clips) -> [Iq; 4] {
+fn inverse_butterfly(z: [Iq; 4], w: &Twiddles, pass: &mut Pass) -> [Iq; 4] {
     let [z0, z1, z2, z3] = z;
-    let (t, a) = (z0.saturating_add(z2, clips), z0.saturating_sub(z2, clips));
-    let (b, d) = (z1.saturating_add(z3, clips), z1.saturating_sub(z3, clips));
-    inverse_tail([t, a, b, d], w, clips)
+    let (t, a) = (
+        z0.saturating_add(z2, &mut pass.clips),
+        z0.saturating_sub(z2, &mut pass.clips),
+    );
+    let (b, d) = (
+        z1.saturating_add(z3, &mut pass.clips),
+        z1.saturating_sub(z3, &mut pass.clips),
+    );
+    inverse_tail([t, a, b, d], w, pass)
 }
 
 /// As [`inverse_butterfly`], scale 1/4: the first sums halve.
-fn inverse_butterfly_halved(z: [Iq; 4], w: &Twiddles, clips: &mut Clips) -> [Iq; 4] {
+fn inverse_butterfly_halved(z: [Iq; 4], w: &Twiddles, pass: &mut Pass) -> [Iq; 4] {
     let [z0, z1, z2, z3] = z;
     let (t, a) = (z0.halving_add(z2), z0.halving_sub(z2));
     let (b, d) = (z1.halving_add(z3), z1.halving_sub(z3));
-    inverse_tail([t, a, b, d], w, clips)
+    inverse_tail([t, a, b, d], w, pass)
 }
 
 /// Second half of an inverse butterfly.
-fn inverse_tail([t, a, b, d]: [Iq; 4], w: &Twiddles, clips: &mut Clips) -> [Iq; 4] {
+fn inverse_tail([t, a, b, d]: [Iq; 4], w: &Twiddles, pass: &mut Pass) -> [Iq; 4] {
+    let sums = [
+        t.saturating_add(b, &mut pass.clips),
+        a.saturating_add_j(d, &mut pass.clips),
+        t.saturating_sub(b, &mut pass.clips),
+        a.saturating_sub_j(d, &mut pass.clips),
+    ];
+    let [o0, o1, o2, o3] = pass.watch(sums);
     [
-        t.saturating_add(b, clips).half(),
-        a.saturating_add_j(d, clips).half_product_conj(w[0]),
-        t.saturating_sub(b, clips).half_product_conj(w[1]),
-        a.saturating_sub_j(d, clips).half_product_conj(w[2]),
+        o0.half(),
+        o1.half_product_conj(w[0]),
+        o2.half_product_conj(w[1]),
+        o3.half_product_conj(w[2]),
     ]
 }
 
@@ -162,44 +213,48 @@ fn put(out: &mut Channel, at: usize, step: usize, y: [Iq; 4]) {
 }
 
 /// Second stage, radix 4 on blocks of 64, scale 1/2.
-pub(super) fn second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips {
-    let mut clips = 0;
+#[inline(always)]
+pub(super) fn second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Pass {
+    let mut pass = Pass::default();
     for (block, w) in twiddles.iter().enumerate() {
         for n in 0..16 {
-            let y = butterfly(row(input, 64 * block + 4 * n), w, &mut clips);
+            let y = butterfly(row(input, 64 * block + 4 * n), w, &mut pass);
             put(out, 64 * block + 4 * (n & 3) + (n >> 2), 16, y);
         }
     }
-    clips
+    pass
 }
 
 /// Third stage, radix 4 on blocks of 16, scale 1/2.
-pub(super) fn third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips {
-    let mut clips = 0;
+#[inline(always)]
+pub(super) fn third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Pass {
+    let mut pass = Pass::default();
     for (block, w) in twiddles.iter().enumerate() {
         for n in 0..4 {
-            let y = butterfly(row(input, 16 * block + 4 * n), w, &mut clips);
+            let y = butterfly(row(input, 16 * block + 4 * n), w, &mut pass);
             put(out, 16 * block + n, 4, y);
         }
     }
-    clips
+    pass
 }
 
 /// Last forward stage, radix 4 on blocks of 4, scale 1/2: the spectrum, digit-reversed.
-pub(super) fn last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Clips {
-    let mut clips = 0;
+#[inline(always)]
+pub(super) fn last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Pass {
+    let mut pass = Pass::default();
     for (block, tail) in tails.iter().enumerate() {
-        let bins = butterfly(row(input, 4 * block), &tail.twiddles, &mut clips);
+        let bins = butterfly(row(input, 4 * block), &tail.twiddles, &mut pass);
         put(out, 4 * block, 1, bins);
     }
-    clips
+    pass
 }
 
 /// Last forward stage, product with the conjugate waveform, first inverse stage; scale 1/8. The spectrum is not kept.
-pub(super) fn correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Clips {
-    let mut clips = 0;
+#[inline(always)]
+pub(super) fn correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Pass {
+    let mut pass = Pass::default();
     for (block, tail) in tails.iter().enumerate() {
-        let bins = butterfly(row(input, 4 * block), &tail.twiddles, &mut clips);
+        let bins = butterfly(row(input, 4 * block), &tail.twiddles, &mut pass);
         let [b0, b1, b2, b3] = bins;
         let [x0, x1, x2, x3] = tail.waveform;
         let z = [
@@ -208,39 +263,36 @@ pub(super) fn correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> C
             b2.half_product_conj(x2),
             b3.half_product_conj(x3),
         ];
-        put(
-            out,
-            4 * block,
-            1,
-            inverse_butterfly(z, &tail.twiddles, &mut clips),
-        );
+        put(out, 4 * block, 1, inverse_butterfly(z, &tail.twiddles, &mut pass));
     }
-    clips
+    pass
 }
 
 /// Inverse of [`third`], scale 1/2.
-pub(super) fn inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips {
-    let mut clips = 0;
+#[inline(always)]
+pub(super) fn inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Pass {
+    let mut pass = Pass::default();
     for (block, w) in twiddles.iter().enumerate() {
         for n in 0..4 {
-            let y = inverse_butterfly(column(input, 16 * block + n, 4), w, &mut clips);
+            let y = inverse_butterfly(column(input, 16 * block + n, 4), w, &mut pass);
             put(out, 16 * block + 4 * n, 1, y);
         }
     }
-    clips
+    pass
 }
 
 /// Inverse of [`second`], scale 1/4: a path gathers its energy here, and a strong one would
 /// pass half the range at 1/2, which the assembly's probe takes for possible clipping. Its output is the kept form of a channel: one radix-8 stage before the taps.
-pub(super) fn inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips {
-    let mut clips = 0;
+#[inline(always)]
+pub(super) fn inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Pass {
+    let mut pass = Pass::default();
     for (block, w) in twiddles.iter().enumerate() {
         for n in 0..16 {
-            let y = inverse_butterfly_halved(column(input, 64 * block + n, 16), w, &mut clips);
+            let y = inverse_butterfly_halved(column(input, 64 * block + n, 16), w, &mut pass);
             put(out, 64 * block + 4 * n, 1, y);
         }
     }
-    clips
+    pass
 }
 
 /// Final inverse stage, radix 8, no twiddles, scale 1/2: the taps `tap_at(position) + 64 l` in the order of
@@ -298,13 +350,14 @@ pub(super) fn power_folded(kept: &Channel, powers: &mut FoldedPowers) {
     }
 }
 
-/// Final inverse stage of a channel into natural order.
-pub(super) fn natural(kept: &Channel, out: &mut Channel) {
+/// Final inverse stage of a channel, in place, taps in natural order.
+pub(super) fn natural(kept: &mut Channel, scratch: &mut Channel) {
     for position in 0..64 {
         for (column, tap) in COLUMNS.into_iter().zip(final_taps(kept, position)) {
-            out[(tap_at(position) + 64 * column) & 511] = tap;
+            scratch[(tap_at(position) + 64 * column) & 511] = tap;
         }
     }
+    *kept = *scratch;
 }
 
 /// Sum of |x|^2 over a channel, at most 2^40.

@@ -5,6 +5,7 @@ use core::marker::PhantomData;
 
 use nalgebra::Complex;
 
+use super::correlator::Watch;
 use super::kernels::{Kernels, Native};
 use super::stages::{Channel, tap_at};
 use crate::block::BeamBlock;
@@ -19,7 +20,7 @@ pub struct BeamTaps<'a, const CHANNELS: usize, K = Native> {
     kept: BeamBlock<'a, CHANNELS>,
     profile: &'a [u64; SAMPLES],
     scratch: &'a mut Channel,
-    clips: u32,
+    watch: Watch,
     kernels: PhantomData<K>,
 }
 
@@ -28,13 +29,13 @@ impl<'a, const CHANNELS: usize, K: Kernels> BeamTaps<'a, CHANNELS, K> {
         kept: BeamBlock<'a, CHANNELS>,
         profile: &'a [u64; SAMPLES],
         scratch: &'a mut Channel,
-        clips: u32,
+        watch: Watch,
     ) -> Self {
         Self {
             kept,
             profile,
             scratch,
-            clips,
+            watch,
             kernels: PhantomData,
         }
     }
@@ -57,11 +58,19 @@ impl<'a, const CHANNELS: usize, K: Kernels> BeamTaps<'a, CHANNELS, K> {
         self.kept.beam
     }
 
-    /// Lanes that clipped inside the transform of this beam; 0 for every regular capture. A strong tone in the band or a
-    /// broken capture can raise it; the affected bins are then too small.
+    /// Lanes that clipped in the transform of this beam, as far as its passes were examined: 0 for every regular capture.
+    /// A strong tone in the band can raise it; the affected bins are then too small. 0 with
+    /// [`unexamined`](Self::unexamined) 0 means that nothing clipped.
     #[must_use]
     pub fn clips(&self) -> u32 {
-        self.clips
+        self.watch.clips
+    }
+
+    /// Passes (six a channel) in which a sum left half the range, so that lanes may have clipped, and which were not
+    /// examined: only the first six such passes of a beam are, to bound the time that a jammer can take.
+    #[must_use]
+    pub fn unexamined(&self) -> u32 {
+        self.watch.unexamined
     }
 
     /// Taps `first`, `first + 1`, ... (cyclic) of a channel into `out`, in LSB of a tap but without the rounding of the
@@ -79,7 +88,6 @@ impl<'a, const CHANNELS: usize, K: Kernels> BeamTaps<'a, CHANNELS, K> {
     pub fn into_natural(self) -> BeamBlock<'a, CHANNELS> {
         for channel in self.kept.samples.iter_mut() {
             K::natural(channel, self.scratch);
-            *channel = *self.scratch;
         }
         self.kept
     }

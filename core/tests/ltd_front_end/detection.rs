@@ -99,6 +99,17 @@ fn silence_does_not_fire() {
     assert_eq!(Detector::new(32, 1e-2, 30_000).peak(&[0; SAMPLES]), None);
 }
 
+#[test]
+fn of_equal_peaks_the_first_is_given() {
+    let mut profile = [1_000; SAMPLES];
+    profile[70] = 1_000_000;
+    profile[300] = 1_000_000;
+    let peak = Detector::new(32, 1e-2, 30_000)
+        .peak(&profile)
+        .expect("far over the threshold");
+    assert_eq!((peak.tap, peak.power), (70, 1_000_000));
+}
+
 proptest! {
     /// The median against sorting, to the nine bits that it keeps; the first of equal peaks wins.
     #[test]

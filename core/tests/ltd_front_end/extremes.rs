@@ -145,29 +145,65 @@ fn no_input_wraps_in_the_taps() {
     }
 }
 
-/// The waveform itself, as strong as the level lets through: the largest tap there can be, 2.55 times the rms.
+/// A jammer in every channel is seen, but its passes are not all repeated to count lanes; nor is a single one missed.
+#[test]
+fn strained_passes_are_examined_up_to_a_limit() {
+    let tone = |amplitude: f64| -> Channel {
+        std::array::from_fn(|n| {
+            let x = polar(amplitude, 2.0 * PI * (n * 100 % 512) as f64 / 512.0);
+            Iq::new(x.re as i16, x.im as i16)
+        })
+    };
+    let mut work = Workspace::new();
+    let mut block = [tone(9_000.0); 32];
+    let everywhere = correlate(&mut block, &mut work);
+    assert!(everywhere.clips() > 0);
+    assert!(everywhere.unexamined() > 32, "{}", everywhere.unexamined());
+    let mut block = [[Iq::ZERO; SAMPLES]; 32];
+    block[31] = tone(9_000.0);
+    let in_one = correlate(&mut block, &mut work);
+    assert!(in_one.clips() > 0 && in_one.unexamined() == 0);
+    // Too weak to clip, strong enough to leave half the range: examined, and found whole.
+    let mut block = [[Iq::ZERO; SAMPLES]; 32];
+    block[0] = capture(&[(5.0, C64::new(1.0, 0.0))], 300.0, 9_000.0, 16, &mut Random(10));
+    block[31] = tone(3_500.0);
+    let strained = correlate(&mut block, &mut work);
+    assert_eq!((strained.clips(), strained.unexamined()), (0, 0));
+}
+
+/// The waveform itself at any level: the largest tap is 2.55 times the rms, after the shift that makes it fit.
 #[test]
 fn the_strongest_tap_fits() {
     let mut random = Random(4);
-    for delay in [0.0, 63.0, 200.5, 511.0] {
-        let samples = capture(&[(delay, C64::new(0.6, -0.8))], 300.0, 9_150.0, 16, &mut random);
-        let mut block = [samples; 32];
-        let mut work = Workspace::new();
-        let beam = correlate(&mut block, &mut work);
-        assert_eq!(
-            (beam.clips(), beam.exponent()),
-            (0, 3),
-            "delay {delay}: not shifted, nothing clipped"
-        );
-        let natural = beam.into_natural();
-        let peak = natural.samples[0]
-            .iter()
-            .map(|x| f64::from(x.power()).sqrt())
-            .fold(0.0, f64::max);
-        let expected = if delay.fract() == 0.0 { 2.55 } else { 2.55 * 0.75 };
-        assert!(
-            (peak / 9_150.0 / expected - 1.0).abs() < 0.03,
-            "delay {delay}: {peak}"
-        );
+    for (rms, exponent) in [
+        (9_150.0, 3),
+        (9_180.0, 4),
+        (12_000.0, 4),
+        (16_000.0, 4),
+        (18_400.0, 5),
+    ] {
+        for delay in [0.0, 63.0, 200.5, 511.0] {
+            let samples = capture(&[(delay, C64::new(0.6, -0.8))], 300.0, rms, 16, &mut random);
+            let mut block = [samples; 32];
+            let mut work = Workspace::new();
+            let beam = correlate(&mut block, &mut work);
+            assert_eq!(
+                (beam.clips(), beam.exponent()),
+                (0, exponent),
+                "rms {rms}, delay {delay}"
+            );
+            let natural = beam.into_natural();
+            let scale = 2_f64.powi(exponent - 3);
+            let peak = scale
+                * natural.samples[0]
+                    .iter()
+                    .map(|x| f64::from(x.power()).sqrt())
+                    .fold(0.0, f64::max);
+            let expected = if delay.fract() == 0.0 { 2.55 } else { 2.55 * 0.75 };
+            assert!(
+                (peak / rms / expected - 1.0).abs() < 0.03,
+                "rms {rms}, delay {delay}: {peak}"
+            );
+        }
     }
 }

@@ -201,6 +201,23 @@ mod tests {
                 "below {point}: {below}, {error} standard errors"
             );
         }
+        // Fine bins of the size: the shape inside the layers, the rounded top one above all.
+        let mut bins = [0_u32; 40];
+        for x in &x {
+            if let Some(bin) = bins.get_mut((x.abs() * 50.0) as usize) {
+                *bin += 1;
+            }
+        }
+        let below = |x: f64| libm::erf(x / std::f64::consts::SQRT_2);
+        let chi_square: f64 = bins
+            .iter()
+            .enumerate()
+            .map(|(i, count)| {
+                let expected = n as f64 * (below((i + 1) as f64 * 0.02) - below(i as f64 * 0.02));
+                (f64::from(*count) - expected).powi(2) / expected
+            })
+            .sum();
+        assert!(chi_square < 40.0 + 5.0 * 80_f64.sqrt(), "{chi_square}");
         let fourth: f64 = x.iter().map(|x| f64::from(*x).powi(4)).sum::<f64>() / n as f64;
         assert!((fourth - 3.0).abs() < 5.0 * (96.0 / n as f64).sqrt(), "{fourth}");
         // Neighbours, and the even and odd ones, do not know of each other.

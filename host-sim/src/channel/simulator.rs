@@ -26,7 +26,7 @@ pub struct Block {
     pub beam: u16,
     /// Amplitude in sqrt(W) = integer x 2^exponent, at the antenna (behind the implementation loss).
     pub exponent: i32,
-    /// Samples, [channel][sample].
+    /// Samples by channel and sample.
     pub samples: Box<[[Iq; SAMPLES]; CHANNELS]>,
 }
 

@@ -196,6 +196,35 @@ mod tests {
     }
 
     #[test]
+    fn element_errors_enter_the_pattern() {
+        let simulator = simulator(Impairments::budget());
+        let u = Direction::from_zenith_azimuth(DEPARTURE[0], DEPARTURE[1]).expect("angles");
+        let arrays = simulator.transmitter.arrays();
+        let amplitude = arrays.amplitude(&arrays.faces()[0], &u);
+        let symbol = &simulator.squint_symbols(SquintScheme::Raster)[0];
+        let response = simulator.squint_response(symbol, &u);
+        for k in [-208, 0, 3, 207] {
+            let f_hz = f64::from(k) * 480e3;
+            let sum: C64 = (0..64)
+                .map(|e| {
+                    let n = [f64::from(e / 8) - 3.5, f64::from(e % 8) - 3.5];
+                    let along = |v: [f64; 2]| n[0] * v[0] + n[1] * v[1];
+                    let e = e as usize;
+                    let delay_s = along(symbol.delay_ns) * 1e-9 + simulator.device.gmt_delay_s[0][e];
+                    let phase = std::f64::consts::PI * along(cosines()) * (1.0 + f_hz / 30e9)
+                        - std::f64::consts::PI * along(symbol.psi)
+                        - std::f64::consts::TAU * f_hz * delay_s;
+                    phasor(phase) * simulator.device.gmt_element[0][e] * amplitude / 8.0
+                })
+                .sum();
+            assert!(
+                (response[(k + 208) as usize] - sum).norm() < 1e-9,
+                "subcarrier {k}"
+            );
+        }
+    }
+
+    #[test]
     fn calibration_errors_move_the_peak_by_milliradians() {
         // Amplitude-weighted centre of the main lobe, as a stand-in for a fit: 5 deg and 20 ps shift it a little.
         let centre = |impairments| {

@@ -72,8 +72,8 @@ impl WaveMaker {
             slope[self.waveform.bin(i)] *=
                 C64::new(0.0, std::f64::consts::TAU * self.waveform.spacing_hz() * offset);
         }
-        self.into_time(&mut value, shift_hz);
-        self.into_time(&mut slope, shift_hz);
+        self.to_time(&mut value, shift_hz);
+        self.to_time(&mut slope, shift_hz);
         Wave {
             value: Plane::of(&value),
             slope: Plane::of(&slope),
@@ -86,7 +86,7 @@ impl WaveMaker {
         for (i, response) in response.iter().enumerate() {
             value[self.waveform.bin(i)] *= response;
         }
-        self.into_time(&mut value, shift_hz);
+        self.to_time(&mut value, shift_hz);
         Wave {
             value: Plane::of(&value),
             slope: Plane::new(),
@@ -108,7 +108,7 @@ impl WaveMaker {
         out
     }
 
-    fn into_time(&self, data: &mut Samples, shift_hz: f64) {
+    fn to_time(&self, data: &mut Samples, shift_hz: f64) {
         self.transform.inverse(data);
         if shift_hz != 0.0 {
             let step = phasor(std::f64::consts::TAU * shift_hz / self.waveform.sample_rate_hz);

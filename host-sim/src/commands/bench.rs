@@ -160,8 +160,8 @@ fn synth() -> Row {
     let speed = channel::bench::synth(25, 41);
     Row {
         name: format!(
-            "sweep, {} beams x 32 x 512, {} paths, median of {}, longest {:.1}",
-            speed.beams, speed.paths, speed.sweeps, speed.longest_ms
+            "sweep, {} beams x 32 x 512, {} paths, median of {} ({:.1} to {:.1})",
+            speed.beams, speed.paths, speed.sweeps, speed.fastest_ms, speed.longest_ms
         ),
         threads: 1,
         value: speed.median_ms,

@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
+use super::record::read_config;
 use crate::input::InputError;
 use crate::progress;
-use crate::sensors::{Characterisation, ImuConfig, SensorsConfig, static_run};
+use crate::sensors::{Characterisation, static_run};
 use crate::table::Table;
 
 /// Arguments of `cslam imu`.
@@ -19,7 +20,7 @@ pub(crate) struct Args {
     /// Let the temperature drift as in flight; data sheets and benches hold it constant
     #[arg(long)]
     in_flight: bool,
-    /// Errors of the sensors, TOML with a table [imu]; the budget when absent
+    /// Configuration (TOML) as of `cslam record`, of which [sensors.imu] counts; the budget when absent
     #[arg(long, value_name = "FILE")]
     config: Option<std::path::PathBuf>,
     /// Print one JSON object a sensor on stdout instead of the tables
@@ -50,10 +51,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
             InputError::new(format!("--hours is {}, expected 0.01 to {MAX_HOURS}", args.hours)).into(),
         );
     }
-    let config = match &args.config {
-        Some(file) => SensorsConfig::read(file)?.imu,
-        None => ImuConfig::default(),
-    };
+    let sensors = read_config(args.config.as_deref())?.sensors;
+    sensors.check()?;
+    let config = sensors.imu;
     let config = if args.in_flight {
         config
     } else {

@@ -11,7 +11,9 @@
 //! | `sweeps.csv` | `uav_time_ns,sweep` |
 //! | `beacons.jsonl` | `{"uav_time_ns":..,"beacon":{..}}`, a beacon a line |
 //! | `truth.csv` | the world at every sweep and every 10 ms: never read by [`read`] |
+//! | `truth_paths.jsonl` | the true paths of every sweep, a link a line, beside samples |
 //! | `sweep-NNNN.sigmf-meta`, `.sigmf-data` | sample blocks of each sweep, when they were recorded ([`sweep_base`]) |
+//! | `squint-NNNN.sigmf-meta`, `.sigmf-data` | the beam squint symbols after each sweep, beside samples ([`squint_base`]) |
 //!
 //! Numbers are written so that reading gives back the same bits, hence a recording that is read and written again has
 //! the same bytes. A file that is cut short, longer or changed is refused with the reason.
@@ -90,6 +92,11 @@ pub struct FileEntry {
 /// Where the sample blocks of a sweep lie: the name that [`crate::sigmf`] appends `.sigmf-meta` and `.sigmf-data` to.
 pub fn sweep_base(directory: &Path, sweep: u32) -> PathBuf {
     directory.join(format!("sweep-{sweep:04}"))
+}
+
+/// Where the beam squint symbols that follow a sweep lie, as [`sweep_base`].
+pub fn squint_base(directory: &Path, sweep: u32) -> PathBuf {
+    directory.join(format!("squint-{sweep:04}"))
 }
 
 fn crc32(bytes: &[u8]) -> u32 {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{BeaconConfig, ClockConfig, ImuConfig, MagnetometerConfig, TimingConfig};
-use crate::input::{InputError, read_text};
+use crate::input::InputError;
 
 /// Errors of all sensors. The default is the budget of design section 6.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -31,19 +31,6 @@ impl SensorsConfig {
             timing: TimingConfig::ideal(),
             clock: ClockConfig::ideal(),
         }
-    }
-
-    /// Reads and checks a TOML file.
-    ///
-    /// # Errors
-    /// [`InputError`] naming the file, and the key and what was expected.
-    pub fn read(file: &std::path::Path) -> Result<Self, InputError> {
-        let config: Self =
-            toml::from_str(&read_text(file)?).map_err(|e| InputError::in_file(file, e.to_string()))?;
-        config
-            .check()
-            .map_err(|e| InputError::in_file(file, e.to_string()))?;
-        Ok(config)
     }
 
     /// Checks every figure.

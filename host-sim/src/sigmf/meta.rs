@@ -152,7 +152,7 @@ pub(super) fn check(meta: &Meta) -> Result<Codebook, String> {
     }
     if let Some(q) = g.uav_quaternion_wb {
         let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
-        if !((norm - 1.0).abs() < 1e-3) {
+        if (norm - 1.0).abs() > 1e-3 {
             return Err(format!(
                 "`cslam:uav_quaternion_wb` has length {norm}, expected a unit quaternion [w, x, y, z]"
             ));

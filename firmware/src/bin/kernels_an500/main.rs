@@ -2,7 +2,7 @@
 //! form. Run with `CSLAM_ICOUNT=10`: the emulator's clock then advances 1024 ns an instruction, so that the board's
 //! 25 MHz counter gives instructions = ticks / 25.6. These are instructions, not cycles.
 //!
-//! One line a kernel, `name instructions`, then one line a block, `block index digest clips exponent`. Exit code 0
+//! One line a kernel, `name instructions`, then one line a block, `block index digest clips unexamined exponent`. Exit code 0
 //! unless the assembly and the portable form differ.
 #![no_std]
 #![no_main]
@@ -24,6 +24,10 @@ const COUNTER: usize = 0x4002_8018;
 /// A block like those of a receiver whose gain control works: two paths well over the noise, 12 bits, near -12 dB of full
 /// scale. Not noise: a path gathers its energy in few words of the last stages, where it might meet a limit.
 const NOMINAL: u32 = 31;
+/// A tone at the strongest level, another in each channel.
+const JAMMED: u32 = 10;
+/// Noise far below the level of the gain control.
+const WEAK: u32 = 20;
 
 #[entry]
 fn main() -> ! {
@@ -37,16 +41,18 @@ fn main() -> ! {
 
     count("empty", || ());
     costs("", &native, block, work);
+    irregular_costs(&native, block, work);
     costs("portable ", &portable, block, work);
 
     let mut equal = true;
     for index in 0..BLOCKS {
         let outcome = check::run(&native, block, index, work);
         defmt::println!(
-            "block {=u32} {=u64:016x} {=u32} {=i32}",
+            "block {=u32} {=u64:016x} {=u32} {=u32} {=i32}",
             index,
             outcome.digest,
             outcome.clips,
+            outcome.unexamined,
             outcome.exponent
         );
         if check::run(&portable, block, index, other) != outcome {
@@ -91,6 +97,19 @@ fn costs<K: Kernels>(set: &str, correlator: &Correlator<K>, block: &mut Block, w
         }
     });
     black_box(report(set, "natural order, 32 channels", || taps.into_natural()));
+}
+
+/// Counts what is dear only for captures that are not regular.
+fn irregular_costs<K: Kernels>(correlator: &Correlator<K>, block: &mut Block, work: &mut Workspace) {
+    check::fill(block, JAMMED);
+    let beam = correlator.level(check::as_captured(block, JAMMED));
+    black_box(report("", "correlate, a tone clips in every channel", || {
+        correlator.correlate(black_box(beam), work)
+    }));
+    check::fill(block, WEAK);
+    black_box(report("", "level, 32 channels, with a shift", || {
+        correlator.level(check::as_captured(black_box(block), WEAK))
+    }));
 }
 
 /// Instructions of a kernel in a set, printed.
