@@ -29,6 +29,11 @@ enum Command {
     /// sends what it found to the ground. Every measurement has errors of the stated size; the receiver never sees the
     /// truth. Writes map.ply, map_truth.ply, packets.bin and report.json.
     Fly(commands::fly::Args),
+    /// Characterise the simulated IMU: Allan deviation of a run at rest
+    ///
+    /// Prints the Allan deviation of gyroscope and accelerometer over averaging time, and white noise, bias instability
+    /// and bias walk read off it beside the figures that the simulation was given.
+    Imu(commands::imu::Args),
     /// Record a flight: raw samples, IMU, magnetometer, beacons, timing, and the truth beside them
     ///
     /// Plans a flight through a scene and writes everything the receiver is given, with every error at its budget. The
@@ -58,6 +63,7 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = match cli.command {
         Some(Command::Bench(args)) => commands::bench::run(&args),
+        Some(Command::Imu(args)) => commands::imu::run(&args),
         Some(Command::Record(args)) => commands::record::run(&args),
         Some(Command::Replay(args)) => commands::replay::run(&args),
         Some(Command::Solve(args)) => commands::solve::run(&args),

@@ -2,6 +2,7 @@
 
 pub(crate) mod bench;
 pub(crate) mod fly;
+pub(crate) mod imu;
 pub(crate) mod record;
 pub(crate) mod replay;
 pub(crate) mod solve;

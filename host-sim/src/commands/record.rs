@@ -65,7 +65,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn read_config(file: Option<&Path>) -> Result<WorldConfig, InputError> {
+pub(super) fn read_config(file: Option<&Path>) -> Result<WorldConfig, InputError> {
     let Some(file) = file else {
         return Ok(WorldConfig::default());
     };

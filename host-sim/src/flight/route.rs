@@ -78,9 +78,9 @@ impl Route {
     /// Speed at each corner once acceleration along the tour is bounded too.
     fn reachable(&self, acceleration: f64) -> Vec<f64> {
         let mut speed = self.corner_speed.clone();
-        for k in 0..speed.len() {
+        for (k, speed) in speed.iter_mut().enumerate() {
             for line in [k.checked_sub(1), Some(k)].into_iter().flatten() {
-                speed[k] = speed[k].min(self.line_speed.get(line).copied().unwrap_or(f64::INFINITY));
+                *speed = speed.min(self.line_speed.get(line).copied().unwrap_or(f64::INFINITY));
             }
         }
         let gain = |k: usize| 2.0 * acceleration * (self.along_m[k + 1] - self.along_m[k]);

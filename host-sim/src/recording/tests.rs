@@ -118,7 +118,8 @@ fn every_truncated_or_changed_file_is_named() {
 
 #[test]
 fn a_file_that_contradicts_the_others_is_refused_with_the_reason() {
-    let cases: [(usize, &str, Box<dyn Fn(Vec<u8>) -> Vec<u8>>); 8] = [
+    type Change = Box<dyn Fn(Vec<u8>) -> Vec<u8>>;
+    let cases: [(usize, &str, Change); 8] = [
         (
             0,
             "expected a multiple of 28",
