@@ -30,7 +30,7 @@ impl Allan {
 
     /// Overlapping Allan deviation at the averaging time of `factor` samples, in the unit of the signal.
     ///
-    /// `sigma^2 = mean over k of (S[k + 2m] - 2 S[k + m] + S[k])^2 / (2 m^2)`, NIST SP 1065 equation 11. `None` when
+    /// sigma^2 = mean over k of `(S[k + 2m] - 2 S[k + m] + S[k])^2 / (2 m^2)`, NIST SP 1065 equation 11. `None` when
     /// `factor` is zero or the signal is shorter than two averaging times.
     pub fn deviation(&self, factor: usize) -> Option<f64> {
         let span = factor.checked_mul(2)?;

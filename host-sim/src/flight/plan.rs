@@ -1,8 +1,8 @@
 //! Planning of a whole flight: the drive of the GMT, and a route of the UAV that mostly stays in its sight.
 //!
-//! Many pairs of drives and routes are drawn; the first that has the wanted contact and keeps its distance is taken. A
-//! seed picks a flight, not a fate: which share of sweeps has line of sight is planned for, as an operator would, and
-//! reported.
+//! Many pairs of drives and routes are drawn, the later ones more and more in the GMT's sight; the first that has the
+//! wanted contact and keeps its distance is taken. A seed picks a flight, not a fate: which share of sweeps has line of
+//! sight is planned for, as an operator would, and reported.
 
 use nalgebra::Vector3;
 
@@ -13,7 +13,9 @@ use crate::input::InputError;
 use crate::seeded::{Seeded, Source};
 
 /// Pairs of drive and route that are drawn before the best so far is taken.
-const ATTEMPTS: u32 = 120;
+const ATTEMPTS: u32 = 160;
+/// After this many attempts one more goal is drawn at each choice, and the one in better sight is taken.
+const ATTEMPTS_A_CHOICE: u32 = 32;
 /// The straight lines of a tour keep this much more than the clearance, so that the curve may round its corners.
 const TOUR_CLEARANCE_RATIO: f64 = 1.3;
 
@@ -183,9 +185,13 @@ impl<'a> Planner<'a> {
         let mut random = Seeded::numbered(self.seed, Source::GmtRoute, attempt);
         let stops = config.schedule.sweeps_until(config.duration_s) / config.schedule.sweeps_per_stop + 2;
         let start = random.index(self.ground.points().len());
-        let way = self
-            .ground
-            .tour(start, config.gmt_step_m * f64::from(stops), &mut random);
+        let way = self.ground.tour(
+            start,
+            config.gmt_step_m * f64::from(stops),
+            &mut random,
+            1,
+            |_, _| 0.0,
+        );
         let gmt = GmtTrack::along(&way, config.gmt_step_m, stops as usize, config.schedule)?;
 
         let mut random = Seeded::numbered(self.seed, Source::UavRoute, attempt);
@@ -195,9 +201,15 @@ impl<'a> Planner<'a> {
             .collect();
         let start = *starts.get(random.index(starts.len()))?;
         let cruise = config.cruise_in(self.world);
-        let tour = self
-            .air
-            .tour(start, cruise * (config.duration_s + 10.0), &mut random);
+        // Seen from where the GMT will be, roughly: lines are flown at 0.75 of the cruise speed on average.
+        let pace = 0.75 * cruise;
+        let in_sight = |p: &Vector3<f64>, along_m: f64| {
+            let (there, _) = gmt.at(config.rest_s + along_m / pace);
+            f64::from(u8::from(!self.world.blocked(there.into(), (*p).into())))
+        };
+        let length_m = cruise * (config.duration_s + 10.0);
+        let choices = 1 + attempt / ATTEMPTS_A_CHOICE;
+        let tour = self.air.tour(start, length_m, &mut random, choices, in_sight);
         let route = Route::new(tour, &config.limits, || cruise * random.between(0.5, 1.0))?;
         let draft = self.fly(&route, |_, _, _| true)?;
         let contact = contact(self.world, &draft, &gmt, config.schedule, config.duration_s);

@@ -198,25 +198,51 @@ impl Roadmap {
     }
 
     /// A tour of at least `length_m` from point to point, never turning back on the spot where there is another way.
-    pub(super) fn tour(&self, start: usize, length_m: f64, random: &mut Seeded) -> Vec<Vector3<f64>> {
+    /// Each goal is the best of `choices` drawn: the way to it has the highest mean of `worth`(point, length up to it).
+    pub(super) fn tour(
+        &self,
+        start: usize,
+        length_m: f64,
+        random: &mut Seeded,
+        choices: u32,
+        worth: impl Fn(&Vector3<f64>, f64) -> f64,
+    ) -> Vec<Vector3<f64>> {
         let mut tour = vec![start];
         let mut length = 0.0;
         while length < length_m && self.points.len() > 1 {
-            let here = tour[tour.len() - 1];
-            let before = tour.len().checked_sub(2).map(|k| tour[k]);
-            let goal = random.index(self.points.len());
-            let way = self.way(here, goal);
-            let back = way.get(1) == before.as_ref() && self.lines[here].len() > 1;
-            // A tenth of the goals behind is taken all the same: some flights do turn.
-            if way.len() < 2 || (back && random.uniform() > 0.1) {
-                continue;
+            let mut best: Option<(f64, f64, Vec<usize>)> = None;
+            for _ in 0..choices.max(1) {
+                let way = self.onward(&tour, random);
+                let (mut reached, mut sum) = (length, 0.0);
+                for step in way.windows(2) {
+                    reached += (self.points[step[1]] - self.points[step[0]]).norm();
+                    sum += worth(&self.points[step[1]], reached);
+                }
+                let mean = sum / way.len() as f64;
+                if best.as_ref().is_none_or(|(most, ..)| mean > *most) {
+                    best = Some((mean, reached, way));
+                }
             }
-            for step in way.windows(2) {
-                length += (self.points[step[1]] - self.points[step[0]]).norm();
+            if let Some((_, reached, way)) = best {
+                length = reached;
+                tour.extend(way.iter().skip(1));
             }
-            tour.extend(&way[1..]);
         }
         tour.into_iter().map(|k| self.points[k]).collect()
+    }
+
+    /// A way from the end of a tour to a point drawn at random.
+    fn onward(&self, tour: &[usize], random: &mut Seeded) -> Vec<usize> {
+        let here = tour[tour.len() - 1];
+        let before = tour.len().checked_sub(2).map(|k| tour[k]);
+        loop {
+            let way = self.way(here, random.index(self.points.len()));
+            let back = way.get(1) == before.as_ref() && self.lines[here].len() > 1;
+            // A tenth of the goals behind is taken all the same: some flights do turn.
+            if way.len() > 1 && (!back || random.uniform() < 0.1) {
+                return way;
+            }
+        }
     }
 }
 
@@ -324,9 +350,18 @@ mod tests {
         let mut random = Seeded::new(1, Source::UavRoute);
         let map = Roadmap::draw(&world, &Tube::round(1.5), &[4.0, 10.0, 16.0], &mut random);
         assert!(map.points().len() > 150);
-        let tour = map.tour(0, 500.0, &mut random);
+        let tour = map.tour(0, 500.0, &mut random, 1, |_, _| 0.0);
         let length: f64 = tour.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
         assert!(length >= 500.0);
+        // Of several goals the one of more worth is taken: the mean height rises.
+        let height = |tour: &[Vector3<f64>]| tour.iter().map(|p| p.z).sum::<f64>() / tour.len() as f64;
+        let high = map.tour(0, 500.0, &mut random, 6, |p, _| p.z);
+        assert!(
+            height(&high) > height(&tour) + 1.0,
+            "{} {}",
+            height(&high),
+            height(&tour)
+        );
         let solid = Boxes {
             solids: vec![([-50.0, -50.0, 0.0], [50.0, 50.0, 20.0])],
             bounds: ([-50.0, -50.0, 0.0], [50.0, 50.0, 20.0]),
