@@ -119,10 +119,9 @@ impl Clock {
             let reversed = config.ramp_reversal_s > 0.0
                 && (step as f64 * STEP_S / config.ramp_reversal_s) as u64 % 2 == 1;
             let ramp = if reversed { -ramp } else { ramp };
-            let (kick, within) = (random.normal() * walk, random.normal() * walk);
-            // Exact step: the walk's share of the offset has variance walk^2 dt^2 / 3 and correlates with the kick.
-            offset += (drift + ramp * STEP_S * 0.5 + kick * 0.5 + within / 12f64.sqrt()) * STEP_S
-                + white * random.normal();
+            let kick = random.normal() * walk;
+            // The frequency is taken as linear within the step; how it wanders there moves the offset by 0.1 ps.
+            offset += (drift + ramp * STEP_S * 0.5 + kick * 0.5) * STEP_S + white * random.normal();
             drift += ramp * STEP_S + kick;
         }
         Self { grid }
