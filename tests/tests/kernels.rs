@@ -2,50 +2,23 @@
 //! number of instructions. Run by `cargo verify`, stage `kernels`.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::OnceLock;
 
 use cslam_core::ltd::kernels::Native;
 use cslam_core::ltd::{Correlator, Iq, Workspace};
 use cslam_core::waveform::{SAMPLES, Waveform};
 use cslam_firmware::front_end_check::{BLOCKS, Block, CHANNELS, run};
+use cslam_tests::{emulated_board, root};
 
 /// A count may rise by this much before the test fails; a change below it is the compiler's.
 const TOLERANCE: f64 = 0.02;
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
 
 /// What the chip printed: one run for all tests.
 fn output() -> &'static str {
     static OUTPUT: OnceLock<String> = OnceLock::new();
     OUTPUT.get_or_init(|| {
-        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-        let output = Command::new(cargo)
-            .current_dir(root())
-            .args([
-                "run",
-                "-q",
-                "--profile",
-                "firmware",
-                "--target",
-                "thumbv7em-none-eabihf",
-            ])
-            .args([
-                "-p",
-                "cslam-firmware",
-                "--features",
-                "qemu-an500",
-                "--bin",
-                "kernels-an500",
-            ])
+        let output = emulated_board("run", "kernels-an500")
             .env("CSLAM_ICOUNT", "10")
-            // They would replace the flags in `.cargo/config.toml`, and with them the choice of the processor.
-            .env_remove("RUSTFLAGS")
-            .env_remove("CARGO_ENCODED_RUSTFLAGS")
-            .env_remove("DEFMT_LOG")
             .output()
             .expect("cargo starts");
         let text = String::from_utf8_lossy(&output.stdout).into_owned();

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use cslam_firmware::measurement::LENGTH;
 use cslam_firmware::ring::Producer;
+use cslam_tests::{emulated_board, root};
 use tempfile::TempDir;
 
 use crate::ring_file::RingFile;
@@ -197,41 +198,12 @@ pub(crate) fn runner() -> PathBuf {
     root().join("firmware/tools/qemu-run.sh")
 }
 
-/// Root of the workspace.
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .expect("this package lies in the workspace")
-}
-
 /// The image for the board, built once a run: cargo decides whether there is anything to do, so it is never stale.
 fn image() -> &'static Path {
     static IMAGE: OnceLock<PathBuf> = OnceLock::new();
     IMAGE.get_or_init(|| {
-        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-        let output = Command::new(cargo)
-            .current_dir(root())
-            .args([
-                "build",
-                "--profile",
-                "firmware",
-                "--target",
-                "thumbv7em-none-eabihf",
-            ])
-            .args([
-                "-p",
-                "cslam-firmware",
-                "--features",
-                "qemu-an500",
-                "--bin",
-                "cslam-an500",
-            ])
+        let output = emulated_board("build", "cslam-an500")
             .args(["--message-format", "json-render-diagnostics"])
-            // They would replace the flags in `.cargo/config.toml`, and with them the choice of the processor.
-            .env_remove("RUSTFLAGS")
-            .env_remove("CARGO_ENCODED_RUSTFLAGS")
-            // What is logged is part of the tests.
-            .env_remove("DEFMT_LOG")
             .stderr(Stdio::inherit())
             .output()
             .expect("cargo starts");
