@@ -2,7 +2,7 @@
 //!
 //! Flicker noise has no finite-state model, but a sum of first-order Gauss-Markov processes of equal variance, whose
 //! time constants rise by a constant ratio, has a spectrum of 1/f between the shortest and the longest. Ten of them
-//! with ratio 4 make an Allan deviation that is flat within 1 % from a second to two hours.
+//! with ratio 4 make an Allan deviation that is flat within 4 % from a second to two hours.
 
 use nalgebra::Vector3;
 
