@@ -7,7 +7,7 @@ use crate::waveform::SAMPLES;
 /// beam they were taken in and the block's common scale. A view of a buffer that the receiver works in.
 #[derive(Debug)]
 pub struct BeamBlock<'a, const CHANNELS: usize = 32, const LENGTH: usize = SAMPLES> {
-    /// Samples, [channel][sample]; sample 0 is delay 0. Left-aligned, full scale 32 768.
+    /// Samples by channel and sample; sample 0 is delay 0. Left-aligned, full scale 32 768.
     pub samples: &'a mut [[Iq; LENGTH]; CHANNELS],
     /// Transmit beam, 0..codebook length.
     pub beam: u16,

@@ -55,7 +55,7 @@ impl Waveform {
     /// Symbol on active index 0..active: `exp(-j pi q n(n+1)/L)`, n = index mod L. The phase is reduced in integers, so
     /// the value is as exact as one sine and cosine.
     pub fn symbol<T: Real>(&self, index: usize) -> Complex<T> {
-        let length = u64::from(self.sequence_length);
+        let length = u64::from(self.sequence_length.max(1));
         let n = index as u64 % length;
         let half_turns = u64::from(self.root) * (n * (n + 1)) % (2 * length);
         phasor(-T::pi() * T::of(half_turns as f64 / length as f64))

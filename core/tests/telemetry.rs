@@ -128,19 +128,46 @@ fn a_decoder_is_in_step_again_after_garbage() {
     assert_eq!(packets.iter().filter(|p| p.is_ok()).count(), messages().len());
 }
 
-#[test]
-fn another_version_is_named() {
-    let frame = encode_all(&[messages()[0]]);
-    let mut packet = [0; 64];
-    let length = cobs::decode(&frame[..frame.len() - 1], &mut packet)
-        .expect("sound")
-        .frame_size();
-    packet[0] = 2;
-    let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&packet[..length - 4]);
-    packet[length - 4..length].copy_from_slice(&crc.to_le_bytes());
-    let mut stuffed = cobs::encode_vec(&packet[..length]);
+/// The frame of a packet after a change to its content, with a right checksum and framing.
+fn reframed(message: Message, change: impl Fn(&mut Vec<u8>)) -> Vec<u8> {
+    let frame = encode_all(&[message]);
+    let mut packet = cobs::decode_vec(&frame[..frame.len() - 1]).expect("sound");
+    packet.truncate(packet.len() - 4);
+    change(&mut packet);
+    let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&packet);
+    packet.extend(crc.to_le_bytes());
+    let mut stuffed = cobs::encode_vec(&packet);
     stuffed.push(0);
-    assert_eq!(decode(&stuffed), [Err(TelemetryError::Version)]);
+    stuffed
+}
+
+#[test]
+fn a_right_checksum_does_not_excuse_a_wrong_content() {
+    let message = messages()[0];
+    assert!(
+        matches!(decode(&reframed(message, |_| ()))[..], [Ok(_)]),
+        "unchanged, it is a packet"
+    );
+    assert_eq!(
+        decode(&reframed(message, |p| p[0] = 2)),
+        [Err(TelemetryError::Version)]
+    );
+    assert_eq!(
+        decode(&reframed(message, |p| p[2] = 99)),
+        [Err(TelemetryError::Content)]
+    );
+    assert_eq!(
+        decode(&reframed(message, |p| p.push(7))),
+        [Err(TelemetryError::Content)]
+    );
+    assert_eq!(
+        decode(&reframed(message, |p| p.truncate(9))),
+        [Err(TelemetryError::Content)]
+    );
+    assert_eq!(
+        decode(&reframed(message, Vec::clear)),
+        [Err(TelemetryError::FrameTooShort)]
+    );
 }
 
 proptest! {

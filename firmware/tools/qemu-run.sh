@@ -5,6 +5,7 @@
 # Environment:
 #   CSLAM_RING_FILE   file of 16 MiB that becomes the board's PSRAM (mps2-an500), shared with whoever has it open
 #   CSLAM_UART1_FILE  file that takes what the board sends on UART1
+#   CSLAM_ICOUNT      N: each instruction takes 2^N ns of the board's time, so that its clocks count instructions
 #   CSLAM_TIMEOUT_S   the run is ended after this many seconds with exit code 124 (default 120)
 #
 # Exit codes of its own: 127 when a program is missing, 124 on a time-out.
@@ -42,13 +43,17 @@ if [ -n "${CSLAM_RING_FILE:-}" ]; then
     options=(-object "memory-backend-file,id=psram,size=16M,share=on,mem-path=$(quote "$CSLAM_RING_FILE")"
         -machine "$machine,memory-backend=psram")
 fi
+if [ -n "${CSLAM_ICOUNT:-}" ]; then
+    options+=(-icount "shift=$CSLAM_ICOUNT")
+fi
 uart1=null
 if [ -n "${CSLAM_UART1_FILE:-}" ]; then
     uart1="file:$CSLAM_UART1_FILE"
 fi
 
 set +e
-timeout "${CSLAM_TIMEOUT_S:-120}" qemu-system-arm "${options[@]}" -display none -monitor none \
+# In the foreground, so that the emulator stays in the process group of whoever has to end it.
+timeout --foreground "${CSLAM_TIMEOUT_S:-120}" qemu-system-arm "${options[@]}" -display none -monitor none \
     -serial null -serial "$uart1" -semihosting-config "$semihosting" -kernel "$elf" </dev/null |
     defmt-print -e "$elf" stdin
 codes=("${PIPESTATUS[@]}")

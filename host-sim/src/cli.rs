@@ -19,29 +19,63 @@ struct Cli {
 
 #[derive(Subcommand, Debug)]
 enum Command {
+    /// Time the host side: a table of speed figures
+    ///
+    /// Times the work as a user gets it, everything included. Figures hold for this machine and its load only.
+    Bench(commands::bench::Args),
     /// Fly: measure, solve, map and send (the default)
     ///
     /// The UAV hears the GMT on one link after the other, solves the reflection point of each path, judges it, and
     /// sends what it found to the ground. Every measurement has errors of the stated size; the receiver never sees the
     /// truth. Writes map.ply, map_truth.ply, packets.bin and report.json.
     Fly(commands::fly::Args),
+    /// Characterise the simulated IMU: Allan deviation of a run at rest
+    ///
+    /// Prints the Allan deviation of gyroscope and accelerometer over averaging time, and white noise, bias instability
+    /// and bias walk read off it beside the figures that the simulation was given.
+    Imu(commands::imu::Args),
+    /// Record a flight: raw samples, IMU, magnetometer, beacons, timing, and the truth beside them
+    ///
+    /// Plans a flight through a scene and writes everything the receiver is given, with every error at its budget. The
+    /// truth lies in files of its own. About 6.9 MB a sweep, two sweeps a second.
+    Record(commands::record::Args),
+    /// Replay a recorded flight, checking every file
+    Replay(commands::replay::Args),
     /// Solve the reflection point of each path of a paths file
     ///
     /// Every path leads to a line: a point, or the reason why there is none. Where the file knows the truth (order and
     /// last vertex), the summary compares with it.
     Solve(commands::solve::Args),
+    /// Record what the receiver's front end would hear: int16 IQ of every transmit beam
+    ///
+    /// Every link of the paths file becomes a SigMF recording: 72 blocks of 32 channels x 512 samples, with noise, gain
+    /// control, converter and the errors of both ends. The same seed gives the same bytes.
+    Synth(commands::synth::Args),
+    /// Trace rays: the paths of every transmitter with every receiver in a scene
+    ///
+    /// Line of sight and specular reflections, one link a line in the paths format, strongest path first, an empty list
+    /// where nothing arrives. With --check, compares with a reference list instead.
+    Trace(commands::trace::Args),
 }
 
 /// Runs the command line. Exit code 0 on success, 1 on an internal failure, 2 on bad input.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = match cli.command {
+        Some(Command::Bench(args)) => commands::bench::run(&args),
+        Some(Command::Imu(args)) => commands::imu::run(&args),
+        Some(Command::Record(args)) => commands::record::run(&args),
+        Some(Command::Replay(args)) => commands::replay::run(&args),
         Some(Command::Solve(args)) => commands::solve::run(&args),
+        Some(Command::Synth(args)) => commands::synth::run(&args),
+        Some(Command::Trace(args)) => commands::trace::run(&args),
         Some(Command::Fly(args)) => commands::fly::run(&args),
         None => commands::fly::run(&commands::fly::Args::default()),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
+        // Whoever reads the output has seen enough, as `head` does.
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("cslam: {error:#}");
             if error.downcast_ref::<InputError>().is_some() {
@@ -51,4 +85,18 @@ pub fn main() -> ExitCode {
             }
         }
     }
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    let io = error
+        .chain()
+        .find_map(|cause| cause.downcast_ref::<std::io::Error>());
+    // serde_json keeps the kind, not the error itself.
+    let json = error
+        .chain()
+        .find_map(|cause| cause.downcast_ref::<serde_json::Error>());
+    let kind = io
+        .map(std::io::Error::kind)
+        .or(json.and_then(serde_json::Error::io_error_kind));
+    kind == Some(std::io::ErrorKind::BrokenPipe)
 }

@@ -1,11 +1,13 @@
 //! The world around the receiver, and the `cslam` command that puts the two together.
 
 pub mod accuracy;
+pub mod allan;
 pub mod channel;
 pub mod cli;
 mod commands;
 pub mod crlb;
 pub mod evaluation;
+pub mod flight;
 pub mod flight_files;
 pub mod input;
 pub mod measurement;
@@ -14,7 +16,14 @@ pub mod paths;
 pub mod ply;
 pub mod progress;
 pub mod random;
+pub mod recording;
 pub mod report;
+pub mod scene;
+pub mod seeded;
+pub mod sensors;
+pub mod sigmf;
 pub mod solve;
 pub mod statistics;
 pub mod table;
+pub mod tracer;
+pub mod world;

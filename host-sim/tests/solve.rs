@@ -173,3 +173,17 @@ fn impossible_measurements_get_a_reason_each() {
         ]
     );
 }
+
+#[test]
+fn a_reader_that_has_seen_enough_is_no_failure() {
+    let file = fixture("outdoor_a.jsonl.gz");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_cslam"))
+        .args(["solve", "--json", "--paths", file.to_str().expect("text")])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("the binary runs");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!((output.status.code(), output.stderr.is_empty()), (Some(0), true));
+}

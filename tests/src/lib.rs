@@ -1,1 +1,34 @@
-//! Cross-crate tests live in `tests/`, the verify driver in `src/bin/verify.rs`.
+//! Cross-crate tests are in `tests/`, the verify driver (`cargo verify`) in `src/bin/verify`.
+
+use std::path::Path;
+use std::process::Command;
+
+/// Root of the workspace.
+pub fn root() -> &'static Path {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    package.parent().unwrap_or(package)
+}
+
+/// `cargo VERB` (build or run) of an image for the emulated board, with the flags it is made for whatever the environment
+/// holds.
+pub fn emulated_board(verb: &str, image: &str) -> Command {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut command = Command::new(cargo);
+    command
+        .current_dir(root())
+        .args([
+            verb,
+            "-q",
+            "--profile",
+            "firmware",
+            "--target",
+            "thumbv7em-none-eabihf",
+        ])
+        .args(["-p", "cslam-firmware", "--features", "qemu-an500", "--bin", image])
+        // They would replace the flags in `.cargo/config.toml`, and with them the choice of the processor.
+        .env_remove("RUSTFLAGS")
+        .env_remove("CARGO_ENCODED_RUSTFLAGS")
+        // What is logged is part of the tests.
+        .env_remove("DEFMT_LOG");
+    command
+}

@@ -1,7 +1,7 @@
 //! Antenna geometry: the four tilted linear arrays of the UAV and the planar arrays and transmit beams of the GMT.
 //!
 //! One description each ([`UavArrayConfig`], [`GmtArrayConfig`], [`CodebookConfig`]); everything else (axes, steering,
-//! codewords) is made from it by code. All arithmetic is generic over [`Real`](crate::geometry::Real): `f32` in flight,
+//! codewords) is made from it by code. All arithmetic is generic over [`Real`]: `f32` in flight,
 //! `f64` in a simulation.
 //!
 //! Sources: design README section 7, signal.md section 1.
@@ -12,11 +12,13 @@
 mod codebook;
 mod element;
 mod gmt;
+mod squint;
 mod uav;
 
 pub use codebook::{Beam, Codebook, CodebookConfig};
 pub use element::{GmtElement, UavElement, half_wave_dipole};
 pub use gmt::{GmtArrayConfig, GmtArrays, GmtFace, planar_factor};
+pub use squint::{SquintConfig, SquintScheme, SquintSymbol};
 pub use uav::{UavArrayConfig, UavArrays, Ula};
 
 use crate::geometry::{Complex, Real, Vector3};

@@ -13,9 +13,9 @@ use super::fit::{Fit, Place, REACH, fit, solve};
 use super::grid::AngleGrid;
 use super::model::ArrayModel;
 use super::stages::Channel;
-use super::tables::SAMPLES;
 use super::template::Template;
 use super::window::{SINGLE, Window};
+use crate::waveform::SAMPLES;
 
 /// Paths kept in a beam.
 pub(super) const PATHS_PER_BEAM: usize = 5;

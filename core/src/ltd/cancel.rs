@@ -12,8 +12,8 @@ use super::iq::Iq;
 use super::model::{ArrayModel, steering};
 use super::phase::phasor;
 use super::stages::Channel;
-use super::tables::SAMPLES;
 use super::template::{SPAN, Template};
+use crate::waveform::SAMPLES;
 
 /// Sidelobes are cancelled down to a quarter of the noise amplitude.
 const MARGIN: f32 = 4.0;

@@ -5,12 +5,16 @@
 //! before that stage, from which any tap is an eight-term sum. [`Correlator`] is immutable; all state is in
 //! [`Workspace`], which one receiver needs once.
 
+use core::marker::PhantomData;
+
 use super::iq::Iq;
-use super::kernels;
+use super::kernels::{Kernels, Native};
 use super::level::Levelled;
-use super::stages::{COLUMNS, Channel, FOLDED_COLUMNS, FoldedPowers, Powers, tap_at};
-use super::tables::{SAMPLES, Tables};
+use super::stages::{self, COLUMNS, Channel, FOLDED_COLUMNS, FoldedPowers, Pass, Powers, tap_at};
+use super::tables::Tables;
 use super::taps::BeamTaps;
+use crate::block::BeamBlock;
+use crate::waveform::{SAMPLES, Waveform};
 
 /// Taps of the half-length correlation.
 pub const FOLDED_TAPS: usize = SAMPLES / 2;
@@ -18,10 +22,11 @@ pub const FOLDED_TAPS: usize = SAMPLES / 2;
 /// Stages scale by 2^-12 in all, a tap is defined with 1/512.
 const TAP_EXPONENT: i32 = 12 - 9;
 
-/// Transform and correlation with one waveform.
+/// Transform and correlation with one waveform, by one set of kernels.
 #[derive(Clone, Debug)]
-pub struct Correlator {
+pub struct Correlator<K = Native> {
     tables: Tables,
+    kernels: PhantomData<K>,
 }
 
 /// Scratch of the transform and the profiles it makes. 16 KiB.
@@ -54,23 +59,34 @@ impl Default for Workspace {
     }
 }
 
-impl Correlator {
-    /// Correlator for a waveform given by its spectrum: 512 bins, bin 0 first, Q15 of magnitudes up to one
-    /// ([`super::q15`]), zero where no subcarrier is active.
+impl<K: Kernels> Correlator<K> {
+    /// Correlator for a waveform. Its symbols are rounded to Q15.
     #[must_use]
-    pub fn new(waveform: &[Iq; SAMPLES]) -> Self {
+    pub fn new(waveform: &Waveform) -> Self {
         Self {
             tables: Tables::new(waveform),
+            kernels: PhantomData,
         }
     }
 
     /// Spectrum of a channel, digit-reversed: [`super::bin_at`] names the bin of each position. Scale 2^-6. Returns how
     /// many lanes clipped; none does while every bin and partial sum stays under 2^21 / sqrt(2) before scaling.
     pub fn spectrum(&self, samples: &Channel, out: &mut Channel, work: &mut Workspace) -> u32 {
-        kernels::first(samples, &mut work.ping)
-            + kernels::second(&work.ping, &mut work.pong, &self.tables.second)
-            + kernels::third(&work.pong, &mut work.ping, &self.tables.third)
-            + kernels::last(&work.ping, out, &self.tables.last)
+        let Workspace { ping, pong, .. } = work;
+        let Tables { second, third, last } = &self.tables;
+        let mut watch = Watch::default();
+        watch.pass(K::first(samples, ping), || stages::first(samples, ping));
+        watch.pass(K::second(ping, pong, second), || {
+            stages::second(ping, pong, second)
+        });
+        watch.pass(K::third(pong, ping, third), || stages::third(pong, ping, third));
+        watch.pass(K::last(ping, out, last), || stages::last(ping, out, last));
+        watch.clips
+    }
+
+    /// Measures a beam block and brings it to the level of the transform, in place.
+    pub fn level<'a, const CHANNELS: usize>(&self, block: BeamBlock<'a, CHANNELS>) -> Levelled<'a, CHANNELS> {
+        Levelled::new::<K>(block)
     }
 
     /// Correlates all channels of a beam and sums their power.
@@ -78,27 +94,44 @@ impl Correlator {
         &self,
         beam: Levelled<'a, CHANNELS>,
         work: &'a mut Workspace,
-    ) -> BeamTaps<'a, CHANNELS> {
-        let exponent = beam.exponent() + TAP_EXPONENT;
-        let block = beam.into_block();
+    ) -> BeamTaps<'a, CHANNELS, K> {
+        let BeamBlock {
+            samples,
+            beam,
+            exponent,
+        } = beam.into_block();
         let Tables { second, third, last } = &self.tables;
         work.powers = [[0; 8]; 64];
-        let mut clips = 0;
-        for channel in block.iter_mut() {
-            clips += kernels::first(channel, &mut work.ping)
-                + kernels::second(&work.ping, &mut work.pong, second)
-                + kernels::third(&work.pong, &mut work.ping, third)
-                + kernels::correlate(&work.ping, &mut work.pong, last)
-                + kernels::inverse_third(&work.pong, &mut work.ping, third)
-                + kernels::inverse_second(&work.ping, channel, second);
-            kernels::power(channel, &mut work.powers);
+        let mut watch = Watch::default();
+        let Workspace { ping, pong, .. } = work;
+        for channel in samples.iter_mut() {
+            watch.pass(K::first(channel, ping), || stages::first(channel, ping));
+            watch.pass(K::second(ping, pong, second), || {
+                stages::second(ping, pong, second)
+            });
+            watch.pass(K::third(pong, ping, third), || stages::third(pong, ping, third));
+            watch.pass(K::correlate(ping, pong, last), || {
+                stages::correlate(ping, pong, last)
+            });
+            watch.pass(K::inverse_third(pong, ping, third), || {
+                stages::inverse_third(pong, ping, third)
+            });
+            watch.pass(K::inverse_second(ping, channel, second), || {
+                stages::inverse_second(ping, channel, second)
+            });
+            K::power(channel, &mut work.powers);
         }
         for (position, row) in work.powers.iter().enumerate() {
             for (column, &power) in COLUMNS.iter().zip(row) {
                 work.profile[(tap_at(position) + 64 * column) & 511] = power;
             }
         }
-        BeamTaps::new(block, &work.profile, &mut work.ping, exponent, clips)
+        let taps = BeamBlock {
+            samples,
+            beam,
+            exponent: exponent.saturating_add(TAP_EXPONENT),
+        };
+        BeamTaps::new(taps, &work.profile, &mut work.ping, watch)
     }
 
     /// Cheap stage: the profile of the even subcarriers of a few channels (those that exist), delays modulo 256 taps.
@@ -115,17 +148,17 @@ impl Correlator {
         let mut powers: FoldedPowers = [[0; 4]; 64];
         let Workspace { ping, pong, .. } = work;
         for channel in channels {
-            let Some(samples) = beam.block().get(usize::from(*channel)) else {
+            let Some(samples) = beam.samples().get(usize::from(*channel)) else {
                 continue;
             };
             // A clipped lane here shows again, and is counted, in the full correlation.
-            kernels::first_folded(samples, ping);
-            kernels::second(ping, pong, second);
-            kernels::third(pong, ping, third);
-            kernels::correlate(ping, pong, last);
-            kernels::inverse_third(pong, ping, third);
-            kernels::inverse_second(ping, pong, second);
-            kernels::power_folded(pong, &mut powers);
+            K::first_folded(samples, ping);
+            K::second(ping, pong, second);
+            K::third(pong, ping, third);
+            K::correlate(ping, pong, last);
+            K::inverse_third(pong, ping, third);
+            K::inverse_second(ping, pong, second);
+            K::power_folded(pong, &mut powers);
         }
         for (position, row) in powers.iter().enumerate() {
             for (column, &power) in FOLDED_COLUMNS.iter().zip(row) {
@@ -133,6 +166,40 @@ impl Correlator {
             }
         }
         &work.folded
+    }
+}
+
+/// Counts clipped lanes. A strained pass is examined, that is repeated by its portable form, which counts; but only so
+/// many in a beam, lest a jammer take the processor's time.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Watch {
+    examined: u32,
+    /// Lanes that clipped in the examined passes.
+    pub(super) clips: u32,
+    /// Strained passes that were not examined.
+    pub(super) unexamined: u32,
+}
+
+impl Watch {
+    /// Passes examined in a beam: with one channel's six, every kind of pass has its chance.
+    const MOST: u32 = 6;
+
+    #[inline(always)]
+    fn pass(&mut self, strained: bool, repeat: impl FnOnce() -> Pass) {
+        if strained {
+            self.examine(repeat);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn examine(&mut self, repeat: impl FnOnce() -> Pass) {
+        if self.examined < Self::MOST {
+            self.examined += 1;
+            self.clips += repeat().clips;
+        } else {
+            self.unexamined += 1;
+        }
     }
 }
 

@@ -3,22 +3,20 @@
 use heapless::Vec;
 use nalgebra::Matrix3;
 
+use super::PathEstimator;
 use super::beam::{Beam, Found, SOURCES, Search};
 use super::correlator::{Correlator, Workspace};
 use super::departure::{Departures, Look};
 use super::detector::Detector;
 use super::grid::AngleGrid;
-use super::level::Levelled;
 use super::merge::{Detection, Detections, Merged};
 use super::model::ArrayModel;
-use super::tables::{SAMPLES, q15};
 use super::template::Template;
-use super::{Iq, PathEstimator};
 use crate::array::{Codebook, UavArrays};
 use crate::block::BeamBlock;
 use crate::geometry::{Body, Direction, Gmt, Rotation, World};
 use crate::path::{Departure, Path};
-use crate::waveform::Waveform;
+use crate::waveform::{SAMPLES, Waveform};
 
 /// What the estimator needs to know about both ends of the link, and its few free parameters.
 #[derive(Clone, Debug)]
@@ -85,8 +83,12 @@ pub struct EstimatedPath {
 pub struct BeamReport {
     /// Paths found in it.
     pub paths: u8,
+    /// The whole beam carries less power than the weakest path worth reporting: it was not searched.
+    pub weak: bool,
     /// Lanes that clipped in the transform, see [`super::BeamTaps::clips`].
     pub clips: u32,
+    /// See [`super::BeamTaps::unexamined`].
+    pub unexamined: u32,
 }
 
 /// Best mode. `A` arrays of `E` elements (`C` = A E channels), `BEAMS` transmit beams of `FACES` arrays of `X` x `Z`
@@ -147,7 +149,7 @@ impl<
             model,
             detector: Detector::new(C, config.false_alarms_per_sweep, BEAMS * config.waveform.active),
             threshold: threshold(config.false_alarms_per_sweep, BEAMS),
-            correlator: Correlator::new(&spectrum(&config.waveform)),
+            correlator: Correlator::new(&config.waveform),
             departures: Departures::new(&config.codebook, gain_sigma),
             gmt_attitude: config.gmt_attitude,
             share,
@@ -251,11 +253,24 @@ impl<
 > PathEstimator<C, K> for Estimator<A, E, C, BEAMS, FACES, X, Z, MOST, K>
 {
     fn push_beam(&mut self, block: BeamBlock<'_, C>) -> BeamReport {
-        let levelled = Levelled::new(block.samples, block.exponent);
+        let levelled = self.correlator.level(block);
+        // A tap gathers Na times the power of a sample at most: a weaker beam cannot hold a path worth reporting.
+        let most = f64::from(self.template.active()) * levelled.mean_power();
+        if most < f64::from(self.share * self.strongest) {
+            return BeamReport {
+                weak: true,
+                ..BeamReport::default()
+            };
+        }
         let taps = self.correlator.correlate(levelled, &mut self.work);
-        let (exponent, clips) = (taps.exponent(), taps.clips());
+        let (clips, unexamined) = (taps.clips(), taps.unexamined());
         self.profile = *taps.profile();
         self.found.clear();
+        let BeamBlock {
+            samples,
+            beam,
+            exponent,
+        } = taps.into_natural();
         let search = Search {
             model: &self.model,
             template: &self.template,
@@ -265,14 +280,18 @@ impl<
             calibration_share: self.calibration_share,
         };
         let floor = self.share * self.strongest * libm::scalbnf(1.0, -2 * exponent);
-        let mut beam = Beam {
-            taps: taps.into_natural(),
+        let mut under = Beam {
+            taps: samples,
             profile: &mut self.profile,
             found: &mut self.found,
         };
-        let noise = search.run(&mut beam, floor);
-        let paths = self.keep(noise, exponent, block.beam);
-        BeamReport { paths, clips }
+        let noise = search.run(&mut under, floor);
+        BeamReport {
+            paths: self.keep(noise, exponent, beam),
+            weak: false,
+            clips,
+            unexamined,
+        }
     }
 
     fn finish(&mut self) -> Vec<EstimatedPath, K> {
@@ -301,14 +320,4 @@ fn square(x: f32) -> f32 {
 fn threshold(false_alarms: f64, beams: usize) -> f32 {
     let per_beam = false_alarms.clamp(1e-12, 1.0) / beams.max(1) as f64;
     (33.0 - libm::log(per_beam / 1.4e-4) / 0.86) as f32
-}
-
-/// Q15 spectrum of a waveform, bin 0 first.
-pub(super) fn spectrum(waveform: &Waveform) -> [Iq; SAMPLES] {
-    let mut bins = [Iq::ZERO; SAMPLES];
-    for index in 0..waveform.active.min(SAMPLES) {
-        let symbol = waveform.symbol::<f64>(index);
-        bins[waveform.bin(index) & (SAMPLES - 1)] = q15(symbol.re, symbol.im);
-    }
-    bins
 }

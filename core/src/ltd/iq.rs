@@ -79,7 +79,7 @@ impl Iq {
     }
 
     /// `re + j im`, each clipped to 16 bits and counted when it was.
-    const fn clipped(re: i32, im: i32, clips: &mut Clips) -> Self {
+    fn clipped(re: i32, im: i32, clips: &mut Clips) -> Self {
         let out = Self::new(clip(re), clip(im));
         *clips += (out.re() as i32 != re) as u32 + (out.im() as i32 != im) as u32;
         out
@@ -123,7 +123,7 @@ impl Iq {
     }
 
     /// `x + y`, saturating (QADD16).
-    pub(super) const fn saturating_add(self, y: Self, clips: &mut Clips) -> Self {
+    pub(super) fn saturating_add(self, y: Self, clips: &mut Clips) -> Self {
         Self::clipped(
             self.re() as i32 + y.re() as i32,
             self.im() as i32 + y.im() as i32,
@@ -132,7 +132,7 @@ impl Iq {
     }
 
     /// `x - y`, saturating (QSUB16).
-    pub(super) const fn saturating_sub(self, y: Self, clips: &mut Clips) -> Self {
+    pub(super) fn saturating_sub(self, y: Self, clips: &mut Clips) -> Self {
         Self::clipped(
             self.re() as i32 - y.re() as i32,
             self.im() as i32 - y.im() as i32,
@@ -141,7 +141,7 @@ impl Iq {
     }
 
     /// `x + j y`, saturating (QASX).
-    pub(super) const fn saturating_add_j(self, y: Self, clips: &mut Clips) -> Self {
+    pub(super) fn saturating_add_j(self, y: Self, clips: &mut Clips) -> Self {
         Self::clipped(
             self.re() as i32 - y.im() as i32,
             self.im() as i32 + y.re() as i32,
@@ -150,7 +150,7 @@ impl Iq {
     }
 
     /// `x - j y`, saturating (QSAX).
-    pub(super) const fn saturating_sub_j(self, y: Self, clips: &mut Clips) -> Self {
+    pub(super) fn saturating_sub_j(self, y: Self, clips: &mut Clips) -> Self {
         Self::clipped(
             self.re() as i32 + y.im() as i32,
             self.im() as i32 - y.re() as i32,
@@ -175,7 +175,7 @@ impl Iq {
     }
 
     /// `x w` of a Q15 factor with `|w| <= 1`, one rounding, half up, saturating (SMLSD, SMLADX, SSAT, PKHBT).
-    pub(super) const fn full_product(self, w: Self, clips: &mut Clips) -> Self {
+    pub(super) fn full_product(self, w: Self, clips: &mut Clips) -> Self {
         let (re, im) = self.product(w, HALF_AT_15);
         Self::clipped(re >> 15, im >> 15, clips)
     }
@@ -189,12 +189,74 @@ impl Iq {
 }
 
 /// Clips to 16 bits.
-const fn clip(x: i32) -> i16 {
-    if x > i16::MAX as i32 {
-        i16::MAX
-    } else if x < i16::MIN as i32 {
-        i16::MIN
-    } else {
-        x as i16
+fn clip(x: i32) -> i16 {
+    x.clamp(i32::from(i16::MIN), i32::from(i16::MAX)) as i16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A word, with the extremes often enough to meet each other.
+    fn any_iq() -> impl Strategy<Value = Iq> {
+        let part = || prop_oneof![any::<i16>(), Just(i16::MIN), Just(i16::MAX), -1..=1_i16];
+        (part(), part()).prop_map(|(re, im)| Iq::new(re, im))
+    }
+
+    /// Exact parts.
+    fn wide(x: Iq) -> [i64; 2] {
+        [i64::from(x.re()), i64::from(x.im())]
+    }
+
+    /// Saturated parts, and how many were.
+    fn limited(exact: [i64; 2]) -> ([i64; 2], u32) {
+        let limited = exact.map(|x| x.clamp(-32_768, 32_767));
+        let clips = (limited[0] != exact[0]) as u32 + (limited[1] != exact[1]) as u32;
+        (limited, clips)
+    }
+
+    /// `x * 2^-bits`, round half up.
+    fn rounded([re, im]: [i64; 2], bits: u32) -> [i64; 2] {
+        [re, im].map(|x| (x as f64 / f64::from(1_u32 << bits) + 0.5).floor() as i64)
+    }
+
+    fn times([a, b]: [i64; 2], [c, d]: [i64; 2]) -> [i64; 2] {
+        [a * c - b * d, a * d + b * c]
+    }
+
+    proptest! {
+        #[test]
+        fn sums_and_differences_halve_or_saturate(x in any_iq(), y in any_iq()) {
+            let ([a, b], [c, d]) = (wide(x), wide(y));
+            let exact = [[a + c, b + d], [a - c, b - d], [a - d, b + c], [a + d, b - c]];
+            let mut clips = [0; 4];
+            let [n0, n1, n2, n3] = &mut clips;
+            let saturating = [
+                x.saturating_add(y, n0),
+                x.saturating_sub(y, n1),
+                x.saturating_add_j(y, n2),
+                x.saturating_sub_j(y, n3),
+            ];
+            let halving = [x.halving_add(y), x.halving_sub(y), x.halving_add_j(y), x.halving_sub_j(y)];
+            for i in 0..4 {
+                prop_assert_eq!((wide(saturating[i]), clips[i]), limited(exact[i]));
+                prop_assert_eq!(wide(halving[i]), exact[i].map(|x| x.div_euclid(2)));
+            }
+            prop_assert_eq!(wide(x.half()), rounded(wide(x), 1));
+            prop_assert_eq!(i64::from(x.power()), a * a + b * b);
+        }
+
+        #[test]
+        fn products_round_half_up_and_never_wrap(x in any_iq(), phase in 0.0..core::f64::consts::TAU) {
+            let q15 = |x: f64| (x * 32_768.0 + 0.5).floor().clamp(-32_768.0, 32_767.0) as i16;
+            let w = Iq::new(q15(libm::cos(phase)), q15(libm::sin(phase)));
+            let conj = [i64::from(w.re()), -i64::from(w.im())];
+            prop_assert_eq!(wide(x.half_product(w)), rounded(times(wide(x), wide(w)), 16));
+            prop_assert_eq!(wide(x.half_product_conj(w)), rounded(times(wide(x), conj), 16));
+            let mut clips = 0;
+            let full = wide(x.full_product(w, &mut clips));
+            prop_assert_eq!((full, clips), limited(rounded(times(wide(x), wide(w)), 15)));
+        }
     }
 }

@@ -1,14 +1,71 @@
-//! The kernels as the rest of the crate calls them: assembly where the feature `armv7em` is on and the target is an
-//! ARM core, the portable form elsewhere. Both give the same bits and the same counts.
+//! The set of kernels that the front end runs on: portable, or assembly for ARM cores with the DSP instructions. Both
+//! give the same bits; on a chip both are there, so that the equality can be tested there.
 
-#[cfg(not(all(target_arch = "arm", feature = "armv7em")))]
-pub(super) use super::stages::{
-    correlate, energy, first, first_folded, inverse_second, inverse_third, last, natural, power,
-    power_folded, second, third,
-};
+use super::stages::{self, Channel, FoldedPowers, Powers};
+use super::tables::{Tail, Twiddles};
 
+/// The stages of the transform, each documented in `stages.rs`. Sealed: [`Portable`] and, on ARM with the feature `armv7em`,
+/// `Armv7em` implement it.
+pub trait Kernels: stage::Stages {}
+
+/// Kernels in plain Rust: the definition of the results.
+#[derive(Clone, Copy, Debug)]
+pub struct Portable;
+
+/// Kernels in assembly for ARMv7E-M with single-precision registers (Cortex-M4F, M7, M33, M55).
 #[cfg(all(target_arch = "arm", feature = "armv7em"))]
-pub(super) use super::simd::{
-    correlate, energy, first, first_folded, inverse_second, inverse_third, last, natural, power,
-    power_folded, second, third,
-};
+#[derive(Clone, Copy, Debug)]
+pub struct Armv7em;
+
+/// The fastest kernels of the target.
+#[cfg(not(all(target_arch = "arm", feature = "armv7em")))]
+pub type Native = Portable;
+/// The fastest kernels of the target.
+#[cfg(all(target_arch = "arm", feature = "armv7em"))]
+pub type Native = Armv7em;
+
+/// Keeps the trait's methods to this crate.
+pub(super) mod stage {
+    #[cfg(all(target_arch = "arm", feature = "armv7em"))]
+    use super::{super::simd, Armv7em};
+    use super::{Channel, FoldedPowers, Portable, Powers, Tail, Twiddles, stages};
+
+    /// From one list of signatures: the trait, and its implementations by the functions of the same names; `=>` names
+    /// the part of the portable form's result that is the trait's.
+    macro_rules! stages {
+        ($($name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)? $(=> $part:ident())?;)*) => {
+            /// See the functions of the same names in `stages`. Passes say whether they were strained.
+            pub trait Stages {
+                $(#[doc = "See `stages`."] fn $name($($argument: $type),*) $(-> $result)?;)*
+            }
+
+            impl Stages for Portable {
+                $(fn $name($($argument: $type),*) $(-> $result)? { stages::$name($($argument),*)$(.$part())? })*
+            }
+
+            #[cfg(all(target_arch = "arm", feature = "armv7em"))]
+            impl Stages for Armv7em {
+                $(fn $name($($argument: $type),*) $(-> $result)? { simd::$name($($argument),*) })*
+            }
+        };
+    }
+
+    stages! {
+        first(input: &Channel, out: &mut Channel) -> bool => strained();
+        first_folded(input: &Channel, out: &mut Channel);
+        second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool => strained();
+        third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool => strained();
+        last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> bool => strained();
+        correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> bool => strained();
+        inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool => strained();
+        inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool => strained();
+        power(kept: &Channel, powers: &mut Powers);
+        power_folded(kept: &Channel, powers: &mut FoldedPowers);
+        natural(kept: &mut Channel, scratch: &mut Channel);
+        energy(input: &Channel) -> u64;
+    }
+}
+
+impl Kernels for Portable {}
+#[cfg(all(target_arch = "arm", feature = "armv7em"))]
+impl Kernels for Armv7em {}

@@ -6,9 +6,12 @@
 //! input by `sqrt(416)/8 r = 2.55 r` LSB, all values of the final stage by `2.9 r`, and [`MAX_MEAN_POWER`] keeps that under
 //! 32 767: the final stage never clips. Forward bins reach `8 r` for a bare tone; there, lanes may clip, and are counted.
 
-use super::kernels;
+use libm::scalbn;
+
+use super::kernels::Kernels;
 use super::stages::Channel;
-use super::tables::SAMPLES;
+use crate::block::BeamBlock;
+use crate::waveform::SAMPLES;
 
 /// Largest mean |x|^2 of a channel the transform takes as it is: `r` = 9159, -11.1 dB of full scale (32 768).
 pub(super) const MAX_MEAN_POWER: u64 = (1 << 26) + (1 << 24);
@@ -19,59 +22,51 @@ const MAX_GAIN_BITS: i32 = 9;
 /// A beam block at the level of the transform.
 #[derive(Debug)]
 pub struct Levelled<'a, const CHANNELS: usize> {
-    block: &'a mut [Channel; CHANNELS],
-    /// Amplitude = integer x 2^exponent.
-    exponent: i32,
-    /// Sum of |x|^2 of all channels before the shift, in squared LSB of the captured samples.
-    energy: u64,
-    captured_exponent: i32,
+    block: BeamBlock<'a, CHANNELS>,
+    mean_power: f64,
 }
 
 impl<'a, const CHANNELS: usize> Levelled<'a, CHANNELS> {
-    /// Measures a block and shifts it in place where its level asks for it. `exponent`: amplitude = integer x
-    /// 2^exponent of the samples as captured.
-    pub fn new(block: &'a mut [Channel; CHANNELS], exponent: i32) -> Self {
+    /// Measures a block and shifts it in place where its level asks for it.
+    pub(super) fn new<K: Kernels>(mut block: BeamBlock<'a, CHANNELS>) -> Self {
         let (mut energy, mut strongest) = (0_u64, 0_u64);
-        for channel in block.iter() {
-            let channel_energy = kernels::energy(channel);
+        for channel in block.samples.iter() {
+            let channel_energy = K::energy(channel);
             energy += channel_energy;
             strongest = strongest.max(channel_energy);
         }
-        let shift = shift(strongest);
-        let shift = if shift < 0 {
-            -(-shift).min(headroom(block))
-        } else {
-            shift
+        let mean_power = scalbn(energy as f64 / SAMPLES as f64, block.exponent.saturating_mul(2));
+        let shift = match shift(strongest) {
+            shift if shift < 0 => shift.max(-headroom(block.samples)),
+            shift => shift,
         };
-        rescale(block, shift);
-        Self {
-            block,
-            exponent: exponent + shift,
-            energy,
-            captured_exponent: exponent,
-        }
+        rescale(block.samples, shift);
+        block.exponent = block.exponent.saturating_add(shift);
+        Self { block, mean_power }
     }
 
-    /// Mean power of a sample, all channels added, in squared amplitude units (exponents applied): comparable over beams.
+    /// Mean power of a sample, all channels added, in squared amplitude units (exponent applied): comparable over beams.
+    /// No path of the beam can be stronger.
     #[must_use]
     pub fn mean_power(&self) -> f64 {
-        libm::scalbn(self.energy as f64 / SAMPLES as f64, 2 * self.captured_exponent)
+        self.mean_power
     }
 
     /// Amplitude of the levelled samples = integer x 2^exponent.
     #[must_use]
     pub fn exponent(&self) -> i32 {
-        self.exponent
+        self.block.exponent
     }
 
     /// The levelled samples.
     #[must_use]
-    pub fn block(&self) -> &[Channel; CHANNELS] {
-        self.block
+    pub fn samples(&self) -> &[Channel; CHANNELS] {
+        self.block.samples
     }
 
-    /// Gives the buffer back.
-    pub(super) fn into_block(self) -> &'a mut [Channel; CHANNELS] {
+    /// Gives the block back, levelled.
+    #[must_use]
+    pub fn into_block(self) -> BeamBlock<'a, CHANNELS> {
         self.block
     }
 }

@@ -7,9 +7,8 @@
 use nalgebra::{Complex, Vector3};
 
 use super::phase::phasor;
-use super::tables::SAMPLES;
 use crate::array::UavArrays;
-use crate::waveform::Waveform;
+use crate::waveform::{SAMPLES, Waveform};
 
 /// Steering and lever arms of `A` linear arrays of `E` elements.
 #[derive(Clone, Debug)]

@@ -6,12 +6,14 @@
 //! reads them, hence the index arithmetic below; no pass only reorders.
 //!
 //! Scales: first stage 1/8, each radix-4 stage 1/2 (as much as noise grows in it), product with the waveform 1/2,
-//! final stage 1/4. Every stage rounds once, half up; the halvings of the two radix-8 stages are floors (the first
+//! last inverse radix-4 stage 1/4, final stage 1/2. Every stage rounds once, half up; the halvings of the two radix-8 stages are floors (the first
 //! two are exact on samples of 14 bits or less, left-aligned). Every stage reads one buffer and writes another, so its
-//! input is still there when it must be repeated to count clipped lanes.
+//! input is still there when it must be repeated to count clipped lanes. Passes are inlined: where only their strain is
+//! asked for, the count costs nothing.
 
 use super::iq::{Clips, Iq};
-use super::tables::{SAMPLES, Tail, Twiddles};
+use super::tables::{Tail, Twiddles};
+use crate::waveform::SAMPLES;
 
 /// The samples of one channel, or a stage's data.
 pub type Channel = [Iq; SAMPLES];
@@ -29,8 +31,8 @@ pub(super) const FOLDED_COLUMNS: [usize; 4] = [0, 2, 1, 3];
 
 /// `exp(-j pi/4)`, Q15.
 pub(super) const EIGHTH: Iq = Iq::new(23_170, -23_170);
-/// `exp(-j 3 pi/4)`, Q15.
-pub(super) const THREE_EIGHTHS: Iq = Iq::new(-23_170, -23_170);
+/// `exp(+j pi/4)`, Q15.
+pub(super) const MINUS_EIGHTH: Iq = Iq::new(23_170, 23_170);
 
 /// Tap (modulo 64) at a position of the kept data; its own inverse. Base-4 digits reversed.
 #[must_use]
@@ -38,8 +40,35 @@ pub(super) const fn tap_at(position: usize) -> usize {
     ((position & 3) << 4) | (position & 12) | ((position >> 4) & 3)
 }
 
+/// How the sums of one pass over a channel fared.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Pass {
+    /// Bits of sums that differ from their neighbours where a lane left half the range.
+    strain: u32,
+    /// Lanes that clipped.
+    pub(super) clips: Clips,
+}
+
+impl Pass {
+    /// Whether a sum left half the range, without which no lane can have clipped. In the first stage: whether a lane
+    /// clipped.
+    pub(super) fn strained(&self) -> bool {
+        self.strain & 0x8000_8000 != 0
+    }
+
+    /// Notes whether a lane of a butterfly's results left half the range, where its upper two bits differ. Every lane
+    /// that clips inside a butterfly shows in one of its four results.
+    fn watch(&mut self, results: [Iq; 4]) -> [Iq; 4] {
+        for x in results {
+            self.strain |= x.word() ^ (x.word() << 1);
+        }
+        results
+    }
+}
+
 /// First stage, radix 8, no twiddles, scale 1/8.
-pub(super) fn first(input: &Channel, out: &mut Channel) -> Clips {
+#[inline(always)]
+pub(super) fn first(input: &Channel, out: &mut Channel) -> Pass {
     let mut clips = 0;
     for n in 0..64 {
         let to = first_position(n);
@@ -50,18 +79,22 @@ pub(super) fn first(input: &Channel, out: &mut Channel) -> Clips {
         let [d0, d1, d2, d3] = differences;
         let (u0, u1) = (d0.halving_sub_j(d2), d0.halving_add_j(d2));
         let v0 = d1.halving_sub_j(d3).full_product(EIGHTH, &mut clips);
-        let v1 = d1.halving_add_j(d3).full_product(THREE_EIGHTHS, &mut clips);
+        // exp(-j 3 pi/4) = -j exp(-j pi/4).
+        let v1 = d1.halving_add_j(d3).full_product(EIGHTH, &mut clips);
         let odd = [
             u0.halving_add(v0),
-            u1.halving_add(v1),
+            u1.halving_sub_j(v1),
             u0.halving_sub(v0),
-            u1.halving_sub(v1),
+            u1.halving_add_j(v1),
         ];
         for (slot, y) in odd.into_iter().enumerate() {
             out[(256 + 64 * slot + to) & 511] = y;
         }
     }
-    clips
+    Pass {
+        strain: if clips > 0 { u32::MAX } else { 0 },
+        clips,
+    }
 }
 
 /// First stage for the even bins only (the first half of `out`), scale 1/8. Cannot clip.
@@ -101,30 +134,64 @@ fn even_half([s0, s1, s2, s3]: [Iq; 4]) -> [Iq; 4] {
 }
 
 /// Twiddled four-point transform, scale 1/2.
-fn butterfly(x: [Iq; 4], w: &Twiddles, clips: &mut Clips) -> [Iq; 4] {
+fn butterfly(x: [Iq; 4], w: &Twiddles, pass: &mut Pass) -> [Iq; 4] {
     let y0 = x[0].half();
     let y1 = x[1].half_product(w[0]);
     let y2 = x[2].half_product(w[1]);
     let y3 = x[3].half_product(w[2]);
-    let (t, a) = (y0.saturating_add(y2, clips), y0.saturating_sub(y2, clips));
-    let (b, d) = (y1.saturating_add(y3, clips), y1.saturating_sub(y3, clips));
-    [
-        t.saturating_add(b, clips),
-        a.saturating_sub_j(d, clips),
-        t.saturating_sub(b, clips),
-        a.saturating_add_j(d, clips),
-    ]
+    let (t, a) = (
+        y0.saturating_add(y2, &mut pass.clips),
+        y0.saturating_sub(y2, &mut pass.clips),
+    );
+    let (b, d) = (
+        y1.saturating_add(y3, &mut pass.clips),
+        y1.saturating_sub(y3, &mut pass.clips),
+    );
+    let results = [
+        t.saturating_add(b, &mut pass.clips),
+        a.saturating_sub_j(d, &mut pass.clips),
+        t.saturating_sub(b, &mut pass.clips),
+        a.saturating_add_j(d, &mut pass.clips),
+    ];
+    pass.watch(results)
 }
 
 /// Inverse four-point transform, then the conjugate twiddles, scale 1/2.
-fn inverse_butterfly(z: [Iq; 4], w: &Twiddles, clips: &mut Clips) -> [Iq; 4] {
-    let (t, a) = (z[0].saturating_add(z[2], clips), z[0].saturating_sub(z[2], clips));
-    let (b, d) = (z[1].saturating_add(z[3], clips), z[1].saturating_sub(z[3], clips));
+fn inverse_butterfly(z: [Iq; 4], w: &Twiddles, pass: &mut Pass) -> [Iq; 4] {
+    let [z0, z1, z2, z3] = z;
+    let (t, a) = (
+        z0.saturating_add(z2, &mut pass.clips),
+        z0.saturating_sub(z2, &mut pass.clips),
+    );
+    let (b, d) = (
+        z1.saturating_add(z3, &mut pass.clips),
+        z1.saturating_sub(z3, &mut pass.clips),
+    );
+    inverse_tail([t, a, b, d], w, pass)
+}
+
+/// As [`inverse_butterfly`], scale 1/4: the first sums halve.
+fn inverse_butterfly_halved(z: [Iq; 4], w: &Twiddles, pass: &mut Pass) -> [Iq; 4] {
+    let [z0, z1, z2, z3] = z;
+    let (t, a) = (z0.halving_add(z2), z0.halving_sub(z2));
+    let (b, d) = (z1.halving_add(z3), z1.halving_sub(z3));
+    inverse_tail([t, a, b, d], w, pass)
+}
+
+/// Second half of an inverse butterfly.
+fn inverse_tail([t, a, b, d]: [Iq; 4], w: &Twiddles, pass: &mut Pass) -> [Iq; 4] {
+    let sums = [
+        t.saturating_add(b, &mut pass.clips),
+        a.saturating_add_j(d, &mut pass.clips),
+        t.saturating_sub(b, &mut pass.clips),
+        a.saturating_sub_j(d, &mut pass.clips),
+    ];
+    let [o0, o1, o2, o3] = pass.watch(sums);
     [
-        t.saturating_add(b, clips).half(),
-        a.saturating_add_j(d, clips).half_product_conj(w[0]),
-        t.saturating_sub(b, clips).half_product_conj(w[1]),
-        a.saturating_sub_j(d, clips).half_product_conj(w[2]),
+        o0.half(),
+        o1.half_product_conj(w[0]),
+        o2.half_product_conj(w[1]),
+        o3.half_product_conj(w[2]),
     ]
 }
 
@@ -146,44 +213,48 @@ fn put(out: &mut Channel, at: usize, step: usize, y: [Iq; 4]) {
 }
 
 /// Second stage, radix 4 on blocks of 64, scale 1/2.
-pub(super) fn second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips {
-    let mut clips = 0;
+#[inline(always)]
+pub(super) fn second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Pass {
+    let mut pass = Pass::default();
     for (block, w) in twiddles.iter().enumerate() {
         for n in 0..16 {
-            let y = butterfly(row(input, 64 * block + 4 * n), w, &mut clips);
+            let y = butterfly(row(input, 64 * block + 4 * n), w, &mut pass);
             put(out, 64 * block + 4 * (n & 3) + (n >> 2), 16, y);
         }
     }
-    clips
+    pass
 }
 
 /// Third stage, radix 4 on blocks of 16, scale 1/2.
-pub(super) fn third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips {
-    let mut clips = 0;
+#[inline(always)]
+pub(super) fn third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Pass {
+    let mut pass = Pass::default();
     for (block, w) in twiddles.iter().enumerate() {
         for n in 0..4 {
-            let y = butterfly(row(input, 16 * block + 4 * n), w, &mut clips);
+            let y = butterfly(row(input, 16 * block + 4 * n), w, &mut pass);
             put(out, 16 * block + n, 4, y);
         }
     }
-    clips
+    pass
 }
 
 /// Last forward stage, radix 4 on blocks of 4, scale 1/2: the spectrum, digit-reversed.
-pub(super) fn last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Clips {
-    let mut clips = 0;
+#[inline(always)]
+pub(super) fn last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Pass {
+    let mut pass = Pass::default();
     for (block, tail) in tails.iter().enumerate() {
-        let bins = butterfly(row(input, 4 * block), &tail.twiddles, &mut clips);
+        let bins = butterfly(row(input, 4 * block), &tail.twiddles, &mut pass);
         put(out, 4 * block, 1, bins);
     }
-    clips
+    pass
 }
 
 /// Last forward stage, product with the conjugate waveform, first inverse stage; scale 1/8. The spectrum is not kept.
-pub(super) fn correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Clips {
-    let mut clips = 0;
+#[inline(always)]
+pub(super) fn correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> Pass {
+    let mut pass = Pass::default();
     for (block, tail) in tails.iter().enumerate() {
-        let bins = butterfly(row(input, 4 * block), &tail.twiddles, &mut clips);
+        let bins = butterfly(row(input, 4 * block), &tail.twiddles, &mut pass);
         let [b0, b1, b2, b3] = bins;
         let [x0, x1, x2, x3] = tail.waveform;
         let z = [
@@ -192,41 +263,39 @@ pub(super) fn correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> C
             b2.half_product_conj(x2),
             b3.half_product_conj(x3),
         ];
-        put(
-            out,
-            4 * block,
-            1,
-            inverse_butterfly(z, &tail.twiddles, &mut clips),
-        );
+        put(out, 4 * block, 1, inverse_butterfly(z, &tail.twiddles, &mut pass));
     }
-    clips
+    pass
 }
 
 /// Inverse of [`third`], scale 1/2.
-pub(super) fn inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips {
-    let mut clips = 0;
+#[inline(always)]
+pub(super) fn inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Pass {
+    let mut pass = Pass::default();
     for (block, w) in twiddles.iter().enumerate() {
         for n in 0..4 {
-            let y = inverse_butterfly(column(input, 16 * block + n, 4), w, &mut clips);
+            let y = inverse_butterfly(column(input, 16 * block + n, 4), w, &mut pass);
             put(out, 16 * block + 4 * n, 1, y);
         }
     }
-    clips
+    pass
 }
 
-/// Inverse of [`second`], scale 1/2. Its output is the kept form of a channel: one radix-8 stage before the taps.
-pub(super) fn inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Clips {
-    let mut clips = 0;
+/// Inverse of [`second`], scale 1/4: a path gathers its energy here, and a strong one would
+/// pass half the range at 1/2, which the assembly's probe takes for possible clipping. Its output is the kept form of a channel: one radix-8 stage before the taps.
+#[inline(always)]
+pub(super) fn inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> Pass {
+    let mut pass = Pass::default();
     for (block, w) in twiddles.iter().enumerate() {
         for n in 0..16 {
-            let y = inverse_butterfly(column(input, 64 * block + n, 16), w, &mut clips);
+            let y = inverse_butterfly_halved(column(input, 64 * block + n, 16), w, &mut pass);
             put(out, 64 * block + 4 * n, 1, y);
         }
     }
-    clips
+    pass
 }
 
-/// Final inverse stage, radix 8, no twiddles, scale 1/4: the taps `tap_at(position) + 64 l` in the order of
+/// Final inverse stage, radix 8, no twiddles, scale 1/2: the taps `tap_at(position) + 64 l` in the order of
 /// [`COLUMNS`]. The level set before the transform bounds every intermediate value (see [`super::level`]); were it
 /// broken, the result would saturate, not wrap.
 pub(super) fn final_taps(kept: &Channel, position: usize) -> [Iq; 8] {
@@ -234,9 +303,9 @@ pub(super) fn final_taps(kept: &Channel, position: usize) -> [Iq; 8] {
     let at = |slot: usize| kept[(64 * slot + position) & 511];
     let g = inverse_half([at(0), at(1), at(2), at(3)]);
     let h = inverse_half([at(4), at(5), at(6), at(7)]);
-    // h_l exp(+j pi l / 4), l = 0..3; exp(+j pi/4) is the conjugate of EIGHTH, written as -exp(-j 3 pi/4).
-    let h1 = h[1].full_product(Iq::new(23_170, 23_170), unbounded);
-    let h3 = h[3].full_product(Iq::new(-23_170, 23_170), unbounded);
+    // h_l exp(+j pi l / 4), l = 0..3; exp(+j 3 pi/4) = j exp(+j pi/4).
+    let h1 = h[1].full_product(MINUS_EIGHTH, unbounded);
+    let h3 = h[3].full_product(MINUS_EIGHTH, unbounded);
     [
         g[0].saturating_add(h[0], unbounded),
         g[0].saturating_sub(h[0], unbounded),
@@ -244,20 +313,21 @@ pub(super) fn final_taps(kept: &Channel, position: usize) -> [Iq; 8] {
         g[1].saturating_sub(h1, unbounded),
         g[2].saturating_add_j(h[2], unbounded),
         g[2].saturating_sub_j(h[2], unbounded),
-        g[3].saturating_add(h3, unbounded),
-        g[3].saturating_sub(h3, unbounded),
+        g[3].saturating_add_j(h3, unbounded),
+        g[3].saturating_sub_j(h3, unbounded),
     ]
 }
 
-/// Four-point inverse transform of scale 1/4.
+/// Four-point inverse transform of scale 1/2.
 fn inverse_half([y0, y1, y2, y3]: [Iq; 4]) -> [Iq; 4] {
+    let unbounded = &mut 0;
     let (t, a) = (y0.halving_add(y2), y0.halving_sub(y2));
     let (b, d) = (y1.halving_add(y3), y1.halving_sub(y3));
     [
-        t.halving_add(b),
-        a.halving_add_j(d),
-        t.halving_sub(b),
-        a.halving_sub_j(d),
+        t.saturating_add(b, unbounded),
+        a.saturating_add_j(d, unbounded),
+        t.saturating_sub(b, unbounded),
+        a.saturating_sub_j(d, unbounded),
     ]
 }
 
@@ -280,13 +350,14 @@ pub(super) fn power_folded(kept: &Channel, powers: &mut FoldedPowers) {
     }
 }
 
-/// Final inverse stage of a channel into natural order.
-pub(super) fn natural(kept: &Channel, out: &mut Channel) {
+/// Final inverse stage of a channel, in place, taps in natural order.
+pub(super) fn natural(kept: &mut Channel, scratch: &mut Channel) {
     for position in 0..64 {
         for (column, tap) in COLUMNS.into_iter().zip(final_taps(kept, position)) {
-            out[(tap_at(position) + 64 * column) & 511] = tap;
+            scratch[(tap_at(position) + 64 * column) & 511] = tap;
         }
     }
+    *kept = *scratch;
 }
 
 /// Sum of |x|^2 over a channel, at most 2^40.

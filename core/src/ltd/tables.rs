@@ -6,9 +6,10 @@
 use libm::{cos, floor, sin};
 
 use super::iq::Iq;
+use crate::waveform::{SAMPLES, Waveform};
 
-/// Samples of a channel, and taps: the transform's length, 8 x 4 x 4 x 4.
-pub const SAMPLES: usize = 512;
+/// The radix plan, 8 x 4 x 4 x 4, is that of this length.
+const _: () = assert!(SAMPLES == 512);
 
 /// Residue modulo 8 of the bins in each eighth of the digit-reversed order. Even ones first: the transform of the even
 /// bins alone is then the first half of every stage.
@@ -20,7 +21,7 @@ pub(super) type Twiddles = [Iq; 3];
 /// Factors of a last-stage block: the waveform at its four bins, then the block's twiddles.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
-pub(super) struct Tail {
+pub struct Tail {
     /// Waveform `X` at the four bins, Q15; zero where no subcarrier is active.
     pub(super) waveform: [Iq; 4],
     /// Twiddles of legs 1, 2, 3.
@@ -39,8 +40,13 @@ pub(super) struct Tables {
 }
 
 impl Tables {
-    /// Tables of a waveform given by its Q15 spectrum, bin 0 first (negative frequencies in the upper half).
-    pub(super) fn new(waveform: &[Iq; SAMPLES]) -> Self {
+    /// Tables of a waveform.
+    pub(super) fn new(waveform: &Waveform) -> Self {
+        let mut spectrum = [Iq::ZERO; SAMPLES];
+        for index in 0..waveform.active.min(SAMPLES) {
+            let symbol = waveform.symbol::<f64>(index);
+            spectrum[waveform.bin(index) % SAMPLES] = q15(symbol.re, symbol.im);
+        }
         Self {
             second: core::array::from_fn(|block| twiddles(16 * residue(block, 0))),
             third: core::array::from_fn(|block| twiddles(4 * residue(block, 1))),
@@ -48,7 +54,7 @@ impl Tables {
                 let first = residue(block, 2);
                 Tail {
                     waveform: core::array::from_fn(|leg| {
-                        waveform.get(first + 128 * leg).copied().unwrap_or(Iq::ZERO)
+                        spectrum.get(first + 128 * leg).copied().unwrap_or(Iq::ZERO)
                     }),
                     twiddles: twiddles(first),
                 }
@@ -86,8 +92,7 @@ fn root(k: usize) -> Iq {
 }
 
 /// Q15 of a complex number of magnitude at most one, round half up; +1 becomes 1 - 2^-15.
-#[must_use]
-pub fn q15(re: f64, im: f64) -> Iq {
+fn q15(re: f64, im: f64) -> Iq {
     let round = |x: f64| floor(x * 32_768.0 + 0.5).clamp(-32_768.0, 32_767.0) as i16;
     Iq::new(round(re), round(im))
 }

@@ -10,8 +10,7 @@
 
 use libm::{cos, sin};
 
-use super::tables::SAMPLES;
-use crate::waveform::Waveform;
+use crate::waveform::{SAMPLES, Waveform};
 
 /// Table entries per tap.
 const STEPS: usize = 16;

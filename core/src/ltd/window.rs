@@ -4,8 +4,8 @@ use nalgebra::Complex;
 
 use super::phase::phasor;
 use super::stages::Channel;
-use super::tables::SAMPLES;
 use super::template::Template;
+use crate::waveform::SAMPLES;
 
 /// Taps of a window around one path: [`super::fit::REACH`] on both sides.
 pub(super) const SINGLE: usize = 13;

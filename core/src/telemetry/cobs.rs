@@ -60,7 +60,11 @@ mod tests {
     proptest! {
         #[test]
         fn equals_the_library_and_returns(
-            data in prop::collection::vec(prop_oneof![Just(0_u8), any::<u8>()], 0..600),
+            // Few zeros as well as many: blocks of 254 bytes and more must occur.
+            data in prop_oneof![
+                prop::collection::vec(prop_oneof![Just(0_u8), any::<u8>()], 0..600),
+                prop::collection::vec(prop_oneof![1 => Just(0_u8), 400 => 1_u8..], 250..600),
+            ],
         ) {
             let (mut ours, mut theirs) = ([0xaa; 700], [0xaa; 700]);
             let length = encode(&data, &mut ours).expect("room");

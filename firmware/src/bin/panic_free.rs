@@ -1,1 +1,148 @@
-fn main() {}
+//! Links only while no panic can be reached from the flight path.
+//!
+//! The panic handler calls a function that exists nowhere. The compiler removes the handler when it can show that
+//! nothing panics; as long as one bounds check, overflow check or `unwrap` remains, the linker ends with an undefined
+//! symbol of that name. The image is for the flight controller's memory map, so a flight path that outgrows the chip
+//! does not link either. It is made to be linked, not to be run: inputs are whatever the shared memory holds.
+//!
+//! A board's own image cannot pass, because its runtime and its log keep panics; what flies is checked here: ring,
+//! record, path, solver, map and packet encoder as [`Receiver::step`] puts them together, the packet decoder, and the
+//! path estimation's front end.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+use core::panic::PanicInfo;
+
+use cortex_m_rt::entry;
+use cslam_core::block::BeamBlock;
+use cslam_core::geometry::{Body, Complex, Direction, GeometryError, Matrix3, Rotation, World};
+use cslam_core::ltd::{Correlator, Detector, Iq, Workspace};
+use cslam_core::path::Path;
+use cslam_core::reflection::Form;
+use cslam_core::telemetry::Decoder;
+use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_firmware::front_end_check::{Block, CHANNELS, SUBSET};
+use cslam_firmware::measurement;
+use cslam_firmware::receiver::{BoardMap, Receiver, board_gates};
+use cslam_firmware::ring::{AccessError, Consumer, Producer, SharedMemory};
+use embedded_io::{ErrorKind, ErrorType, Write};
+
+/// Memory of which the compiler knows nothing.
+struct Opaque;
+
+impl SharedMemory for Opaque {
+    fn size(&self) -> usize {
+        black_box(0)
+    }
+
+    fn read(&self, offset: usize, bytes: &mut [u8]) -> Result<(), AccessError> {
+        black_box((offset, bytes));
+        black_box(Ok(()))
+    }
+
+    fn write(&mut self, offset: usize, bytes: &[u8]) -> Result<(), AccessError> {
+        black_box((offset, bytes));
+        black_box(Ok(()))
+    }
+}
+
+/// A downlink of which the compiler knows nothing.
+struct Downlink;
+
+impl ErrorType for Downlink {
+    type Error = ErrorKind;
+}
+
+impl Write for Downlink {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, ErrorKind> {
+        black_box(bytes);
+        black_box(Ok(0))
+    }
+
+    fn flush(&mut self) -> Result<(), ErrorKind> {
+        black_box(Ok(()))
+    }
+}
+
+#[entry]
+fn main() -> ! {
+    // Places of their own, so that the link also shows that they fit.
+    let map = cortex_m::singleton!(: BoardMap = BoardMap::new());
+    let decoder = cortex_m::singleton!(: Decoder = Decoder::new());
+    if let (Some(map), Some(decoder)) = (map, decoder) {
+        fly(map, decoder);
+    }
+    let block = cortex_m::singleton!(: Block = [[Iq::ZERO; SAMPLES]; CHANNELS]);
+    let work = cortex_m::singleton!(: Workspace = Workspace::new());
+    if let (Some(block), Some(work)) = (block, work) {
+        listen(&Correlator::new(&black_box(Waveform::default())), block, work);
+    }
+    loop {
+        cortex_m::asm::nop();
+    }
+}
+
+fn fly(map: &mut BoardMap, decoder: &mut Decoder) {
+    const SLOT: usize = measurement::LENGTH;
+    let mut receiver = Receiver::new(map, black_box(Form::Vector), black_box(board_gates()));
+    let record = black_box([0; SLOT]);
+    let mut producer = Producer::<_, SLOT>::create(Opaque, black_box(1));
+    let mut consumer = Consumer::<_, SLOT>::open(Opaque);
+    loop {
+        if let Ok(producer) = &mut producer {
+            black_box(producer.push(&record).is_ok());
+        }
+        if let Ok(consumer) = &mut consumer {
+            black_box(receiver.step(consumer, &mut Downlink).is_ok());
+        }
+        black_box(receiver.receive(&record, &mut Downlink).is_ok());
+        black_box(receiver.map().points().len());
+        black_box(turn().is_ok());
+        black_box(decoder.push(black_box(0)));
+        if black_box(false) {
+            break;
+        }
+    }
+}
+
+/// Everything that the front end does with a beam.
+fn listen(correlator: &Correlator, samples: &mut Block, work: &mut Workspace) {
+    let detector = Detector::new(black_box(32), black_box(1e-2), black_box(30_000));
+    black_box(correlator.spectrum(&black_box([Iq::ZERO; SAMPLES]), &mut [Iq::ZERO; SAMPLES], work));
+    let beam = correlator.level(BeamBlock {
+        samples,
+        beam: black_box(0),
+        exponent: black_box(0),
+    });
+    black_box(beam.mean_power());
+    black_box(detector.peak(correlator.detect(&beam, black_box(&SUBSET), work)));
+    let taps = correlator.correlate(beam, work);
+    black_box(detector.peak(taps.profile()));
+    let mut window = black_box([Complex::new(0.0, 0.0); 9]);
+    taps.window(black_box(0), black_box(0), &mut window);
+    black_box((window, taps.clips(), taps.exponent()));
+    black_box(taps.into_natural());
+}
+
+/// A path of the array, turned from body to world axes.
+fn turn() -> Result<Path<World>, GeometryError> {
+    let [zenith_rad, azimuth_rad] = black_box([0.0; 2]);
+    let attitude = Rotation::<Body, World>::from_quaternion(black_box([0.0; 4]))?;
+    let path = Path::<Body> {
+        c_tau_m: black_box(0.0),
+        aoa: Direction::from_zenith_azimuth(zenith_rad, azimuth_rad)?,
+        aod: None,
+        covariance: black_box(Matrix3::zeros()),
+    };
+    Ok(path.to_world(&attitude, &black_box(Matrix3::zeros())))
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    unsafe extern "C" {
+        fn a_panic_can_be_reached_from_the_flight_path() -> !;
+    }
+    // SAFETY: never called: there is no such function, so an image in which this call remains does not exist.
+    unsafe { a_panic_can_be_reached_from_the_flight_path() }
+}

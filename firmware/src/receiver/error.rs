@@ -14,6 +14,8 @@ pub enum ReceiveError<E> {
     Ring(RingError),
     /// The downlink did not take a packet.
     Downlink(E),
+    /// The downlink says that it wrote nothing, or more than it was given.
+    DownlinkStuck,
     /// A packet could not be made.
     Encode(TelemetryError),
 }
@@ -23,6 +25,7 @@ impl<E: fmt::Display> fmt::Display for ReceiveError<E> {
         match self {
             Self::Ring(error) => write!(f, "ring: {error}"),
             Self::Downlink(error) => write!(f, "downlink: {error}"),
+            Self::DownlinkStuck => f.write_str("downlink: it does not take any bytes"),
             Self::Encode(error) => write!(f, "packet: {error}"),
         }
     }

@@ -20,7 +20,7 @@ use crate::ring::{Consumer, SharedMemory};
 pub use counters::Counters;
 pub use error::ReceiveError;
 
-/// The map that a board has room for: about 150 KiB of static memory.
+/// The map that a board has room for: about 120 KiB of static memory.
 pub type BoardMap = PointCloud<4096>;
 
 /// What one call did.
@@ -127,7 +127,7 @@ impl<'m, const N: usize> Receiver<'m, N> {
     /// Solves one measured path, puts its point into the map, and sends a packet that says what became of it.
     ///
     /// # Errors
-    /// [`ReceiveError::Downlink`] when the packet cannot be sent. The measurement is counted and in the map all the same.
+    /// [`ReceiveError::Downlink`] or [`ReceiveError::DownlinkStuck`] when the packet cannot be sent. The measurement is counted and in the map all the same.
     pub fn measure<W: Write>(
         &mut self,
         record: &PathRecord,
@@ -185,7 +185,7 @@ impl<'m, const N: usize> Receiver<'m, N> {
     fn send<W: Write>(&mut self, message: &Message, downlink: &mut W) -> Result<(), ReceiveError<W::Error>> {
         let mut frame = [0; MAX_FRAME];
         let result = match self.encoder.encode(message, &mut frame) {
-            Ok(bytes) => downlink.write_all(bytes).map_err(ReceiveError::Downlink),
+            Ok(bytes) => write_whole(bytes, downlink),
             Err(error) => Err(ReceiveError::Encode(error)),
         };
         count(if result.is_ok() {
@@ -195,6 +195,19 @@ impl<'m, const N: usize> Receiver<'m, N> {
         });
         result
     }
+}
+
+/// Writes all of a packet. The trait's own `write_all` panics when a driver says that it wrote nothing, or more than it
+/// was given; in flight that is an error like any other.
+fn write_whole<W: Write>(mut bytes: &[u8], downlink: &mut W) -> Result<(), ReceiveError<W::Error>> {
+    while !bytes.is_empty() {
+        let written = downlink.write(bytes).map_err(ReceiveError::Downlink)?;
+        bytes = match bytes.get(written..) {
+            Some(rest) if written > 0 => rest,
+            _ => return Err(ReceiveError::DownlinkStuck),
+        };
+    }
+    Ok(())
 }
 
 fn count(counter: &mut u32) {

@@ -19,6 +19,8 @@ pub struct SynthSpeed {
     pub sweeps: usize,
     /// Median time of a sweep, ms.
     pub median_ms: f64,
+    /// Shortest, ms: what the work costs when nothing else runs.
+    pub fastest_ms: f64,
     /// Longest, ms.
     pub longest_ms: f64,
 }
@@ -67,6 +69,7 @@ pub fn synth(paths: usize, sweeps: usize) -> SynthSpeed {
         beams: simulator.beams(),
         sweeps,
         median_ms: times_ms.get(sweeps / 2).copied().unwrap_or(0.0),
+        fastest_ms: times_ms.first().copied().unwrap_or(0.0),
         longest_ms: times_ms.last().copied().unwrap_or(0.0),
     }
 }

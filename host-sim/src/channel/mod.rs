@@ -25,6 +25,7 @@
 //! [`squint`] have it), mutual coupling, phase noise, IQ imbalance, diffuse scattering.
 
 mod adc;
+mod air;
 pub mod bench;
 mod calibration;
 mod config;

@@ -201,6 +201,23 @@ mod tests {
                 "below {point}: {below}, {error} standard errors"
             );
         }
+        // Between the edges of its neighbours a layer is a wedge: of all sizes there, the share in the inner halves.
+        let edge = &gaussian.ziggurat.edge;
+        let middle = |i: usize| 0.5 * (edge[i] + edge[i + 1]);
+        let inside = |x: f64| libm::erf(x / std::f64::consts::SQRT_2);
+        let p: f64 = (1..LAYERS).map(|i| inside(middle(i)) - inside(edge[i + 1])).sum();
+        let inner = |x: &&f32| {
+            let x = f64::from(x.abs());
+            // The last edge at or over x.
+            let i = edge.partition_point(|e| *e >= x).saturating_sub(1);
+            i > 0 && i < LAYERS && x < middle(i)
+        };
+        let count = x.iter().filter(inner).count() as f64;
+        let error = (count - n as f64 * p) / (n as f64 * p * (1.0 - p)).sqrt();
+        assert!(
+            error.abs() < 5.0,
+            "inner halves: {count}, {error} standard errors"
+        );
         let fourth: f64 = x.iter().map(|x| f64::from(*x).powi(4)).sum::<f64>() / n as f64;
         assert!((fourth - 3.0).abs() < 5.0 * (96.0 / n as f64).sqrt(), "{fourth}");
         // Neighbours, and the even and odd ones, do not know of each other.

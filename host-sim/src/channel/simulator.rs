@@ -3,26 +3,21 @@
 use cslam_core::array::{Codebook, UavArrays, phasor};
 use cslam_core::block::BeamBlock;
 use cslam_core::constants::{BOLTZMANN_J_PER_K, NOISE_TEMPERATURE_K, SPEED_OF_LIGHT_M_PER_S};
-use cslam_core::geometry::Direction;
+use cslam_core::geometry::{Body, Direction};
 use cslam_core::ltd::Iq;
 use cslam_core::waveform::{SAMPLES, Waveform};
 
-use super::config::{ChannelConfig, Jammer};
-use super::mix::{Gain, mix};
+use super::air::SweepState;
+use super::config::ChannelConfig;
 use super::noise::Gaussian;
 use super::rays::{Instant, Ray, RayError, rays};
-use super::transmit::{BeamField, Transmitter};
-use super::waves::{Plane, Wave, WaveMaker};
+use super::transmit::Transmitter;
+use super::waves::{Plane, WaveMaker};
 use super::{ARRAYS, C64, Calibration, ELEMENTS, adc};
 use crate::paths::Link;
-use crate::random::Stream;
 
 /// Channels of the receiver, array-major (8 j + i).
 pub const CHANNELS: usize = ARRAYS * ELEMENTS;
-
-/// A clock that has drifted this far since the waves were made gets new ones, s; in between, their slope serves
-/// (second order: -60 dB at the band edge).
-const REMAKE_AFTER_S: f64 = 50e-12;
 
 /// Samples of one transmit beam.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +26,7 @@ pub struct Block {
     pub beam: u16,
     /// Amplitude in sqrt(W) = integer x 2^exponent, at the antenna (behind the implementation loss).
     pub exponent: i32,
-    /// Samples, [channel][sample].
+    /// Samples by channel and sample.
     pub samples: Box<[[Iq; SAMPLES]; CHANNELS]>,
 }
 
@@ -45,14 +40,17 @@ impl Block {
         }
     }
 
-    fn silent(beam: usize) -> Self {
-        let samples = vec![[Iq::ZERO; SAMPLES]; CHANNELS].into_boxed_slice();
+    /// A block of zeros.
+    pub fn zero(beam: u16, exponent: i32) -> Self {
+        // By way of the heap: 64 KiB are much for a stack.
+        let samples: Box<[[Iq; SAMPLES]]> = vec![[Iq::ZERO; SAMPLES]; CHANNELS].into();
+        let samples = samples
+            .try_into()
+            .unwrap_or_else(|_| unreachable!("made of CHANNELS channels"));
         Self {
-            beam: beam as u16,
-            exponent: 0,
-            samples: samples
-                .try_into()
-                .unwrap_or_else(|_| Box::new([[Iq::ZERO; SAMPLES]; CHANNELS])),
+            beam,
+            exponent,
+            samples,
         }
     }
 }
@@ -148,19 +146,16 @@ impl Simulator {
         let mut state = SweepState::new(self, rays, instant, index);
         let mut sweep = Sweep::default();
         for beam in 0..self.beams() {
-            if let Some(mut block) = state.analog(beam) {
-                state.digitise(beam, &mut block);
-                sweep.blocks.push(block);
+            let listed = self.config.impairments.dropped_beams.contains(&(beam as u16));
+            if state.air(beam, listed, |state, ray| state.fields[ray][beam]) {
+                sweep.blocks.push(state.digitise(beam, beam as u16));
             }
         }
         sweep
     }
 
-    pub(super) fn receive(&self, ray: &Ray) -> Reception {
-        self.reception(&ray.arrival, ray.delay_s)
-    }
-
-    fn reception(&self, arrival: &Direction<cslam_core::geometry::Body, f64>, delay_s: f64) -> Reception {
+    /// How a wave from `arrival` whose delay at the body origin is `delay_s` meets the elements.
+    pub(super) fn reception(&self, arrival: &Direction<Body, f64>, delay_s: f64) -> Reception {
         let carrier_hz = self.maker.waveform().carrier_hz;
         let (steps, amplitudes) = (
             self.arrays.phase_step_rad(arrival),
@@ -178,170 +173,6 @@ impl Simulator {
     }
 }
 
-/// Streams of a sweep: its noise, and what is drawn per beam.
-pub(super) fn stream(index: u32, symbol: usize, kind: u64) -> u64 {
-    (kind << 56) | (u64::from(index) << 16) | symbol as u64
-}
-pub(super) const NOISE: u64 = 0;
-const PER_BEAM: u64 = 1;
-
-/// What a sweep keeps between its beams.
-struct SweepState<'a> {
-    simulator: &'a Simulator,
-    instant: &'a Instant,
-    index: u32,
-    rays: &'a [Ray],
-    receptions: Vec<Reception>,
-    fields: Vec<Vec<BeamField>>,
-    /// Per array, a wave for each ray and one for the jammer.
-    waves: [Vec<Wave>; ARRAYS],
-    steering: [Vec<[C64; ELEMENTS]>; ARRAYS],
-    /// Clock offset the waves were made with, s.
-    made_at_s: f64,
-    jammer: Option<(Jammer, Reception)>,
-    planes: Vec<Plane>,
-    scratch: Vec<[[f32; 16]; 2]>,
-    gaussian: Gaussian,
-}
-
-impl<'a> SweepState<'a> {
-    fn new(simulator: &'a Simulator, rays: &'a [Ray], instant: &'a Instant, index: u32) -> Self {
-        let impairments = &simulator.config.impairments;
-        let jammer = impairments.jammer.as_ref().and_then(|jammer| {
-            let (zenith, azimuth) = (jammer.zenith_deg.to_radians(), jammer.azimuth_deg.to_radians());
-            let world = Direction::from_zenith_azimuth(zenith, azimuth).ok()?;
-            let body = instant.attitude.inverse().apply(world);
-            Some((jammer.clone(), simulator.reception(&body, 0.0)))
-        });
-        let receptions: Vec<_> = rays.iter().map(|ray| simulator.receive(ray)).collect();
-        let steering = std::array::from_fn(|j| {
-            let all = receptions.iter().chain(jammer.as_ref().map(|(_, r)| r));
-            all.map(|r| r.steering[j]).collect()
-        });
-        let fields = rays
-            .iter()
-            .map(|r| simulator.transmitter.fields(&r.departure, &simulator.device));
-        let mut state = Self {
-            fields: fields.collect(),
-            simulator,
-            instant,
-            index,
-            rays,
-            receptions,
-            waves: std::array::from_fn(|_| Vec::new()),
-            steering,
-            made_at_s: 0.0,
-            jammer,
-            planes: vec![Plane::new(); CHANNELS],
-            scratch: Vec::new(),
-            gaussian: simulator.gaussian.clone(),
-        };
-        state.make_waves(state.clock_s(0));
-        state
-    }
-
-    fn clock_s(&self, beam: usize) -> f64 {
-        let i = &self.simulator.config.impairments;
-        i.clock_offset_s
-            + self.instant.clock_offset_s
-            + (i.clock_drift + self.instant.clock_drift) * self.time_s(beam)
-    }
-
-    /// Time of a beam's block since the first one, s.
-    fn time_s(&self, beam: usize) -> f64 {
-        self.simulator.maker.waveform().beam_period_s() * beam as f64
-    }
-
-    fn make_waves(&mut self, clock_s: f64) {
-        let maker = &self.simulator.maker;
-        let cfo_hz = self.simulator.config.impairments.cfo_hz;
-        for (j, waves) in self.waves.iter_mut().enumerate() {
-            waves.clear();
-            for (ray, r) in self.rays.iter().zip(&self.receptions) {
-                waves.push(maker.wave(r.delay_s[j] + clock_s, ray.doppler_hz + cfo_hz));
-            }
-            waves.extend(
-                self.jammer
-                    .iter()
-                    .map(|(jammer, _)| maker.tone(jammer.offset_hz + cfo_hz)),
-            );
-        }
-        self.made_at_s = clock_s;
-    }
-
-    /// Received field of a beam, noise included; none when the block is lost. Leaves it in `planes`.
-    fn analog(&mut self, beam: usize) -> Option<Block> {
-        let simulator = self.simulator;
-        let impairments = &simulator.config.impairments;
-        let mut draws = Stream::new(simulator.seed, stream(self.index, beam, PER_BEAM));
-        // Drawn whether used or not, so that one setting does not move another's.
-        let lost = draws.uniform() < impairments.dropped_beam_probability;
-        let array_phase: [C64; ARRAYS] =
-            std::array::from_fn(|_| phasor(std::f64::consts::TAU * draws.uniform()));
-        let jammer_phase = phasor(std::f64::consts::TAU * draws.uniform());
-        if lost || impairments.dropped_beams.contains(&(beam as u16)) {
-            return None;
-        }
-        let time_s = self.time_s(beam);
-        let clock_s = self.clock_s(beam);
-        if (clock_s - self.made_at_s).abs() > REMAKE_AFTER_S {
-            self.make_waves(clock_s);
-        }
-        let late_s = clock_s - self.made_at_s;
-        let turn = |shift_hz: f64| {
-            let turns = shift_hz * time_s;
-            phasor(std::f64::consts::TAU * (turns - turns.floor()))
-        };
-        let amplitude = simulator.signal_amplitude();
-        for (j, waves) in self.waves.iter().enumerate() {
-            let lo = if impairments.free_array_phase {
-                array_phase[j]
-            } else {
-                C64::new(1.0, 0.0)
-            };
-            let of_rays =
-                self.rays
-                    .iter()
-                    .zip(&self.receptions)
-                    .zip(&self.fields)
-                    .map(|((ray, r), fields)| {
-                        let common = ray.amplitude
-                            * turn(ray.doppler_hz + impairments.cfo_hz)
-                            * r.carrier[j]
-                            * lo
-                            * amplitude;
-                        let BeamField { field, slope_s } = fields[beam];
-                        Gain {
-                            value: common * field,
-                            slope: -common * (field * late_s + slope_s),
-                        }
-                    });
-            let of_jammer = self.jammer.iter().map(|(jammer, r)| Gain {
-                value: jammer_phase
-                    * turn(jammer.offset_hz + impairments.cfo_hz)
-                    * r.carrier[j]
-                    * lo
-                    * libm::exp10((jammer.power_dbm - 30.0) / 20.0),
-                slope: C64::new(0.0, 0.0),
-            });
-            let gains: Vec<Gain> = of_rays.chain(of_jammer).collect();
-            let planes = &mut self.planes[j * ELEMENTS..(j + 1) * ELEMENTS];
-            mix(waves, &gains, &self.steering[j], &mut self.scratch, planes);
-        }
-        Some(Block::silent(beam))
-    }
-
-    fn digitise(&mut self, beam: usize, block: &mut Block) {
-        let simulator = self.simulator;
-        simulator.digitise(
-            &mut self.planes,
-            &mut self.gaussian,
-            stream(self.index, beam, NOISE),
-            block,
-        );
-    }
-}
-
 impl Simulator {
     /// The front end: noise of a stream, dead channels, gain control, converter.
     pub(super) fn digitise(
@@ -349,8 +180,8 @@ impl Simulator {
         planes: &mut [Plane],
         gaussian: &mut Gaussian,
         stream: u64,
-        block: &mut Block,
-    ) {
+        beam: u16,
+    ) -> Block {
         let front_end = &self.config.front_end;
         if front_end.noise {
             gaussian.restart(self.seed, stream);
@@ -365,7 +196,8 @@ impl Simulator {
                 *plane = Plane::new();
             }
         }
-        block.exponent = adc::exponent(planes, front_end.agc_rms_dbfs);
+        let mut block = Block::zero(beam, adc::exponent(planes, front_end.agc_rms_dbfs));
         adc::convert(planes, block.exponent, front_end.adc_bits, &mut block.samples);
+        block
     }
 }

@@ -262,3 +262,41 @@ fn an_incomplete_path_is_named() {
         .expect_err("no gain");
     assert!(error.to_string().contains("`gain` is missing"), "{error}");
 }
+
+#[test]
+fn the_receiver_loses_no_bits_and_finds_the_path() {
+    use cslam_core::ltd::{Correlator, Detector, Workspace};
+    let simulator = Simulator::new(ChannelConfig::default(), 2);
+    let length_m = 100.0 * 299_792_458.0 / 245.76e6;
+    let link = one_path(length_m, [1.4, 0.5], [1.45, 0.15]);
+    let mut sweep = simulator.sweep(&link, &Instant::at_rest(), 0).expect("path");
+    let correlator =
+        Correlator::<cslam_core::ltd::kernels::Portable>::new(&cslam_core::waveform::Waveform::default());
+    let mut work = Box::new(Workspace::new());
+    let detector = Detector::new(32, 1e-2, 72 * 512);
+    let mut strongest = (0.0, 0);
+    for block in &mut sweep.blocks {
+        let exponent = block.exponent;
+        let levelled = correlator.level(block.view());
+        // Never down, which would lose bits; up where a block lies near the lower end of the gain control's last step.
+        assert!((exponent - 1..=exponent).contains(&levelled.exponent()));
+        let taps = correlator.correlate(levelled, &mut work);
+        assert_eq!(taps.clips(), 0);
+        let peak = detector.peak(taps.profile());
+        let scale = libm::ldexp(1.0, 2 * taps.exponent());
+        let power = taps.profile()[100] as f64 * scale;
+        if power > strongest.0 {
+            strongest = (power, taps.beam());
+            assert_eq!(peak.map(|p| p.tap), Some(100));
+        }
+    }
+    let codebook = cslam_core::array::Codebook::<f64>::default();
+    let u = cslam_core::geometry::Direction::from_zenith_azimuth(1.45, 0.15).expect("angles");
+    let best = (0..72).max_by(|a, b| {
+        codebook
+            .field(*a, &u)
+            .norm()
+            .total_cmp(&codebook.field(*b, &u).norm())
+    });
+    assert_eq!(Some(usize::from(strongest.1)), best);
+}

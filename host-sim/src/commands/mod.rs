@@ -1,4 +1,10 @@
 //! One file per subcommand.
 
+pub(crate) mod bench;
 pub(crate) mod fly;
+pub(crate) mod imu;
+pub(crate) mod record;
+pub(crate) mod replay;
 pub(crate) mod solve;
+pub(crate) mod synth;
+pub(crate) mod trace;

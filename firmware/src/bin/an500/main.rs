@@ -5,6 +5,7 @@
 //!
 //! - `self-test` (also without argument): the board is both ends of the ring, with one measurement of each outcome.
 //! - `receive`: the host writes the ring. The run ends with the stream.
+//! - `panic`, `fault`: ends that way, to see that whoever runs the board notices.
 //!
 //! Exit codes are those of [`exit::Exit`].
 #![no_std]
@@ -47,15 +48,19 @@ fn main() -> ! {
         Mode::SelfTest => self_test::run(&mut receiver, &mut downlink),
         Mode::Receive => receive(&mut receiver, &mut downlink),
         Mode::Unknown => {
-            defmt::error!("one argument is expected: self-test or receive");
+            defmt::error!("one argument is expected: self-test, receive, panic or fault");
             Exit::Usage
         }
+        Mode::Panic => panic!("asked for"),
+        Mode::Fault => cortex_m::asm::udf(),
     })
 }
 
 enum Mode {
     SelfTest,
     Receive,
+    Panic,
+    Fault,
     Unknown,
 }
 
@@ -68,6 +73,8 @@ fn mode() -> Mode {
     match (words.next(), words.next()) {
         (None, _) | (Some(Ok("self-test")), None) => Mode::SelfTest,
         (Some(Ok("receive")), None) => Mode::Receive,
+        (Some(Ok("panic")), None) => Mode::Panic,
+        (Some(Ok("fault")), None) => Mode::Fault,
         _ => Mode::Unknown,
     }
 }

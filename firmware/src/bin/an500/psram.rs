@@ -1,5 +1,6 @@
 //! The board's PSRAM, which QEMU shares with a process of the host as a file.
 
+use core::ops::Range;
 use core::ptr;
 use core::sync::atomic::{Ordering, fence};
 
@@ -20,11 +21,11 @@ impl Psram {
     }
 }
 
-/// Address of the first byte of a range, if the range lies inside.
-fn address(offset: usize, length: usize) -> Result<usize, AccessError> {
+/// Addresses of the bytes of a range, if the range lies inside.
+fn addresses(offset: usize, length: usize) -> Result<Range<usize>, AccessError> {
     let end = offset.checked_add(length).ok_or(AccessError::OutOfRange)?;
     if end <= LENGTH {
-        Ok(BASE + offset)
+        Ok(BASE + offset..BASE + end)
     } else {
         Err(AccessError::OutOfRange)
     }
@@ -36,13 +37,11 @@ impl SharedMemory for Psram {
     }
 
     fn read(&self, offset: usize, bytes: &mut [u8]) -> Result<(), AccessError> {
-        let mut at = address(offset, bytes.len())?;
-        for byte in bytes {
-            // SAFETY: `address` has shown that the byte lies in the PSRAM, which exists for the whole run, is mapped,
+        for (at, byte) in addresses(offset, bytes.len())?.zip(bytes) {
+            // SAFETY: `addresses` has shown that the byte lies in the PSRAM, which exists for the whole run, is mapped,
             // and is no Rust object: neither the linker script nor any reference covers it. A byte has no alignment and
             // no invalid value. Volatile, because the host writes here at the same time.
             *byte = unsafe { ptr::read_volatile(at as *const u8) };
-            at += 1;
         }
         // A dmb: what the caller reads next is read after this.
         fence(Ordering::SeqCst);
@@ -50,13 +49,12 @@ impl SharedMemory for Psram {
     }
 
     fn write(&mut self, offset: usize, bytes: &[u8]) -> Result<(), AccessError> {
-        let mut at = address(offset, bytes.len())?;
+        let addresses = addresses(offset, bytes.len())?;
         // A dmb: what the caller wrote before is seen before this.
         fence(Ordering::SeqCst);
-        for byte in bytes {
+        for (at, byte) in addresses.zip(bytes) {
             // SAFETY: as in `read`; and nothing in this program relies on what the PSRAM holds staying the same.
             unsafe { ptr::write_volatile(at as *mut u8, *byte) };
-            at += 1;
         }
         Ok(())
     }

@@ -1,0 +1,420 @@
+//! The stages of [`super::stages`] in assembly for ARMv7E-M: the one file of this crate with `unsafe`.
+//!
+//! Each kernel is one `asm!` block that runs a whole stage, so that registers, loops and the sticky Q flag are its own.
+//! What makes them short: a complex product with its rounding is three instructions (SMLSD or SMLAD, SMLADX or SMLSDX,
+//! PKHTB); a factor of +-j costs nothing (QASX, QSAX); four neighbouring words move in one LDM or STM, which is why the
+//! stages keep their data in the order of the next reader.
+//!
+//! Strain (`stages::Pass`) is noticed by a probe on every sum that can clip: SSAT16 #15 sets the Q flag when a lane exceeds
+//! half the range.
+//!
+//! The instruction text that kernels share is in `instructions.rs`, with the use of the registers. r6 and r7 cannot be
+//! operands of `asm!`: each block saves them on the stack.
+#![allow(unsafe_code)]
+
+use core::arch::asm;
+
+use super::stages::{Channel, EIGHTH, FoldedPowers, MINUS_EIGHTH, Powers};
+use super::tables::{Tail, Twiddles};
+
+/// Half an LSB at bit 16.
+const ROUND_16: u32 = 1 << 15;
+/// Half an LSB at bit 15.
+const ROUND_15: u32 = 1 << 14;
+/// One in both lanes.
+const ONES: u32 = 0x0001_0001;
+/// Q, the sticky saturation flag of APSR.
+const Q_FLAG: u32 = 1 << 27;
+
+/// Runs a radix-4 stage: `count` turns of the loop in the template; r9 from, r10 to, r11 table. Gives the flags.
+macro_rules! stage {
+    ($count:expr, $input:expr, $out:expr, $table:expr, $($template:expr),+ $(,)?) => {{
+        let flags: u32;
+        asm!(
+            enter!(),
+            $($template,)+
+            leave!(),
+            inout("r0") $count => flags,
+            inout("r9") $input => _,
+            inout("r10") $out => _,
+            inout("r11") $table => _,
+            inout("r12") ROUND_16 => _,
+            inout("lr") ONES => _,
+            out("r1") _, out("r2") _, out("r3") _, out("r4") _, out("r5") _, out("r8") _,
+        );
+        flags
+    }};
+}
+
+/// See `stages::second`.
+#[inline(never)]
+pub(super) fn second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool {
+    let blocks = twiddles.len().min(8);
+    if blocks == 0 {
+        return false;
+    }
+    // SAFETY: each of at most 8 turns reads 64 words of `input`, writes 64 words of `out` and reads 3 of `twiddles`, in
+    // order: at most 512 words of each channel and one entry of the slice per turn. Registers are declared or restored,
+    // the stack pointer is back at the end.
+    let flags = unsafe {
+        stage!(
+            blocks,
+            input.as_ptr(),
+            out.as_mut_ptr(),
+            twiddles.as_ptr(),
+            "2: ldmia r11!, {{r4, r5, r6}}",
+            row_to_column!("0", "64", "128", "192"),
+            row_to_column!("16", "80", "144", "208"),
+            row_to_column!("32", "96", "160", "224"),
+            row_to_column!("48", "112", "176", "240"),
+            row_to_column!("4", "68", "132", "196"),
+            row_to_column!("20", "84", "148", "212"),
+            row_to_column!("36", "100", "164", "228"),
+            row_to_column!("52", "116", "180", "244"),
+            row_to_column!("8", "72", "136", "200"),
+            row_to_column!("24", "88", "152", "216"),
+            row_to_column!("40", "104", "168", "232"),
+            row_to_column!("56", "120", "184", "248"),
+            row_to_column!("12", "76", "140", "204"),
+            row_to_column!("28", "92", "156", "220"),
+            row_to_column!("44", "108", "172", "236"),
+            row_to_column!("60", "124", "188", "252"),
+            "add r10, r10, #256
+             subs r7, r7, #1
+             bne 2b",
+        )
+    };
+    flags & Q_FLAG != 0
+}
+
+/// See `stages::third`.
+#[inline(never)]
+pub(super) fn third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool {
+    let blocks = twiddles.len().min(32);
+    if blocks == 0 {
+        return false;
+    }
+    // SAFETY: as in `second`, with at most 32 turns of 16 words.
+    let flags = unsafe {
+        stage!(
+            blocks,
+            input.as_ptr(),
+            out.as_mut_ptr(),
+            twiddles.as_ptr(),
+            "2: ldmia r11!, {{r4, r5, r6}}",
+            row_to_column!("0", "16", "32", "48"),
+            row_to_column!("4", "20", "36", "52"),
+            row_to_column!("8", "24", "40", "56"),
+            row_to_column!("12", "28", "44", "60"),
+            "add r10, r10, #64
+             subs r7, r7, #1
+             bne 2b",
+        )
+    };
+    flags & Q_FLAG != 0
+}
+
+/// See `stages::last`.
+#[inline(never)]
+pub(super) fn last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> bool {
+    let blocks = tails.len().min(128);
+    if blocks == 0 {
+        return false;
+    }
+    // SAFETY: each of at most 128 turns reads 4 words of `input`, writes 4 words of `out` and reads one entry of `tails`
+    // (28 bytes: 16 of waveform, 12 of twiddles).
+    let flags = unsafe {
+        stage!(
+            blocks,
+            input.as_ptr(),
+            out.as_mut_ptr(),
+            tails.as_ptr(),
+            "2: ldmia r9!, {{r0, r1, r2, r3}}
+             add r11, r11, #16
+             ldmia r11!, {{r4, r5, r6}}",
+            butterfly!(),
+            probe!(),
+            "stmia r10!, {{r0, r1, r2, r3}}
+             subs r7, r7, #1
+             bne 2b",
+        )
+    };
+    flags & Q_FLAG != 0
+}
+
+/// See `stages::correlate`.
+#[inline(never)]
+pub(super) fn correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> bool {
+    let blocks = tails.len().min(128);
+    if blocks == 0 {
+        return false;
+    }
+    // SAFETY: as in `last`; r11 runs 16 bytes ahead, at an entry's twiddles, and reads the waveform below it. The pointer
+    // one past the last entry plus 16 bytes is formed by wrapping arithmetic and never read.
+    let flags = unsafe {
+        stage!(
+            blocks,
+            input.as_ptr(),
+            out.as_mut_ptr(),
+            tails.as_ptr().wrapping_byte_add(16),
+            "2: ldmia r9!, {{r0, r1, r2, r3}}
+             ldmia r11, {{r4, r5, r6}}",
+            butterfly!(),
+            probe!(),
+            "ldmdb r11, {{r4, r5, r6}}",
+            product_conj!("r1", "r4", "r8"),
+            "ldr r8, [r11, #-16]",
+            product_conj!("r0", "r8", "r4"),
+            product_conj!("r2", "r5", "r8"),
+            product_conj!("r3", "r6", "r8"),
+            inverse_sums!("qadd16", "qsub16"),
+            "ldmia r11, {{r4, r5, r6}}",
+            probe!(),
+            inverse_twiddles!(),
+            "add r11, r11, #28
+             subs r7, r7, #1
+             stmia r10!, {{r0, r1, r2, r3}}
+             bne 2b",
+        )
+    };
+    flags & Q_FLAG != 0
+}
+
+/// See `stages::inverse_third`.
+#[inline(never)]
+pub(super) fn inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool {
+    let blocks = twiddles.len().min(32);
+    if blocks == 0 {
+        return false;
+    }
+    // SAFETY: as in `third`.
+    let flags = unsafe {
+        stage!(
+            blocks,
+            input.as_ptr(),
+            out.as_mut_ptr(),
+            twiddles.as_ptr(),
+            "2: ldmia r11!, {{r4, r5, r6}}",
+            column_to_row!("qadd16", "qsub16", "0", "16", "32", "48"),
+            column_to_row!("qadd16", "qsub16", "4", "20", "36", "52"),
+            column_to_row!("qadd16", "qsub16", "8", "24", "40", "56"),
+            column_to_row!("qadd16", "qsub16", "12", "28", "44", "60"),
+            "add r9, r9, #64
+             subs r7, r7, #1
+             bne 2b",
+        )
+    };
+    flags & Q_FLAG != 0
+}
+
+/// See `stages::inverse_second`.
+#[inline(never)]
+pub(super) fn inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool {
+    let blocks = twiddles.len().min(8);
+    if blocks == 0 {
+        return false;
+    }
+    // SAFETY: as in `second`.
+    let flags = unsafe {
+        stage!(
+            blocks,
+            input.as_ptr(),
+            out.as_mut_ptr(),
+            twiddles.as_ptr(),
+            "2: ldmia r11!, {{r4, r5, r6}}",
+            column_to_row!("shadd16", "shsub16", "0", "64", "128", "192"),
+            column_to_row!("shadd16", "shsub16", "4", "68", "132", "196"),
+            column_to_row!("shadd16", "shsub16", "8", "72", "136", "200"),
+            column_to_row!("shadd16", "shsub16", "12", "76", "140", "204"),
+            column_to_row!("shadd16", "shsub16", "16", "80", "144", "208"),
+            column_to_row!("shadd16", "shsub16", "20", "84", "148", "212"),
+            column_to_row!("shadd16", "shsub16", "24", "88", "152", "216"),
+            column_to_row!("shadd16", "shsub16", "28", "92", "156", "220"),
+            column_to_row!("shadd16", "shsub16", "32", "96", "160", "224"),
+            column_to_row!("shadd16", "shsub16", "36", "100", "164", "228"),
+            column_to_row!("shadd16", "shsub16", "40", "104", "168", "232"),
+            column_to_row!("shadd16", "shsub16", "44", "108", "172", "236"),
+            column_to_row!("shadd16", "shsub16", "48", "112", "176", "240"),
+            column_to_row!("shadd16", "shsub16", "52", "116", "180", "244"),
+            column_to_row!("shadd16", "shsub16", "56", "120", "184", "248"),
+            column_to_row!("shadd16", "shsub16", "60", "124", "188", "252"),
+            "add r9, r9, #256
+             subs r7, r7, #1
+             bne 2b",
+        )
+    };
+    flags & Q_FLAG != 0
+}
+
+/// See `stages::first`.
+#[inline(never)]
+pub(super) fn first(input: &Channel, out: &mut Channel) -> bool {
+    let flags: u32;
+    // SAFETY: 64 steps, n = 0..64, read the words n + 64 l of `input` (offsets 256 l bytes) and write the words
+    // 4 (n mod 16) + n / 16 + 64 l of `out`: to advances by 16 bytes a step and goes back 252 after 16 steps. Registers
+    // are declared or restored, the stack pointer is back at the end.
+    unsafe {
+        asm!(
+            enter!(),
+            "2:",
+            repeat_8!(first_step!()),
+            "subs r7, r7, #1
+             tst r7, #1
+             bne 2b
+             sub r10, r10, #252
+             cmp r7, #0
+             bne 2b",
+            leave!(),
+            inout("r0") 8 => flags,
+            inout("r9") input.as_ptr() => _,
+            inout("r10") out.as_mut_ptr() => _,
+            inout("r11") EIGHTH.word() => _,
+            inout("r12") ROUND_15 => _,
+            out("r1") _, out("r2") _, out("r3") _, out("r4") _, out("r5") _, out("r8") _, out("lr") _,
+        );
+    }
+    flags & Q_FLAG != 0
+}
+
+/// See `stages::first_folded`.
+#[inline(never)]
+pub(super) fn first_folded(input: &Channel, out: &mut Channel) {
+    // SAFETY: as in `first`, writing the words below 256 only.
+    unsafe {
+        asm!(
+            "push {{r6, r7}}",
+            "mov r7, #8",
+            "2:",
+            repeat_8!(first_folded_step!()),
+            "subs r7, r7, #1
+             tst r7, #1
+             bne 2b
+             sub r10, r10, #252
+             cmp r7, #0
+             bne 2b",
+            "pop {{r6, r7}}",
+            inout("r9") input.as_ptr() => _,
+            inout("r10") out.as_mut_ptr() => _,
+            out("r0") _, out("r1") _, out("r2") _, out("r3") _, out("r4") _, out("r5") _,
+        );
+    }
+}
+
+/// See `stages::power`.
+#[inline(never)]
+pub(super) fn power(kept: &Channel, powers: &mut Powers) {
+    // SAFETY: 64 steps read the words position + 64 slot of `kept` and read and write the 8 sums of row `position` of
+    // `powers`. The sums of at most 2^33 channels stay positive as signed 64-bit numbers. Registers are declared or
+    // restored, the stack pointer is back at the end.
+    unsafe {
+        asm!(
+            "push {{r6, r7}}",
+            // The constants and the loop count lie in s0..s2 while their registers hold sums.
+            "vmov s0, s1, r11, r12
+             vmov s2, r0",
+            "2:",
+            repeat_4!(power_step!()),
+            "vmov r7, s2
+             subs r7, r7, #1
+             vmov s2, r7
+             bne 2b",
+            "pop {{r6, r7}}",
+            inout("r0") 16 => _,
+            inout("r9") kept.as_ptr() => _,
+            inout("r10") powers.as_mut_ptr() => _,
+            inout("r11") MINUS_EIGHTH.word() => _,
+            inout("r12") ROUND_15 => _,
+            out("r1") _, out("r2") _, out("r3") _, out("r4") _, out("r5") _, out("r8") _, out("lr") _,
+            out("s0") _, out("s1") _, out("s2") _,
+        );
+    }
+}
+
+/// See `stages::power_folded`.
+#[inline(never)]
+pub(super) fn power_folded(kept: &Channel, powers: &mut FoldedPowers) {
+    // SAFETY: as in `power`, with 4 slots and 4 sums a row.
+    unsafe {
+        asm!(
+            "push {{r6, r7}}",
+            "vmov s2, r0",
+            "2:",
+            repeat_4!(power_folded_step!()),
+            "vmov r7, s2
+             subs r7, r7, #1
+             vmov s2, r7
+             bne 2b",
+            "pop {{r6, r7}}",
+            inout("r0") 16 => _,
+            inout("r9") kept.as_ptr() => _,
+            inout("r10") powers.as_mut_ptr() => _,
+            out("r1") _, out("r2") _, out("r3") _, out("r4") _, out("r11") _, out("r12") _,
+            out("s2") _,
+        );
+    }
+}
+
+/// See `stages::natural`.
+#[inline(never)]
+pub(super) fn natural(kept: &mut Channel, scratch: &mut Channel) {
+    // SAFETY: position = 16 a + 4 b + c in order goes to the words a + 4 b + 16 c + 64 l of `scratch`: four steps over c by
+    // offset, then 16 bytes on for b, and 60 bytes back for a. Reads as in `power`. Then 32 turns copy 16 words each, all
+    // of `scratch`, to `kept`. Registers are declared or restored, the stack pointer is back at the end.
+    unsafe {
+        asm!(
+            enter!(),
+            "2:",
+            final_to!("0", "256", "512", "768", "1024", "1280", "1536", "1792"),
+            final_to!("64", "320", "576", "832", "1088", "1344", "1600", "1856"),
+            final_to!("128", "384", "640", "896", "1152", "1408", "1664", "1920"),
+            final_to!("192", "448", "704", "960", "1216", "1472", "1728", "1984"),
+            "add r10, r10, #16
+             subs r7, r7, #1
+             tst r7, #3
+             bne 2b
+             sub r10, r10, #60
+             cmp r7, #0
+             bne 2b
+             mov r7, #32
+             sub r9, r9, #256
+             sub r10, r10, #16",
+            "3:",
+            copy_step!(),
+            copy_step!(),
+            "subs r7, r7, #1
+             bne 3b",
+            leave!(),
+            inout("r0") 16 => _,
+            inout("r9") kept.as_mut_ptr() => _,
+            inout("r10") scratch.as_mut_ptr() => _,
+            inout("r11") MINUS_EIGHTH.word() => _,
+            inout("r12") ROUND_15 => _,
+            out("r1") _, out("r2") _, out("r3") _, out("r4") _, out("r5") _, out("r8") _, out("lr") _,
+        );
+    }
+}
+
+/// See `stages::energy`.
+#[inline(never)]
+pub(super) fn energy(input: &Channel) -> u64 {
+    let (low, high): (u32, u32);
+    // SAFETY: 32 turns of 16 words read all of `input`, which nothing writes. Registers are declared or restored, the
+    // stack pointer is back at the end.
+    unsafe {
+        asm!(
+            "push {{r6, r7}}",
+            "mov r7, #32",
+            "2:",
+            energy_step!(),
+            energy_step!(),
+            "subs r7, r7, #1
+             bne 2b",
+            "pop {{r6, r7}}",
+            inout("r9") input.as_ptr() => _,
+            inout("r11") 0_u32 => low,
+            inout("r12") 0_u32 => high,
+            out("r0") _, out("r1") _, out("r2") _, out("r3") _, out("r4") _, out("r5") _, out("r8") _,
+        );
+    }
+    (u64::from(high) << 32) | u64::from(low)
+}

@@ -1,0 +1,182 @@
+//! `cslam bench`: how fast is the host side?
+
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use clap::ValueEnum;
+use serde::Serialize;
+
+use crate::channel;
+use crate::random::Stream;
+use crate::scene::Scene;
+use crate::table::Table;
+use crate::tracer::{DEFAULT_MAX_ORDER, Tracer, for_each_link};
+
+/// Arguments of `cslam bench`.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// What to time; everything when absent
+    what: Option<Subject>,
+    /// Print one JSON object a row on stdout instead of the table
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Subject {
+    /// Ray tracing on the reference outdoor scene, order 3
+    Trace,
+    /// Synthesis of a sweep: 72 beams, 25 paths, every error of the budget
+    Synth,
+}
+
+/// A line of the table.
+#[derive(Debug, Serialize)]
+struct Row {
+    name: String,
+    threads: usize,
+    value: f64,
+    unit: &'static str,
+}
+
+/// Least time that a figure is averaged over.
+const LEAST: Duration = Duration::from_millis(1500);
+
+/// Transmitters and receivers, as many as in the reference list.
+const TRANSMITTERS: usize = 10;
+const RECEIVERS: usize = 200;
+const SEED: u64 = 1;
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
+    let mut rows = Vec::new();
+    if args.what.is_none_or(|what| what == Subject::Trace) {
+        rows.extend(trace()?);
+    }
+    if args.what.is_none_or(|what| what == Subject::Synth) {
+        rows.push(synth());
+    }
+    if args.json {
+        for row in &rows {
+            println!("{}", serde_json::to_string(row)?);
+        }
+    } else {
+        let mut table = Table::new(["what", "threads", "figure", "unit"]);
+        for row in &rows {
+            let figure = format!("{:.1}", row.value);
+            table.row([row.name.as_str(), &row.threads.to_string(), &figure, row.unit]);
+        }
+        print!("{table}");
+    }
+    Ok(())
+}
+
+/// Links per second, image trees included, by number of threads; what a tree costs; and a link once the tree is there.
+fn trace() -> anyhow::Result<Vec<Row>> {
+    let scene = Scene::load("outdoor_a")?;
+    let mut random = Stream::new(SEED, 0);
+    let mut free_point = |height_m: Option<f64>| loop {
+        let [x, y, z] = [120.0, 120.0, 20.0].map(|size_m| size_m * random.uniform());
+        let point = [x, y, height_m.unwrap_or(z)];
+        if !scene.inside_solid(point) {
+            return point;
+        }
+    };
+    let transmitters: Vec<[f64; 3]> = (0..TRANSMITTERS).map(|_| free_point(Some(2.0))).collect();
+    let receivers: Vec<[f64; 3]> = (0..RECEIVERS).map(|_| free_point(None)).collect();
+    let tracer = Tracer::new(&scene, DEFAULT_MAX_ORDER).context("order out of range")?;
+    let available = std::thread::available_parallelism().map_or(1, usize::from);
+    let row = |name: String, threads: usize, value: f64, unit: &'static str| Row {
+        name,
+        threads,
+        value,
+        unit,
+    };
+    let mut rows = Vec::new();
+    for threads in [1, 2, available] {
+        if threads > available || rows.iter().any(|r: &Row| r.threads == threads) {
+            continue;
+        }
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+        let mut paths = 0;
+        let seconds = pool.install(|| {
+            timed(|| {
+                paths = 0;
+                let count = |count: usize| {
+                    paths += count;
+                    Ok::<(), anyhow::Error>(())
+                };
+                for_each_link(
+                    &tracer,
+                    &transmitters,
+                    &receivers,
+                    |_, _, found| found.len(),
+                    count,
+                )
+            })
+        })?;
+        let links = (TRANSMITTERS * RECEIVERS) as f64;
+        rows.push(row(
+            format!("trace, {TRANSMITTERS} x {RECEIVERS} links of outdoor_a, {paths} paths, trees included"),
+            threads,
+            links / seconds,
+            "links/s",
+        ));
+    }
+    let mut images = 0;
+    let seconds = timed(|| {
+        images = transmitters
+            .iter()
+            .map(|tx| tracer.transmitter(*tx).images())
+            .sum();
+        Ok(())
+    })?;
+    let trees = TRANSMITTERS as f64;
+    rows.push(row(
+        format!("image tree, {:.0} images", images as f64 / trees),
+        1,
+        1e6 * seconds / trees,
+        "us",
+    ));
+    let grown: Vec<_> = transmitters.iter().map(|tx| tracer.transmitter(*tx)).collect();
+    let seconds = timed(|| {
+        for tree in &grown {
+            for rx in &receivers {
+                std::hint::black_box(tree.trace(*rx));
+            }
+        }
+        Ok(())
+    })?;
+    rows.push(row(
+        "link, tree at hand".into(),
+        1,
+        1e6 * seconds / (trees * RECEIVERS as f64),
+        "us",
+    ));
+    Ok(rows)
+}
+
+/// Median time of a sweep.
+fn synth() -> Row {
+    let speed = channel::bench::synth(25, 41);
+    Row {
+        name: format!(
+            "sweep, {} beams x 32 x 512, {} paths, median of {} ({:.1} to {:.1})",
+            speed.beams, speed.paths, speed.sweeps, speed.fastest_ms, speed.longest_ms
+        ),
+        threads: 1,
+        value: speed.median_ms,
+        unit: "ms",
+    }
+}
+
+/// Seconds that one run takes, averaged over as many as fill [`LEAST`], after one that warms up.
+fn timed(mut work: impl FnMut() -> anyhow::Result<()>) -> anyhow::Result<f64> {
+    work()?;
+    let start = Instant::now();
+    let mut runs = 0;
+    while start.elapsed() < LEAST {
+        work()?;
+        runs += 1;
+    }
+    Ok(start.elapsed().as_secs_f64() / f64::from(runs))
+}

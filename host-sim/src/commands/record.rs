@@ -1,0 +1,125 @@
+//! `cslam record`: a flight on disk, everything the receiver is given and the truth beside it.
+
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use crate::input::{InputError, read_text};
+use crate::paths::Link;
+use crate::progress;
+use crate::recording::{self, Manifest};
+use crate::scene::Scene;
+use crate::sigmf::{self, Codebook, Recording};
+use crate::world::{HeardSweep, World, WorldConfig};
+
+/// Arguments of `cslam record`.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Scene: outdoor, indoor, street, outdoor_a, city:SEED, or a file (.json, .obj, .ply)
+    #[arg(long, value_name = "NAME|FILE", default_value = "outdoor")]
+    scene: String,
+    /// Configuration (TOML: [flight], [sensors], [channel]); --print-config shows what it may hold
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Print the configuration in force as TOML and end
+    #[arg(long)]
+    print_config: bool,
+    /// Seed of the flight and of every error
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Length of the flight, s; instead of the configuration's
+    #[arg(long, value_name = "S")]
+    duration: Option<f64>,
+    /// Leave out the sample blocks: 6.9 MB for each sweep
+    #[arg(long)]
+    no_samples: bool,
+    /// Directory for the recording, made when missing
+    #[arg(long, value_name = "DIR", default_value = "recording")]
+    out: PathBuf,
+    /// Print the description of the recording as one JSON object on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
+    let mut config = read_config(args.config.as_deref())?;
+    if let Some(duration_s) = args.duration {
+        config.flight.duration_s = duration_s;
+    }
+    if args.print_config {
+        print!("{}", toml::to_string(&config)?);
+        return Ok(());
+    }
+    let scene = Scene::load(&args.scene)?;
+    let world = World::new(&scene, config, args.seed)?;
+    let manifest = write(&world, args)?;
+    if args.json {
+        println!("{}", serde_json::to_string(&manifest)?);
+    }
+    eprintln!(
+        "recorded {} sweeps of {} to {}",
+        world.sweeps(),
+        args.scene,
+        args.out.display()
+    );
+    Ok(())
+}
+
+pub(super) fn read_config(file: Option<&Path>) -> Result<WorldConfig, InputError> {
+    let Some(file) = file else {
+        return Ok(WorldConfig::default());
+    };
+    toml::from_str(&read_text(file)?).map_err(|e| InputError::in_file(file, e.message().to_owned()))
+}
+
+fn write(world: &World<'_>, args: &Args) -> anyhow::Result<Manifest> {
+    std::fs::create_dir_all(&args.out)
+        .map_err(|e| InputError::in_file(&args.out, format!("cannot be made a directory: {e}")))?;
+    if !args.no_samples {
+        let bar = progress::bar(u64::from(world.sweeps()), "recording");
+        // Sweeps do not depend on each other. Their links come back in order whatever the threads do.
+        let links: Vec<Link> = (0..world.sweeps())
+            .into_par_iter()
+            .map(|sweep| {
+                let heard = world.sweep(sweep)?;
+                write_samples(&args.out, sweep, &heard)?;
+                bar.inc(1);
+                Ok(heard.link)
+            })
+            .collect::<Result<_, InputError>>()?;
+        bar.finish_and_clear();
+        write_links(&args.out.join("truth_paths.jsonl"), &links)?;
+    }
+    recording::write(
+        &args.out,
+        &args.scene,
+        world.flight(),
+        |_, _| Ok(!args.no_samples),
+    )
+}
+
+/// The blocks of a sweep and of the beam squint symbols after it. Where the UAV was is the truth's to say, and where the
+/// GMT was the beacon's: neither belongs to the samples.
+fn write_samples(directory: &Path, sweep: u32, heard: &HeardSweep) -> Result<(), InputError> {
+    let recording = |codebook, sweep: &crate::channel::Sweep| Recording {
+        codebook,
+        gmt_position_m: None,
+        uav_position_m: None,
+        uav_quaternion_wb: None,
+        blocks: sweep.blocks.clone(),
+    };
+    let beams = recording(Codebook::Beams, &heard.beams);
+    sigmf::write(&recording::sweep_base(directory, sweep), &beams)?;
+    let squint = recording(Codebook::SquintSequential, &heard.squint);
+    sigmf::write(&recording::squint_base(directory, sweep), &squint)
+}
+
+fn write_links(file: &Path, links: &[Link]) -> anyhow::Result<()> {
+    let mut text = String::new();
+    for link in links {
+        text += &serde_json::to_string(link)?;
+        text.push('\n');
+    }
+    std::fs::write(file, text)
+        .map_err(|e| InputError::in_file(file, format!("cannot be written: {e}")).into())
+}

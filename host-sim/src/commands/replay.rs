@@ -1,0 +1,122 @@
+//! `cslam replay`: reads a recorded flight as a receiver would be given it, and checks it whole on the way.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use crate::input::InputError;
+use crate::progress;
+use crate::recording;
+use crate::sensors::Event;
+use crate::sigmf::{self, Codebook};
+use crate::table::Table;
+
+/// Arguments of `cslam replay`.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Directory of the recording
+    #[arg(value_name = "DIR")]
+    directory: PathBuf,
+    /// Write what was read to another directory: the same bytes, truth left out
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print the counts as one JSON object on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// What a recording holds.
+#[derive(Debug, Default, Serialize)]
+struct Counts {
+    scene: String,
+    seed: u64,
+    duration_s: f64,
+    imu_samples: u64,
+    magnetometer_samples: u64,
+    timing_exchanges: u64,
+    beacons: u64,
+    sweeps: u64,
+    beam_blocks: u64,
+    squint_blocks: u64,
+}
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
+    let recording = recording::read(&args.directory)?;
+    let manifest = recording.manifest();
+    let mut counts = Counts {
+        scene: manifest.scene.clone(),
+        seed: manifest.seed,
+        duration_s: manifest.duration_s,
+        ..Counts::default()
+    };
+    if let Some(out) = &args.out {
+        std::fs::create_dir_all(out)
+            .map_err(|e| InputError::in_file(out, format!("cannot be made a directory: {e}")))?;
+    }
+    let bar = progress::bar(recording.events().len() as u64, "replay");
+    for stamped in recording.events() {
+        match stamped.event {
+            Event::Imu(_) => counts.imu_samples += 1,
+            Event::Magnetometer(_) => counts.magnetometer_samples += 1,
+            Event::Timing(_) => counts.timing_exchanges += 1,
+            Event::Beacon(_) => counts.beacons += 1,
+            Event::Sweep { sweep } => {
+                counts.sweeps += 1;
+                if manifest.samples {
+                    counts.beam_blocks += blocks(args, sweep, Codebook::Beams)?;
+                    counts.squint_blocks += blocks(args, sweep, Codebook::SquintSequential)?;
+                }
+            }
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    if let Some(out) = &args.out {
+        recording::write_events(out, manifest.clone(), recording.events().iter().copied())?;
+    }
+    if args.json {
+        println!("{}", serde_json::to_string(&counts)?)
+    } else {
+        print!("{}", table(&counts))
+    }
+    Ok(())
+}
+
+/// Reads the blocks of a sweep, and writes them again where that is asked for; their number.
+fn blocks(args: &Args, sweep: u32, expected: Codebook) -> Result<u64, InputError> {
+    let base = match expected {
+        Codebook::Beams => recording::sweep_base,
+        _ => recording::squint_base,
+    };
+    let name = base(&args.directory, sweep);
+    let samples = sigmf::read(&name)?;
+    if samples.codebook != expected {
+        let message = format!(
+            "cslam:codebook is {}, expected {} in a recorded flight",
+            samples.codebook.name(),
+            expected.name()
+        );
+        return Err(InputError::in_file(&sigmf::files(&name).0, message));
+    }
+    if let Some(out) = &args.out {
+        sigmf::write(&base(out, sweep), &samples)?;
+    }
+    Ok(samples.blocks.len() as u64)
+}
+
+fn table(counts: &Counts) -> Table {
+    let title = format!("{} (seed {}), {} s", counts.scene, counts.seed, counts.duration_s);
+    let mut table = Table::new([title, "records".to_owned()]);
+    for (what, count) in [
+        ("IMU samples", counts.imu_samples),
+        ("magnetometer samples", counts.magnetometer_samples),
+        ("two-way timing exchanges", counts.timing_exchanges),
+        ("beacons", counts.beacons),
+        ("sweeps", counts.sweeps),
+        ("blocks of transmit beams", counts.beam_blocks),
+        ("blocks of beam squint symbols", counts.squint_blocks),
+    ] {
+        table.row([what.to_owned(), count.to_string()]);
+    }
+    table
+}

@@ -1,0 +1,172 @@
+//! `cslam synth`: a recording of every link of a paths file.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use cslam_core::array::SquintScheme;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::channel::{ChannelConfig, Impairments, Instant, Simulator, Sweep};
+use crate::input::InputError;
+use crate::paths::{self, Link};
+use crate::progress;
+use crate::sigmf::{self, Codebook, Recording};
+
+/// Arguments of `cslam synth`.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Paths file (.jsonl or .jsonl.gz), one link a line; each path needs `gain` and its angles of departure
+    #[arg(long, value_name = "FILE")]
+    paths: PathBuf,
+    /// Name of the recording: NAME.sigmf-meta and NAME.sigmf-data; NAME-0000 and on (the link's index) for several links
+    #[arg(long, value_name = "NAME")]
+    out: PathBuf,
+    /// Raise the signal against the noise, dB; added to the configuration's own
+    #[arg(long, value_name = "DB", default_value_t = 0.0, allow_negative_numbers = true)]
+    snr_offset: f64,
+    /// Seed of noise and device errors
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Errors of arrays, clock and transmitter: none, or the design's budget (the default)
+    #[arg(long, value_enum, conflicts_with = "config")]
+    impairments: Option<Preset>,
+    /// Channel configuration (TOML: [front_end], [impairments], [motion]); missing keys keep their defaults
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// What the transmitter sends: its 72 beams, or the beam squint symbols that follow them
+    #[arg(long, value_enum, default_value_t = Sent::Beams)]
+    send: Sent,
+    /// Print one JSON object a recording on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Preset {
+    None,
+    Budget,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Sent {
+    Beams,
+    BsmSeq,
+    BsmRaster,
+}
+
+/// A line of `--json`.
+#[derive(Serialize)]
+struct Written {
+    link: usize,
+    recording: PathBuf,
+    paths: usize,
+    blocks: usize,
+}
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
+    let mut config = match (&args.config, args.impairments) {
+        (Some(file), _) => ChannelConfig::read(file)?,
+        (None, Some(Preset::None)) => ChannelConfig {
+            impairments: Impairments::none(),
+            ..ChannelConfig::default()
+        },
+        (None, Some(Preset::Budget) | None) => ChannelConfig::default(),
+    };
+    config.front_end.snr_offset_db += args.snr_offset;
+    config
+        .check()
+        .map_err(|m| InputError::new(format!("--snr-offset {}: {m}", args.snr_offset)))?;
+    let instant =
+        Instant::of(&config.motion).map_err(|e| InputError::new(format!("motion.uav_quaternion_wb: {e}")))?;
+    let quaternion_wb = unit(config.motion.uav_quaternion_wb);
+    let links = paths::read(&args.paths)?;
+    if links.is_empty() {
+        return Err(InputError::in_file(&args.paths, "holds no link, expected one a line").into());
+    }
+    let simulator = Simulator::new(config, args.seed);
+    let bar = progress::bar(links.len() as u64, "synth");
+    // Each link has its own random streams, so the number of threads does not show.
+    let written: Vec<Written> = links
+        .par_iter()
+        .enumerate()
+        .map(|(index, link)| {
+            let name = if links.len() == 1 {
+                args.out.clone()
+            } else {
+                numbered(&args.out, index)
+            };
+            let sweep = synthesise(&simulator, link, &instant, index, args.send)
+                .map_err(|m| InputError::in_file(&args.paths, format!("link {index}, {m}")))?;
+            let recording = Recording {
+                codebook: args.send.codebook(),
+                gmt_position_m: Some(link.tx),
+                uav_position_m: Some(link.rx),
+                uav_quaternion_wb: Some(quaternion_wb),
+                blocks: sweep.blocks,
+            };
+            sigmf::write(&name, &recording)?;
+            bar.inc(1);
+            Ok(Written {
+                link: index,
+                recording: sigmf::files(&name).0,
+                paths: link.paths.len(),
+                blocks: recording.blocks.len(),
+            })
+        })
+        .collect::<Result<_, InputError>>()?;
+    bar.finish_and_clear();
+    if args.json {
+        let mut out = std::io::stdout().lock();
+        for line in &written {
+            writeln!(out, "{}", serde_json::to_string(line)?)?;
+        }
+    } else {
+        let blocks: usize = written.iter().map(|w| w.blocks).sum();
+        eprintln!(
+            "{} recording(s), {blocks} blocks, seed {}",
+            written.len(),
+            args.seed
+        );
+    }
+    Ok(())
+}
+
+fn synthesise(
+    simulator: &Simulator,
+    link: &Link,
+    instant: &Instant,
+    index: usize,
+    send: Sent,
+) -> Result<Sweep, String> {
+    let index = u32::try_from(index).map_err(|_| "too many links".to_owned())?;
+    match send {
+        Sent::Beams => simulator.sweep(link, instant, index),
+        Sent::BsmSeq => simulator.squint(link, instant, index, SquintScheme::Sequential),
+        Sent::BsmRaster => simulator.squint(link, instant, index, SquintScheme::Raster),
+    }
+    .map_err(|e| e.to_string())
+}
+
+impl Sent {
+    fn codebook(self) -> Codebook {
+        match self {
+            Self::Beams => Codebook::Beams,
+            Self::BsmSeq => Codebook::SquintSequential,
+            Self::BsmRaster => Codebook::SquintRaster,
+        }
+    }
+}
+
+/// NAME-0000 for link 0.
+fn numbered(name: &Path, index: usize) -> PathBuf {
+    let (meta, _) = sigmf::files(name);
+    let text = meta.to_string_lossy();
+    PathBuf::from(format!("{}-{index:04}", text.trim_end_matches(".sigmf-meta")))
+}
+
+fn unit(q: [f64; 4]) -> [f64; 4] {
+    let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
+    q.map(|c| c / norm)
+}

@@ -1,0 +1,246 @@
+//! `cslam trace`: propagation paths of every transmitter with every receiver.
+
+use std::fs::File;
+use std::io::{BufWriter, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use crate::input::{InputError, read_text};
+use crate::paths::{self, LinkPath};
+use crate::progress;
+use crate::scene::{MAX_COORDINATE_M, Scene};
+use crate::table::Table;
+use crate::tracer::{
+    Comparison, DEFAULT_MAX_ORDER, EDGE_EXCEPTION_M, ImageTree, LEAST_DISTANCE_M, MAX_ORDER, TracedPath,
+    Tracer, for_each_link,
+};
+
+/// Arguments of `cslam trace`.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Scene: outdoor, indoor, street, outdoor_a, city:SEED, or a file (.json, .obj, .ply)
+    #[arg(long, value_name = "NAME|FILE")]
+    scene: String,
+    /// Transmitters: one point, or a file with x,y,z a line (m)
+    #[arg(
+        long,
+        value_name = "FILE|X,Y,Z",
+        allow_hyphen_values = true,
+        required_unless_present = "check"
+    )]
+    tx: Option<String>,
+    /// Receivers: one point, or a file with x,y,z a line (m)
+    #[arg(
+        long,
+        value_name = "FILE|X,Y,Z",
+        allow_hyphen_values = true,
+        required_unless_present = "check"
+    )]
+    rx: Option<String>,
+    /// Greatest number of reflections, 0 for line of sight alone
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_MAX_ORDER as u8,
+          value_parser = clap::value_parser!(u8).range(0..=MAX_ORDER as i64))]
+    max_order: u8,
+    /// Threads; all processors when absent. The result does not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Write the links to a file instead of standard output
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Give every path all its interaction points and the indices of the reflecting faces as well
+    #[arg(long)]
+    vertices: bool,
+    /// Trace the links of a reference list and compare instead; ends with code 1 when they disagree
+    #[arg(long, value_name = "PATHS", conflicts_with_all = ["tx", "rx", "out", "vertices"])]
+    check: Option<PathBuf>,
+    /// Print the comparison of --check as JSON. Links are JSON lines in any case
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
+    let scene = Scene::load(&args.scene)?;
+    let tracer = Tracer::new(&scene, usize::from(args.max_order))
+        .ok_or_else(|| InputError::new(format!("--max-order: expected 0 to {MAX_ORDER}")))?;
+    let threads = args.threads.map_or(0, usize::from);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    pool.install(|| match &args.check {
+        Some(reference) => check(&tracer, reference, args.json),
+        None => trace(&tracer, args),
+    })
+}
+
+fn trace(tracer: &Tracer<'_>, args: &Args) -> anyhow::Result<()> {
+    let transmitters = points("--tx", args.tx.as_deref())?;
+    let receivers = points("--rx", args.rx.as_deref())?;
+    for (what, points) in [("transmitters", &transmitters), ("receivers", &receivers)] {
+        let inside = points.iter().filter(|p| tracer.scene().inside_solid(**p)).count();
+        if inside > 0 {
+            eprintln!(
+                "cslam: note: {inside} of {} {what} lie inside a solid",
+                points.len()
+            );
+        }
+    }
+    let mut out: Box<dyn Write + Send> = match &args.out {
+        Some(file) => {
+            let created = File::create(file);
+            Box::new(created.map_err(|e| InputError::in_file(file, format!("cannot be written: {e}")))?)
+        }
+        None => Box::new(std::io::stdout()),
+    };
+    let mut out = BufWriter::new(&mut out);
+    // Links that scroll by on the terminal show the progress themselves.
+    let bar = if args.out.is_none() && std::io::stdout().is_terminal() {
+        indicatif::ProgressBar::hidden()
+    } else {
+        progress::bar((transmitters.len() * receivers.len()) as u64, "trace")
+    };
+    let line = |tree: &ImageTree<'_>, rx_m: [f64; 3], paths: Vec<TracedPath>| -> anyhow::Result<String> {
+        let tx_m = tree.transmitter_m();
+        if (0..3).map(|i| (tx_m[i] - rx_m[i]).powi(2)).sum::<f64>() < LEAST_DISTANCE_M * LEAST_DISTANCE_M {
+            let place = rx_m.map(|c| c.to_string()).join(",");
+            return Err(InputError::new(format!(
+                "transmitter and receiver both stand at {place}: expected at least {LEAST_DISTANCE_M} m between them"
+            ))
+            .into());
+        }
+        Ok(if args.vertices {
+            serde_json::to_string(&Detailed::new(tx_m, rx_m, &paths))?
+        } else {
+            serde_json::to_string(&tree.to_link(rx_m, &paths))?
+        })
+    };
+    for_each_link(
+        tracer,
+        &transmitters,
+        &receivers,
+        line,
+        |line| -> anyhow::Result<()> {
+            writeln!(out, "{}", line?)?;
+            bar.inc(1);
+            Ok(())
+        },
+    )?;
+    out.flush()?;
+    bar.finish_and_clear();
+    Ok(())
+}
+
+/// A link with everything that the tracer knows. Reads back as a link of the paths format.
+#[derive(Serialize)]
+struct Detailed<'a> {
+    tx: [f64; 3],
+    rx: [f64; 3],
+    paths: Vec<DetailedPath<'a>>,
+}
+
+#[derive(Serialize)]
+struct DetailedPath<'a> {
+    #[serde(flatten)]
+    path: LinkPath,
+    faces: &'a [u32],
+    vertices: &'a [[f64; 3]],
+}
+
+impl<'a> Detailed<'a> {
+    fn new(tx: [f64; 3], rx: [f64; 3], paths: &'a [TracedPath]) -> Self {
+        let detailed = |path: &'a TracedPath| DetailedPath {
+            path: path.to_link_path(),
+            faces: path.faces(),
+            vertices: path.vertices(),
+        };
+        Self {
+            tx,
+            rx,
+            paths: paths.iter().map(detailed).collect(),
+        }
+    }
+}
+
+/// Points of an option: one as x,y,z, or a file with one a line. Empty lines and lines that start with # are skipped.
+fn points(option: &str, value: Option<&str>) -> Result<Vec<[f64; 3]>, InputError> {
+    let value = value.ok_or_else(|| InputError::new(format!("{option}: expected a point or a file")))?;
+    if let Some(point) = point(value) {
+        return Ok(vec![point]);
+    }
+    let file = Path::new(value);
+    if !file.exists() {
+        return Err(InputError::new(format!(
+            "{option} {value}: expected x,y,z in metres, or a file that has one such point a line"
+        )));
+    }
+    let text = read_text(file)?;
+    let mut points = Vec::new();
+    for (index, line) in text.lines().enumerate() {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        points.push(point(line).ok_or_else(|| {
+            InputError::at_line(
+                file,
+                index + 1,
+                format!("expected x,y,z in metres, found \"{line}\""),
+            )
+        })?);
+    }
+    if points.is_empty() {
+        return Err(InputError::in_file(file, "has no point: expected x,y,z a line"));
+    }
+    Ok(points)
+}
+
+fn point(text: &str) -> Option<[f64; 3]> {
+    let numbers: Option<Vec<f64>> = text
+        .split(',')
+        .map(|word| {
+            word.trim()
+                .parse()
+                .ok()
+                .filter(|x: &f64| x.abs() <= MAX_COORDINATE_M)
+        })
+        .collect();
+    numbers?.try_into().ok()
+}
+
+/// What a comparison comes to, for `--json`.
+#[derive(Serialize)]
+struct Verdict<'a> {
+    passes: bool,
+    #[serde(flatten)]
+    comparison: &'a Comparison,
+}
+
+fn check(tracer: &Tracer<'_>, reference: &Path, json: bool) -> anyhow::Result<()> {
+    let links = paths::read(reference)?;
+    let comparison = Comparison::run(tracer, &links);
+    let passes = comparison.passes();
+    if json {
+        let comparison = &comparison;
+        println!("{}", serde_json::to_string(&Verdict { passes, comparison })?);
+    } else {
+        let at_edge = format!("within {} mm of an edge", 1e3 * EDGE_EXCEPTION_M);
+        let mut table = Table::new(["paths", "all", "matched", at_edge.as_str(), "unexplained"]);
+        for (kind, tally) in [
+            ("reference, confirmed", comparison.confirmed),
+            ("reference, unconfirmed", comparison.unconfirmed),
+            ("traced", comparison.traced),
+        ] {
+            let counts = [tally.total, tally.matched, tally.at_edge, tally.unexplained()];
+            table.row([kind.to_owned()].into_iter().chain(counts.map(|n| n.to_string())));
+        }
+        print!("{table}");
+        println!(
+            "{} links; matched paths: c tau within {:.2e} m, angles within {:.2e} rad, gain within {:.4} dB ({} off)",
+            comparison.links,
+            comparison.worst_length_m,
+            comparison.worst_angle_rad,
+            comparison.worst_gain_db,
+            comparison.gain_off
+        );
+    }
+    anyhow::ensure!(passes, "the traced paths disagree with {}", reference.display());
+    Ok(())
+}

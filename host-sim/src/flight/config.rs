@@ -1,0 +1,216 @@
+//! What a flight shall be like.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::{Obstacles, Schedule};
+use crate::input::InputError;
+
+/// Limits of the quadrotor. Speed, acceleration and jerk hold at every instant, not only on a grid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Limits {
+    /// Speed, m/s.
+    pub speed_m_per_s: f64,
+    /// Acceleration, m/s^2; below a third of gravity, so that a descent never comes near free fall.
+    pub acceleration_m_per_s2: f64,
+    /// Jerk, m/s^3.
+    pub jerk_m_per_s3: f64,
+    /// Tilt, deg.
+    pub tilt_deg: f64,
+    /// Rate of the heading, deg/s.
+    pub heading_rate_dps: f64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            speed_m_per_s: 6.0,
+            acceleration_m_per_s2: 3.0,
+            jerk_m_per_s3: 12.0,
+            tilt_deg: 30.0,
+            heading_rate_dps: 60.0,
+        }
+    }
+}
+
+/// A flight to be planned. Lengths that are left out follow from the size of the scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FlightConfig {
+    /// Length of the flight, s.
+    pub duration_s: f64,
+    /// The UAV stands still for this long first: gyroscope bias and tilt are found at rest.
+    pub rest_s: f64,
+    /// When the GMT sounds and moves.
+    pub schedule: Schedule,
+    /// Limits of the quadrotor.
+    pub limits: Limits,
+    /// Linear rotor drag, 1/s.
+    pub drag_per_s: f64,
+    /// Distance kept from walls and ground by the UAV, m. Default: a tenth of the scene's height, at most 1.5.
+    pub clearance_m: Option<f64>,
+    /// Number of levels at which the UAV flies.
+    pub levels: u32,
+    /// Height of the GMT's antenna above the ground, m.
+    pub mast_m: f64,
+    /// Distance kept from walls by the GMT, m. Default: as the UAV's, at most 1.
+    pub gmt_clearance_m: Option<f64>,
+    /// Way of the GMT from stop to stop, m.
+    pub gmt_step_m: f64,
+    /// Route wanted: at least this share of sweeps with line of sight between GMT and UAV, 0..=1.
+    pub visible_share: f64,
+    /// Route wanted: no longer without line of sight than this, s.
+    pub longest_outage_s: f64,
+    /// Route wanted: line of sight in all sweeps up to this time, s.
+    pub visible_start_s: f64,
+}
+
+impl Default for FlightConfig {
+    fn default() -> Self {
+        Self {
+            duration_s: 120.0,
+            rest_s: 3.0,
+            schedule: Schedule::default(),
+            limits: Limits::default(),
+            drag_per_s: 0.15,
+            clearance_m: None,
+            levels: 4,
+            mast_m: 1.5,
+            gmt_clearance_m: None,
+            gmt_step_m: 0.2,
+            visible_share: 0.6,
+            longest_outage_s: 18.0,
+            visible_start_s: 10.0,
+        }
+    }
+}
+
+impl FlightConfig {
+    /// Distance that the UAV keeps in this scene, m.
+    pub(super) fn clearance_in(&self, world: &dyn Obstacles) -> f64 {
+        let (low, high) = world.bounds();
+        self.clearance_m
+            .unwrap_or_else(|| (0.1 * (high[2] - low[2])).min(1.5))
+    }
+
+    /// Distance that the GMT keeps in this scene, m.
+    pub(super) fn gmt_clearance_in(&self, world: &dyn Obstacles) -> f64 {
+        self.gmt_clearance_m
+            .unwrap_or_else(|| self.clearance_in(world).min(1.0))
+    }
+
+    /// Cruise speed that suits the scene, m/s: a fifth of the shorter side in two seconds, within the limit.
+    pub(super) fn cruise_in(&self, world: &dyn Obstacles) -> f64 {
+        let (low, high) = world.bounds();
+        let size = Vector3::from(high) - Vector3::from(low);
+        (0.1 * size.x.min(size.y)).min(self.limits.speed_m_per_s)
+    }
+
+    /// Checks every figure.
+    ///
+    /// # Errors
+    /// [`InputError`] naming the key and what was expected.
+    pub fn check(&self) -> Result<(), InputError> {
+        let above = |key: &str, value: f64, least: f64, most: f64| {
+            if value.is_finite() && value > least && value <= most {
+                Ok(())
+            } else {
+                Err(InputError::new(format!(
+                    "{key} is {value}, expected above {least}, up to {most}"
+                )))
+            }
+        };
+        let within = |key: &str, value: f64, most: f64| {
+            if (0.0..=most).contains(&value) {
+                Ok(())
+            } else {
+                Err(InputError::new(format!("{key} is {value}, expected 0 to {most}")))
+            }
+        };
+        let hour = 3600.0;
+        above("flight.duration_s", self.duration_s, 0.0, hour)?;
+        within("flight.rest_s", self.rest_s, hour)?;
+        above(
+            "flight.schedule.sweep_period_s",
+            self.schedule.sweep_period_s,
+            0.02,
+            60.0,
+        )?;
+        if self.schedule.sweeps_per_stop == 0 {
+            return Err(InputError::new(
+                "flight.schedule.sweeps_per_stop is 0, expected at least 1",
+            ));
+        }
+        above(
+            "flight.limits.speed_m_per_s",
+            self.limits.speed_m_per_s,
+            0.0,
+            30.0,
+        )?;
+        above(
+            "flight.limits.acceleration_m_per_s2",
+            self.limits.acceleration_m_per_s2,
+            0.0,
+            3.2,
+        )?;
+        above(
+            "flight.limits.jerk_m_per_s3",
+            self.limits.jerk_m_per_s3,
+            0.0,
+            1000.0,
+        )?;
+        above("flight.limits.tilt_deg", self.limits.tilt_deg, 0.0, 60.0)?;
+        above(
+            "flight.limits.heading_rate_dps",
+            self.limits.heading_rate_dps,
+            0.0,
+            720.0,
+        )?;
+        within("flight.drag_per_s", self.drag_per_s, 1.0)?;
+        for (key, value) in [
+            ("flight.clearance_m", self.clearance_m),
+            ("flight.gmt_clearance_m", self.gmt_clearance_m),
+        ] {
+            value.map_or(Ok(()), |value| above(key, value, 0.0, 10.0))?;
+        }
+        if !(1..=100).contains(&self.levels) {
+            return Err(InputError::new(format!(
+                "flight.levels is {}, expected 1 to 100",
+                self.levels
+            )));
+        }
+        above("flight.mast_m", self.mast_m, 0.0, 20.0)?;
+        within("flight.gmt_step_m", self.gmt_step_m, 10.0)?;
+        within("flight.visible_share", self.visible_share, 1.0)?;
+        within("flight.longest_outage_s", self.longest_outage_s, hour)?;
+        within("flight.visible_start_s", self.visible_start_s, hour)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bad_figures_are_named() {
+        let message = |change: fn(&mut FlightConfig)| {
+            let mut config = FlightConfig::default();
+            change(&mut config);
+            config.check().expect_err("must be refused").to_string()
+        };
+        assert!(FlightConfig::default().check().is_ok());
+        assert!(message(|c| c.duration_s = 0.0).contains("flight.duration_s"));
+        assert!(message(|c| c.duration_s = f64::NAN).contains("flight.duration_s"));
+        assert!(message(|c| c.schedule.sweeps_per_stop = 0).contains("sweeps_per_stop"));
+        assert!(message(|c| c.limits.acceleration_m_per_s2 = 9.0).contains("acceleration"));
+        assert!(message(|c| c.clearance_m = Some(-1.0)).contains("flight.clearance_m"));
+        assert!(message(|c| c.visible_share = 1.1).contains("flight.visible_share"));
+        assert!(message(|c| c.levels = 0).contains("flight.levels"));
+        assert!(toml::from_str::<FlightConfig>("duration = 3.0").is_err());
+        assert_eq!(
+            toml::from_str::<FlightConfig>("").expect("all default"),
+            FlightConfig::default()
+        );
+    }
+}

@@ -1,0 +1,107 @@
+//! A flight on disk: what the receiver was given, and beside it the truth.
+//!
+//! A recording is a directory:
+//!
+//! | file | content |
+//! |---|---|
+//! | `flight.json` | format and version, scene, seed, rates, and of each other file its records, bytes and CRC-32 |
+//! | `imu.bin` | 28 bytes a record, little-endian time stamp (u64, ns of the UAV clock), then the 20-byte FIFO packet |
+//! | `magnetometer.csv` | `uav_time_ns,x,y,z`: integer codes |
+//! | `timing.csv` | `uav_time_ns,clock_offset_s` |
+//! | `sweeps.csv` | `uav_time_ns,sweep` |
+//! | `beacons.jsonl` | `{"uav_time_ns":..,"beacon":{..}}`, a beacon a line |
+//! | `truth.csv` | the world at every sweep and every 10 ms: never read by [`read`] |
+//! | `truth_paths.jsonl` | the true paths of every sweep, a link a line, beside samples |
+//! | `sweep-NNNN.sigmf-meta`, `.sigmf-data` | sample blocks of each sweep, when they were recorded ([`sweep_base`]) |
+//! | `squint-NNNN.sigmf-meta`, `.sigmf-data` | the beam squint symbols after each sweep, beside samples ([`squint_base`]) |
+//!
+//! Numbers are written so that reading gives back the same bits, hence a recording that is read and written again has
+//! the same bytes. A file that is cut short, longer or changed is refused with the reason.
+
+mod read;
+mod write;
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+pub use read::{Recording, read};
+pub use write::{write, write_events};
+
+/// Value of `format` in `flight.json`.
+const FORMAT: &str = "cslam-flight";
+/// Value of `version` in `flight.json`.
+const VERSION: u32 = 1;
+/// Name of the description.
+const MANIFEST: &str = "flight.json";
+/// Bytes of a record of `imu.bin`.
+const IMU_RECORD_LEN: usize = 8 + crate::sensors::PACKET_LEN;
+/// Files of the receiver's events, by the rank of the event.
+const EVENT_FILES: [&str; 5] = [
+    "imu.bin",
+    "magnetometer.csv",
+    "timing.csv",
+    "sweeps.csv",
+    "beacons.jsonl",
+];
+/// First lines of the text files with columns, by the rank of the event; empty for the others.
+const HEADERS: [&str; 5] = [
+    "",
+    "uav_time_ns,x,y,z",
+    "uav_time_ns,clock_offset_s",
+    "uav_time_ns,sweep",
+    "",
+];
+
+/// What a recording says about itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// Always "cslam-flight".
+    pub format: String,
+    /// Version of the format.
+    pub version: u32,
+    /// Scene that was flown in.
+    pub scene: String,
+    /// Seed of the flight and of its sensors.
+    pub seed: u64,
+    /// Length of the flight, s.
+    pub duration_s: f64,
+    /// IMU samples a second, Hz.
+    pub imu_rate_hz: u32,
+    /// Whether each sweep's sample blocks lie beside.
+    pub samples: bool,
+    /// The files of the receiver's events, in the order of [`Manifest::files`].
+    pub files: Vec<FileEntry>,
+}
+
+/// One file of a recording.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FileEntry {
+    /// Name within the directory.
+    pub name: String,
+    /// Number of records.
+    pub records: u64,
+    /// Length, bytes.
+    pub bytes: u64,
+    /// CRC-32 (ISO-HDLC) of the content.
+    pub crc32: u32,
+}
+
+/// Where the sample blocks of a sweep lie: the name that [`crate::sigmf`] appends `.sigmf-meta` and `.sigmf-data` to.
+pub fn sweep_base(directory: &Path, sweep: u32) -> PathBuf {
+    directory.join(format!("sweep-{sweep:04}"))
+}
+
+/// Where the beam squint symbols that follow a sweep lie, as [`sweep_base`].
+pub fn squint_base(directory: &Path, sweep: u32) -> PathBuf {
+    directory.join(format!("squint-{sweep:04}"))
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(bytes)
+}
+
+#[cfg(test)]
+mod tests;

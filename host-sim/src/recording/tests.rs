@@ -1,0 +1,230 @@
+//! A recording gives back what was recorded, and refuses what was damaged.
+
+use std::fs;
+use std::path::Path;
+
+use nalgebra::Vector3;
+
+use super::{EVENT_FILES, MANIFEST, Manifest, read, sweep_base, write, write_events};
+use crate::flight::{FlightConfig, FlightPlan};
+use crate::scene::Scene;
+use crate::sensors::{Event, SensedFlight, SensorsConfig};
+
+fn flight() -> SensedFlight {
+    let scene = Scene::load("street").expect("built in");
+    let config = FlightConfig {
+        duration_s: 8.0,
+        ..FlightConfig::default()
+    };
+    let plan = FlightPlan::plan(&scene, &config, 5).expect("room");
+    SensedFlight::new(plan, SensorsConfig::default(), 5).expect("the default is valid")
+}
+
+fn recorded() -> tempfile::TempDir {
+    let directory = tempfile::tempdir().expect("a directory");
+    write(directory.path(), "street", &flight(), |_, _| Ok(false)).expect("recorded");
+    directory
+}
+
+fn refusal(directory: &Path) -> String {
+    read(directory).expect_err("must be refused").to_string()
+}
+
+/// Replaces a file and makes the description agree with it, so that only its content can be at fault.
+fn forge(directory: &Path, rank: usize, change: impl Fn(Vec<u8>) -> Vec<u8>) {
+    let file = directory.join(EVENT_FILES[rank]);
+    let bytes = change(fs::read(&file).expect("recorded"));
+    let text = fs::read_to_string(directory.join(MANIFEST)).expect("recorded");
+    let mut manifest: Manifest = serde_json::from_str(&text).expect("own output");
+    manifest.files[rank].bytes = bytes.len() as u64;
+    manifest.files[rank].crc32 = super::crc32(&bytes);
+    fs::write(&file, bytes).expect("writable");
+    let text = serde_json::to_string(&manifest).expect("serialisable");
+    fs::write(directory.join(MANIFEST), text).expect("writable");
+}
+
+fn edit(from: &'static str, to: &'static str) -> impl Fn(Vec<u8>) -> Vec<u8> {
+    move |bytes| {
+        String::from_utf8(bytes)
+            .expect("text")
+            .replacen(from, to, 1)
+            .into_bytes()
+    }
+}
+
+#[test]
+fn replayed_events_are_the_events_flown_and_recorded_again_the_bytes_are_the_same() {
+    let (flight, directory) = (flight(), recorded());
+    let recording = read(directory.path()).expect("sound");
+    let flown: Vec<_> = flight.events().collect();
+    assert_eq!(recording.events(), flown);
+    assert_eq!(recording.manifest().seed, 5);
+    let again = tempfile::tempdir().expect("a directory");
+    let events = recording.events().iter().copied();
+    write_events(again.path(), recording.manifest().clone(), events).expect("recorded");
+    for name in EVENT_FILES.into_iter().chain([MANIFEST]) {
+        let bytes = |d: &Path| fs::read(d.join(name)).expect("recorded");
+        assert!(bytes(directory.path()) == bytes(again.path()), "{name}");
+    }
+}
+
+#[test]
+fn the_truth_is_recorded_beside_and_never_needed() {
+    let directory = recorded();
+    let text = fs::read_to_string(directory.path().join("truth.csv")).expect("recorded");
+    let line = text
+        .lines()
+        .find(|l| l.starts_with("2.5,4,"))
+        .expect("sweep 4 at 2.5 s");
+    let x: Vec<f64> = line
+        .split(',')
+        .skip(2)
+        .map(|f| f.parse().expect("a number"))
+        .collect();
+    let truth = flight().sweep_truth(4);
+    assert_eq!(Vector3::new(x[0], x[1], x[2]), truth.uav.position_m);
+    assert_eq!(Vector3::new(x[13], x[14], x[15]), truth.gmt_position_m);
+    assert_eq!(
+        (x[16], x[17], x.len()),
+        (truth.clock_offset_s, truth.clock_drift, 18)
+    );
+    fs::remove_file(directory.path().join("truth.csv")).expect("there");
+    assert!(read(directory.path()).is_ok());
+}
+
+#[test]
+fn every_truncated_or_changed_file_is_named() {
+    for (rank, name) in EVENT_FILES.into_iter().enumerate() {
+        let directory = recorded();
+        let file = directory.path().join(name);
+        let bytes = fs::read(&file).expect("recorded");
+        fs::write(&file, &bytes[..bytes.len() - 1]).expect("writable");
+        let error = refusal(directory.path());
+        assert!(error.contains(name) && error.contains("truncated"), "{error}");
+        let mut flipped = bytes.clone();
+        flipped[bytes.len() / 2] ^= 1;
+        fs::write(&file, &flipped).expect("writable");
+        let error = refusal(directory.path());
+        assert!(error.contains(name) && error.contains("changed"), "{error}");
+        fs::write(&file, [bytes, vec![b'\n']].concat()).expect("writable");
+        assert!(refusal(directory.path()).contains("too long"), "rank {rank}");
+        fs::remove_file(&file).expect("there");
+        assert!(
+            refusal(directory.path()).contains("cannot be read"),
+            "rank {rank}"
+        );
+    }
+}
+
+#[test]
+fn a_file_that_contradicts_the_others_is_refused_with_the_reason() {
+    type Change = Box<dyn Fn(Vec<u8>) -> Vec<u8>>;
+    let cases: [(usize, &str, Change); 8] = [
+        (
+            0,
+            "expected a multiple of 28",
+            Box::new(|b| b[..b.len() - 5].to_vec()),
+        ),
+        (0, "records, expected", Box::new(|b| b[..b.len() - 28].to_vec())),
+        (
+            0,
+            "not a packet",
+            Box::new(|mut b| {
+                b[8] = 0;
+                b
+            }),
+        ),
+        (
+            0,
+            "is earlier",
+            Box::new(|b| [&b[28..56], &b[..28], &b[56..]].concat()),
+        ),
+        (1, "expected the columns", Box::new(edit("uav_time_ns", "time"))),
+        (
+            2,
+            "expected uav_time_ns,clock_offset_s",
+            Box::new(edit("e-", "x-")),
+        ),
+        (3, "sweep 7, expected 3", Box::new(edit(",3\n", ",7\n"))),
+        (4, "not a beacon", Box::new(edit("\"sweep\":", "\"sweeps\":"))),
+    ];
+    for (rank, reason, change) in cases {
+        let directory = recorded();
+        forge(directory.path(), rank, change);
+        let error = refusal(directory.path());
+        assert!(
+            error.contains(EVENT_FILES[rank]) && error.contains(reason),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn a_strange_description_is_refused() {
+    let directory = recorded();
+    let file = directory.path().join(MANIFEST);
+    let text = fs::read_to_string(&file).expect("recorded");
+    for (from, to, reason) in [
+        ("\"version\": 1", "\"version\": 2", "version 2"),
+        ("imu.bin", "imu.csv", "expected the files"),
+        ("\"seed\"", "\"sead\"", "not the description"),
+        ("\"samples\": false", "\"samples\": true", "samples of sweep 0"),
+    ] {
+        fs::write(&file, text.replacen(from, to, 1)).expect("writable");
+        let error = refusal(directory.path());
+        assert!(error.contains(reason), "{error}");
+    }
+    fs::remove_file(&file).expect("there");
+    assert!(refusal(directory.path()).contains(MANIFEST));
+}
+
+#[test]
+fn samples_are_recorded_for_all_sweeps_or_none() {
+    let (flight, directory) = (flight(), tempfile::tempdir().expect("a directory"));
+    let mut seen = Vec::new();
+    let manifest = write(directory.path(), "street", &flight, |sweep, truth| {
+        seen.push((sweep, truth.time_s));
+        let (meta, data) = crate::sigmf::files(&sweep_base(directory.path(), sweep));
+        fs::write(meta, "{}")?;
+        fs::write(data, [])?;
+        Ok(true)
+    });
+    assert!(manifest.expect("recorded").samples);
+    assert_eq!((seen.len(), seen[3]), (16, (3, 2.0)));
+    assert!(read(directory.path()).is_ok());
+    fs::remove_file(directory.path().join("sweep-0007.sigmf-data")).expect("there");
+    assert!(refusal(directory.path()).contains("sweep-0007.sigmf-data"));
+    let error = write(directory.path(), "street", &flight, |sweep, _| Ok(sweep > 2)).expect_err("a gap");
+    assert!(error.to_string().contains("13 of 16"), "{error}");
+}
+
+#[test]
+fn events_come_in_order_and_hold_no_truth() {
+    let flight = flight();
+    let events: Vec<_> = flight.events().collect();
+    let key = |k: usize| (events[k].uav_time_ns, events[k].event.rank());
+    assert!((1..events.len()).all(|k| key(k - 1) <= key(k)));
+    let count = |rank| events.iter().filter(|e| e.event.rank() == rank).count();
+    // 8 s: the last ticks fall just before or after the end, as the clock's offset decides.
+    assert!((7999..=8000).contains(&count(0)) && (399..=400).contains(&count(1)));
+    assert!((10..=16).contains(&count(2)) && count(3) == 16 && count(4) == 15);
+    for stamped in &events {
+        if let Event::Beacon(beacon) = stamped.event {
+            let truth = flight.sweep_truth(beacon.sweep);
+            let error = (Vector3::from(beacon.position_m) - truth.gmt_position_m).norm();
+            assert!(error > 1e-5 && error < 0.15, "{error}");
+            let behind_s = stamped.uav_time_ns as f64 * 1e-9 - truth.time_s - 1e-3 - truth.clock_offset_s;
+            assert!(behind_s.abs() < 2e-9, "{behind_s}");
+        }
+    }
+    // Every sensor still speaks of the same flight: an ideal suite differs from this one by its errors only.
+    let ideal = SensedFlight::new(flight.plan().clone(), SensorsConfig::ideal(), 5).expect("valid");
+    let at_rest = ideal.events().find_map(|s| match s.event {
+        Event::Imu(sample) => Some(sample),
+        _ => None,
+    });
+    assert_eq!(
+        at_rest.map(|s| (s.acceleration, s.rate)),
+        Some(([0, 0, 8192], [0; 3]))
+    );
+}

@@ -1,0 +1,259 @@
+//! The world as radio sees it: planar faces of one material, one-sided, with fast visibility queries.
+//!
+//! A scene comes from a file (JSON of `design/README.md` section 5, OBJ, PLY), from the list of built-in scenes or from
+//! the seeded city generator; all of them pass the same validation. A face is the boundary of a solid: it reflects on its
+//! front, where its vertices run counter-clockwise, and blocks from both sides. World frame ENU, metres.
+
+mod city;
+mod face;
+mod index;
+mod indoor;
+mod json;
+mod material;
+mod obj;
+mod place;
+mod ply;
+mod prism;
+mod street;
+mod weld;
+
+pub use face::{Face, FaceError, MAX_COORDINATE_M, PLANARITY_TOLERANCE_M};
+pub use material::Material;
+pub use place::{BUILT_IN_NAMES, REFERENCE_SCENE_JSON};
+
+use index::FaceIndex;
+pub use index::SURFACE_MARGIN_M;
+
+/// Cartesian vector in the world frame, m (or dimensionless for directions).
+pub(crate) type Vec3 = nalgebra::Vector3<f64>;
+
+/// Carrier of the built-in scenes and of meshes, which do not name one, Hz.
+pub const DEFAULT_FREQUENCY_HZ: f64 = 30e9;
+
+/// A polygon before validation, as a file or a generator gives it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RawFace {
+    /// Vertices, counter-clockwise seen from free space, m.
+    pub vertices: Vec<[f64; 3]>,
+    /// Normal towards free space; only checked against the winding.
+    pub normal: Option<[f64; 3]>,
+    /// Number of the solid that the face belongs to. Without it, faces that share a vertex form one solid.
+    pub object: Option<u32>,
+}
+
+/// Which face of a scene is wrong, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SceneError {
+    /// A face that is no planar simple polygon; the index counts from 0 in the order of the file.
+    Face {
+        /// Index of the face.
+        index: usize,
+        /// What is wrong with it.
+        error: FaceError,
+    },
+    /// No face at all, or a tree too deep to search; in words.
+    Unusable(&'static str),
+}
+
+impl std::fmt::Display for SceneError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Face { index, error } => write!(f, "face {index}: {error}"),
+            Self::Unusable(why) => f.write_str(why),
+        }
+    }
+}
+
+impl std::error::Error for SceneError {}
+
+/// Horizontal unit vectors to the four sides, off the axes that walls like to run along.
+const AROUND: [[f64; 3]; 4] = [
+    [0.8, 0.6, 0.0],
+    [-0.6, 0.8, 0.0],
+    [-0.8, -0.6, 0.0],
+    [0.6, -0.8, 0.0],
+];
+
+/// Where a ray first meets an object.
+struct FirstFace {
+    object: u32,
+    distance_m: f64,
+    /// Seen from behind, that is from inside the object.
+    back: bool,
+}
+
+/// An axis-aligned box, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Corner of least coordinates, m.
+    pub min_m: [f64; 3],
+    /// Corner of greatest coordinates, m.
+    pub max_m: [f64; 3],
+}
+
+impl Bounds {
+    /// Whether the point lies in the closed box.
+    pub fn contains(&self, point_m: [f64; 3]) -> bool {
+        (0..3).all(|i| self.min_m[i] <= point_m[i] && point_m[i] <= self.max_m[i])
+    }
+
+    /// Smallest box around the vertices of all faces; `None` without a vertex.
+    fn of(faces: &[Face]) -> Option<Self> {
+        let mut vertices = faces.iter().flat_map(Face::vertices);
+        let first = vertices.next()?;
+        let (min, max) = vertices.fold((*first, *first), |(lo, hi), v| (lo.inf(v), hi.sup(v)));
+        Some(Self {
+            min_m: min.into(),
+            max_m: max.into(),
+        })
+    }
+}
+
+/// A validated scene. Immutable; queries take `&self` and may run on any number of threads.
+#[derive(Debug)]
+pub struct Scene {
+    name: String,
+    material: Material,
+    frequency_hz: f64,
+    bounds: Bounds,
+    faces: Vec<Face>,
+    index: FaceIndex,
+}
+
+impl Scene {
+    /// Builds a scene of polygons. `bounds` is the room to fly in; without it, the box around all faces.
+    ///
+    /// # Errors
+    /// [`SceneError`] naming the first face that is degenerate, not planar, self-intersecting, not finite, or wound
+    /// against its stated normal; or a scene without faces.
+    pub fn new(
+        name: impl Into<String>,
+        material: Material,
+        frequency_hz: f64,
+        bounds: Option<Bounds>,
+        raw: Vec<RawFace>,
+    ) -> Result<Self, SceneError> {
+        let mut faces = Vec::with_capacity(raw.len());
+        for (index, raw) in raw.iter().enumerate() {
+            faces.push(Face::new(raw).map_err(|error| SceneError::Face { index, error })?);
+        }
+        weld::number_objects(&raw, &mut faces);
+        let hull = Bounds::of(&faces).ok_or(SceneError::Unusable("a scene needs at least one face"))?;
+        let index = FaceIndex::new(&faces).ok_or(SceneError::Unusable(
+            "the faces are too unevenly spread for a search tree",
+        ))?;
+        Ok(Self {
+            name: name.into(),
+            material,
+            frequency_hz,
+            bounds: bounds.unwrap_or(hull),
+            faces,
+            index,
+        })
+    }
+
+    /// Name of the scene.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Material of every face.
+    pub fn material(&self) -> &Material {
+        &self.material
+    }
+
+    /// Carrier frequency, Hz.
+    pub fn frequency_hz(&self) -> f64 {
+        self.frequency_hz
+    }
+
+    /// The room to fly in, m: that of the file, or the box around all faces.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// All faces; a face index anywhere in this crate is a place in this slice.
+    pub fn faces(&self) -> &[Face] {
+        &self.faces
+    }
+
+    /// Whether a face stands between two points. The first and last [`SURFACE_MARGIN_M`] of the segment do not count, so
+    /// that a point on a surface sees what is in front of it.
+    pub fn blocked(&self, from_m: [f64; 3], to_m: [f64; 3]) -> bool {
+        self.find_crossed(from_m.into(), to_m.into(), |_| true).is_some()
+    }
+
+    /// Whether one certain face stands between two points, by the rule of [`Scene::blocked`].
+    pub(crate) fn blocked_by(&self, face: u32, from: Vec3, to: Vec3) -> bool {
+        index::crosses(&self.faces[face as usize], &from, &to, index::margin(&from, &to))
+    }
+
+    /// First face (in tree order) that the predicate accepts among those crossed by the segment.
+    pub(crate) fn find_crossed(&self, from: Vec3, to: Vec3, accept: impl FnMut(u32) -> bool) -> Option<u32> {
+        self.index.find_crossed(&self.faces, from, to, accept)
+    }
+
+    /// Whether the point lies inside a solid: a building, the ground, or behind the wall of a room.
+    ///
+    /// It is inside an object whose first face straight overhead shows its back. Of an object without a face overhead it
+    /// must see backs all around. So objects may be open below (buildings on the ground) or above (walls through a
+    /// ceiling), and may stand in each other. A point on top of a surface is outside; one on a wall may be told either way.
+    pub fn inside_solid(&self, point_m: [f64; 3]) -> bool {
+        // Lifted off the surface that it may stand on.
+        let point = Vec3::from(point_m) + Vec3::z() * (2.0 * SURFACE_MARGIN_M);
+        let above = self.first_faces(point, Vec3::z());
+        if above.iter().any(|hit| hit.back) {
+            return true;
+        }
+        let mut suspects: Option<Vec<u32>> = None;
+        for direction in AROUND {
+            let hits = self.first_faces(point, direction.into());
+            let shows_back = |object: u32| hits.iter().any(|hit| hit.object == object && hit.back);
+            let still: Vec<u32> = match &suspects {
+                Some(suspects) => suspects
+                    .iter()
+                    .copied()
+                    .filter(|&object| shows_back(object))
+                    .collect(),
+                None => hits
+                    .iter()
+                    .filter(|hit| hit.back && above.iter().all(|over| over.object != hit.object))
+                    .map(|hit| hit.object)
+                    .collect(),
+            };
+            if still.is_empty() {
+                return false;
+            }
+            suspects = Some(still);
+        }
+        true
+    }
+
+    /// The nearest face of every object along a ray.
+    fn first_faces(&self, point: Vec3, direction: Vec3) -> Vec<FirstFace> {
+        let mut first: Vec<FirstFace> = Vec::new();
+        self.index
+            .each_along(&self.faces, point, direction, |face, distance_m| {
+                let face = &self.faces[face as usize];
+                let hit = FirstFace {
+                    object: face.object(),
+                    distance_m,
+                    back: face.normal().dot(&direction) > 0.0,
+                };
+                match first.iter_mut().find(|known| known.object == hit.object) {
+                    Some(known) if hit.distance_m < known.distance_m => *known = hit,
+                    Some(_) => {}
+                    None => first.push(hit),
+                }
+            });
+        first
+    }
+
+    /// Whether the point is within the bounds and in no solid.
+    pub fn is_free(&self, point_m: [f64; 3]) -> bool {
+        self.bounds.contains(point_m) && !self.inside_solid(point_m)
+    }
+}
+
+#[cfg(test)]
+mod tests;

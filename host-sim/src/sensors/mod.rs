@@ -1,0 +1,36 @@
+//! The UAV's sensors and the GMT's beacon: what the receiver gets besides radio samples.
+//!
+//! Each sensor has a configuration (defaults at the budget of design section 6, `ideal()` for none of the errors) and a
+//! small state. [`SensedFlight`] joins them with a planned flight: its [`events`](SensedFlight::events) are all that a
+//! receiver may see, in order and stamped by the UAV clock; its [`truth`](SensedFlight::truth) is for the channel and
+//! for evaluation.
+
+mod beacon;
+mod clock;
+mod config;
+mod drift;
+mod events;
+mod fifo;
+mod imu;
+mod magnetometer;
+mod sensed_flight;
+mod static_run;
+mod timing;
+
+pub use beacon::{Beacon, BeaconConfig, Beacons, true_gmt_attitude};
+pub use clock::{Clock, ClockConfig};
+pub use config::SensorsConfig;
+use config::{at_most_one, divides_a_second, not_negative};
+pub use drift::BiasDrift;
+pub use events::{Event, Events, Stamped};
+pub use fifo::{
+    ACCELERATION_CODE_MAX, ACCELERATION_PER_CODE_M_PER_S2, ImuSample, PACKET_LEN, RATE_CODE_MAX,
+    RATE_PER_CODE_RAD_PER_S,
+};
+pub use imu::{DPS_RAD_PER_S, Imu, ImuConfig, MICRO_G_M_PER_S2};
+pub use magnetometer::{
+    FIELD_CODE_MAX, FIELD_PER_CODE_UT, Magnetometer, MagnetometerConfig, MagnetometerSample,
+};
+pub use sensed_flight::{SensedFlight, Truth};
+pub use static_run::{Characterisation, static_run};
+pub use timing::{Timing, TimingConfig, TimingSample};

@@ -1,0 +1,99 @@
+//! A planned flight with its sensors.
+
+use nalgebra::{Rotation3, Vector3};
+
+use super::{Clock, Events, SensorsConfig, true_gmt_attitude};
+use crate::flight::{FlightPlan, Motion};
+use crate::input::InputError;
+
+/// The world as it is at one instant: for the channel and for evaluation, never for the receiver.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Truth {
+    /// GMT time, s.
+    pub time_s: f64,
+    /// State of the UAV.
+    pub uav: Motion,
+    /// Position of the GMT antenna, m, world frame.
+    pub gmt_position_m: Vector3<f64>,
+    /// Velocity of the GMT antenna, m/s, world frame; zero during every sweep.
+    pub gmt_velocity_m_per_s: Vector3<f64>,
+    /// Attitude of the GMT's mast: turns vectors of its array frame into world vectors.
+    pub gmt_attitude: Rotation3<f64>,
+    /// UAV clock less GMT clock, s.
+    pub clock_offset_s: f64,
+    /// Fractional frequency of the UAV clock, s/s.
+    pub clock_drift: f64,
+}
+
+/// A flight and everything that is measured on it. Reproducible: plan, configuration and seed decide every bit.
+#[derive(Clone, Debug)]
+pub struct SensedFlight {
+    plan: FlightPlan,
+    config: SensorsConfig,
+    seed: u64,
+    clock: Clock,
+    gmt_attitude: Rotation3<f64>,
+}
+
+impl SensedFlight {
+    /// Joins a planned flight with sensors.
+    ///
+    /// # Errors
+    /// [`InputError`] naming a figure of the configuration that is out of range.
+    pub fn new(plan: FlightPlan, config: SensorsConfig, seed: u64) -> Result<Self, InputError> {
+        config.check()?;
+        let clock = Clock::new(&config.clock, seed, plan.duration_s());
+        let gmt_attitude = true_gmt_attitude(&config.beacon, seed);
+        Ok(Self {
+            plan,
+            config,
+            seed,
+            clock,
+            gmt_attitude,
+        })
+    }
+
+    /// The planned flight.
+    pub fn plan(&self) -> &FlightPlan {
+        &self.plan
+    }
+
+    /// Errors of the sensors.
+    pub fn config(&self) -> &SensorsConfig {
+        &self.config
+    }
+
+    /// Seed of the sensors' errors.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// The UAV clock.
+    pub fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// All that the receiver gets besides radio samples, in the order of the UAV clock.
+    pub fn events(&self) -> Events<'_> {
+        Events::new(self)
+    }
+
+    /// The world at GMT time `time_s`.
+    pub fn truth(&self, time_s: f64) -> Truth {
+        let (gmt_position_m, gmt_velocity_m_per_s) = self.plan.gmt().at(time_s);
+        Truth {
+            time_s,
+            uav: self.plan.uav().at(time_s),
+            gmt_position_m,
+            gmt_velocity_m_per_s,
+            gmt_attitude: self.gmt_attitude,
+            clock_offset_s: self.clock.offset_s(time_s),
+            clock_drift: self.clock.drift(time_s),
+        }
+    }
+
+    /// The world at the start of sweep `sweep`: what the channel needs to make its samples.
+    pub fn sweep_truth(&self, sweep: u32) -> Truth {
+        self.truth(self.plan.schedule().sweep_time_s(sweep))
+    }
+}

@@ -1,0 +1,195 @@
+//! The metadata file, and what a recording's must say.
+
+use cslam_core::waveform::{SAMPLES, Waveform};
+use serde::{Deserialize, Serialize};
+
+use crate::channel::CHANNELS;
+
+/// Exponents a block may have: an `f64` holds every amplitude.
+const EXPONENTS: std::ops::RangeInclusive<i32> = -200..=200;
+/// Name of the array geometry.
+pub(super) const ARRAY: &str = "quad-tilted-4x8";
+
+/// Which transmissions the blocks belong to; `cslam:beam` counts within it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Codebook {
+    /// The 72 beams of a sweep.
+    Beams,
+    /// Beam squint symbols, sequential scheme: 11 a face.
+    SquintSequential,
+    /// Beam squint symbols, raster scheme: one a face.
+    SquintRaster,
+}
+
+impl Codebook {
+    const ALL: [Self; 3] = [Self::Beams, Self::SquintSequential, Self::SquintRaster];
+
+    /// Value of `cslam:codebook`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Beams => "gmt-72",
+            Self::SquintSequential => "bsm-seq",
+            Self::SquintRaster => "bsm-raster",
+        }
+    }
+
+    /// Transmissions in it.
+    pub fn len(self) -> usize {
+        match self {
+            Self::Beams => 72,
+            Self::SquintSequential => 33,
+            Self::SquintRaster => 3,
+        }
+    }
+
+    /// Never.
+    pub fn is_empty(self) -> bool {
+        self.len() == 0
+    }
+
+    fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|c| c.name() == name)
+    }
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Meta {
+    pub(super) global: Global,
+    pub(super) captures: Vec<Capture>,
+    #[serde(default)]
+    pub(super) annotations: Vec<serde_json::Value>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Global {
+    #[serde(rename = "core:datatype")]
+    pub(super) datatype: String,
+    #[serde(rename = "core:version")]
+    pub(super) version: String,
+    #[serde(rename = "core:sample_rate")]
+    pub(super) sample_rate_hz: f64,
+    #[serde(rename = "core:num_channels")]
+    pub(super) channels: usize,
+    #[serde(rename = "core:description", default)]
+    pub(super) description: String,
+    #[serde(rename = "core:recorder", default)]
+    pub(super) recorder: String,
+    #[serde(rename = "core:extensions", default)]
+    pub(super) extensions: Vec<Extension>,
+    #[serde(rename = "cslam:waveform")]
+    pub(super) waveform: String,
+    #[serde(rename = "cslam:array")]
+    pub(super) array: String,
+    #[serde(rename = "cslam:codebook")]
+    pub(super) codebook: String,
+    #[serde(
+        rename = "cslam:gmt_position_m",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub(super) gmt_position_m: Option<[f64; 3]>,
+    #[serde(
+        rename = "cslam:uav_position_m",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub(super) uav_position_m: Option<[f64; 3]>,
+    #[serde(
+        rename = "cslam:uav_quaternion_wb",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub(super) uav_quaternion_wb: Option<[f64; 4]>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Extension {
+    pub(super) name: String,
+    pub(super) version: String,
+    pub(super) optional: bool,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Capture {
+    #[serde(rename = "core:sample_start")]
+    pub(super) sample_start: u64,
+    #[serde(rename = "core:frequency")]
+    pub(super) frequency_hz: f64,
+    #[serde(rename = "cslam:beam")]
+    pub(super) beam: u16,
+    #[serde(rename = "cslam:exponent")]
+    pub(super) exponent: i32,
+}
+
+/// Checks metadata against what this receiver takes and against itself.
+pub(super) fn check(meta: &Meta) -> Result<Codebook, String> {
+    let (g, waveform) = (&meta.global, Waveform::default());
+    let names = [
+        ("core:datatype", &g.datatype, "ci16_le"),
+        ("cslam:waveform", &g.waveform, Waveform::NAME),
+        ("cslam:array", &g.array, ARRAY),
+    ];
+    for (key, value, expected) in names {
+        if value != expected {
+            return Err(format!("`{key}` is \"{value}\", expected \"{expected}\""));
+        }
+    }
+    let codebook = Codebook::named(&g.codebook).ok_or_else(|| {
+        let known = Codebook::ALL.map(Codebook::name).join(", ");
+        format!("`cslam:codebook` is \"{}\", expected one of {known}", g.codebook)
+    })?;
+    if g.channels != CHANNELS {
+        return Err(format!(
+            "`core:num_channels` is {}, expected {CHANNELS}",
+            g.channels
+        ));
+    }
+    if g.sample_rate_hz != waveform.sample_rate_hz {
+        return Err(format!(
+            "`core:sample_rate` is {}, expected {}",
+            g.sample_rate_hz, waveform.sample_rate_hz
+        ));
+    }
+    if let Some(q) = g.uav_quaternion_wb {
+        let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
+        if (norm - 1.0).abs() > 1e-3 {
+            return Err(format!(
+                "`cslam:uav_quaternion_wb` has length {norm}, expected a unit quaternion [w, x, y, z]"
+            ));
+        }
+    }
+    let mut seen = vec![false; codebook.len()];
+    for (i, c) in meta.captures.iter().enumerate() {
+        if c.sample_start != (i * SAMPLES) as u64 {
+            return Err(format!(
+                "capture {i}: `core:sample_start` is {}, expected {}: blocks of {SAMPLES} samples, none left out",
+                c.sample_start,
+                i * SAMPLES
+            ));
+        }
+        if c.frequency_hz != waveform.carrier_hz {
+            return Err(format!(
+                "capture {i}: `core:frequency` is {}, expected {}",
+                c.frequency_hz, waveform.carrier_hz
+            ));
+        }
+        match seen.get_mut(usize::from(c.beam)) {
+            None => {
+                return Err(format!(
+                    "capture {i}: `cslam:beam` is {}, expected 0 to {}",
+                    c.beam,
+                    codebook.len() - 1
+                ));
+            }
+            Some(true) => return Err(format!("capture {i}: `cslam:beam` {} appears twice", c.beam)),
+            Some(seen) => *seen = true,
+        }
+        if !EXPONENTS.contains(&c.exponent) {
+            return Err(format!(
+                "capture {i}: `cslam:exponent` is {}, expected -200 to 200",
+                c.exponent
+            ));
+        }
+    }
+    Ok(codebook)
+}

@@ -1,0 +1,76 @@
+//! Ray tracer: line of sight and specular reflections up to a given order, by the image method, in f64.
+//!
+//! For each transmitter a tree of its mirror images is grown once ([`ImageTree`]): a child mirrors its parent's image at a
+//! further face. A branch lives on only while something of its beam - the part of space that the image can light through
+//! the faces so far - reaches the next face, and no single face hides all of that part. Every beam is bounded by
+//! a few planes, so a receiver rejects most images by one or two dot products; for the rest the reflection points follow
+//! exactly from the images, must lie in their faces, and every leg must be clear. All pruning is conservative: it may keep
+//! a branch that leads nowhere, never drop one that leads somewhere.
+//!
+//! Diffraction, transmission and diffuse scattering are not modelled. A result depends on the scene and the two end
+//! points only, so it is the same for any batch and any number of threads.
+
+mod angles;
+mod batch;
+mod beam;
+mod check;
+mod field;
+mod pairs;
+mod path;
+mod tree;
+
+pub use batch::for_each_link;
+pub use check::{Comparison, EDGE_EXCEPTION_M, Tally};
+pub use path::TracedPath;
+pub use tree::ImageTree;
+
+use pairs::FacePairs;
+
+use crate::scene::Scene;
+
+/// Greatest number of reflections that can be asked for. Every further one multiplies the images by the number of faces
+/// that a beam reaches: about 3 outdoors, 9 indoors, where a tree of order 6 takes 6 s and 0.4 GB.
+pub const MAX_ORDER: usize = 6;
+
+/// Number of reflections when none is asked for.
+pub const DEFAULT_MAX_ORDER: usize = 3;
+
+/// Transmitter and receiver closer than this have no line-of-sight path: its gain would be without meaning, m.
+pub const LEAST_DISTANCE_M: f64 = 1e-3;
+
+/// A scene made ready for tracing.
+#[derive(Debug)]
+pub struct Tracer<'s> {
+    scene: &'s Scene,
+    pairs: FacePairs,
+    max_order: usize,
+}
+
+impl<'s> Tracer<'s> {
+    /// A tracer for paths of up to `max_order` reflections (0 for line of sight alone); `None` above [`MAX_ORDER`].
+    pub fn new(scene: &'s Scene, max_order: usize) -> Option<Self> {
+        (max_order <= MAX_ORDER).then(|| Self {
+            scene,
+            pairs: FacePairs::new(scene.faces().len()),
+            max_order,
+        })
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &'s Scene {
+        self.scene
+    }
+
+    /// Greatest number of reflections.
+    pub fn max_order(&self) -> usize {
+        self.max_order
+    }
+
+    /// Grows the image tree of a transmitter; every receiver can then be traced from it.
+    pub fn transmitter(&self, tx_m: [f64; 3]) -> ImageTree<'_> {
+        ImageTree::grow(self, tx_m.into())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,437 @@
+//! The tracer against the committed reference lists, closed forms, reciprocity, and a search without any pruning.
+
+use std::path::Path;
+
+use super::*;
+use crate::paths;
+use crate::random::Stream;
+use crate::scene::{Bounds, Face, Material, RawFace, Vec3};
+use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
+
+fn fixture(name: &str) -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures").join(name)
+}
+
+fn reference(name: &str) -> (Scene, Vec<paths::Link>) {
+    let scene = Scene::read(&fixture(&format!("{name}_scene.json"))).unwrap();
+    (scene, paths::read(&fixture(&format!("{name}.jsonl.gz"))).unwrap())
+}
+
+#[test]
+fn both_reference_lists_are_found_whole_and_nothing_else() {
+    for (name, links, confirmed) in [("outdoor_a", 1000, 1697), ("indoor", 40, 212)] {
+        let (scene, list) = reference(name);
+        let result = Comparison::run(&Tracer::new(&scene, 3).unwrap(), &list);
+        assert_eq!(
+            (result.links, result.confirmed.total),
+            (links, confirmed),
+            "{name}"
+        );
+        assert!(result.passes(), "{name}: {result:?}");
+        // Of these lists not even the edge exception is needed, and what differs is their rounding.
+        assert_eq!(
+            result.confirmed.at_edge + result.unconfirmed.at_edge + result.traced.at_edge,
+            0,
+            "{name}"
+        );
+        assert!(
+            result.worst_length_m < 1e-9 && result.worst_angle_rad < 1e-9,
+            "{name}: {result:?}"
+        );
+    }
+}
+
+#[test]
+fn a_comparison_sees_what_is_missing_extra_or_wrong() {
+    let (scene, mut list) = reference("indoor");
+    let tracer = Tracer::new(&scene, 3).unwrap();
+    let whole = Comparison::run(&tracer, &list);
+    // Extra: a path is taken from the list.
+    let link = list.iter().position(|l| l.paths.len() > 2).unwrap();
+    let removed = list[link].paths.remove(1);
+    let result = Comparison::run(&tracer, &list);
+    assert_eq!((result.traced.unexplained(), result.passes()), (1, false));
+    // Missing: one is put there twice.
+    list[link].paths.insert(1, removed.clone());
+    list[link].paths.insert(1, removed.clone());
+    let result = Comparison::run(&tracer, &list);
+    assert_eq!((result.confirmed.unexplained(), result.passes()), (1, false));
+    list[link].paths.remove(1);
+    assert_eq!(Comparison::run(&tracer, &list), whole);
+    // Off by a little more than is tolerated.
+    type Fault = fn(&mut paths::LinkPath);
+    let faults: [Fault; 4] = [
+        |p| p.delay_s += 3.1e-3 / SPEED_OF_LIGHT_M_PER_S,
+        |p| p.aoa_zenith_rad += 1.1e-6,
+        |p| p.aod_zenith_rad = p.aod_zenith_rad.map(|a| a - 1.1e-6),
+        |p| p.gain = p.gain.map(|g| g.map(|c| 1.013 * c)),
+    ];
+    for (i, fault) in faults.iter().enumerate() {
+        fault(&mut list[link].paths[0]);
+        assert!(!Comparison::run(&tracer, &list).passes(), "fault {i} passed");
+        list[link] = reference("indoor").1[link].clone();
+    }
+    // Fewer orders: every path of order 3 is missing, none is extra.
+    let result = Comparison::run(&Tracer::new(&scene, 2).unwrap(), &list);
+    let third = list
+        .iter()
+        .flat_map(|l| &l.paths)
+        .filter(|p| p.order == Some(3))
+        .count();
+    assert_eq!(result.confirmed.total - result.confirmed.matched, third);
+    assert_eq!(result.traced.unexplained(), 0);
+}
+
+fn rectangle(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> RawFace {
+    let [a, u, v] = [corner, u, v].map(Vec3::from);
+    RawFace {
+        vertices: [a, a + u, a + u + v, a + v].map(Into::into).to_vec(),
+        ..RawFace::default()
+    }
+}
+
+fn scene_of(raw: Vec<RawFace>) -> Scene {
+    Scene::new("test", Material::PAPER, 30e9, None, raw).unwrap()
+}
+
+/// Two parallel walls at y = 0 and y = 10, facing each other.
+fn canyon() -> Scene {
+    scene_of(vec![
+        rectangle([-500.0, 0.0, -500.0], [0.0, 0.0, 1000.0], [1000.0, 0.0, 0.0]),
+        rectangle([-500.0, 10.0, -500.0], [1000.0, 0.0, 0.0], [0.0, 0.0, 1000.0]),
+    ])
+}
+
+#[test]
+fn a_canyon_has_its_images_at_every_order() {
+    let scene = canyon();
+    for order in 0..=MAX_ORDER {
+        let tracer = Tracer::new(&scene, order).unwrap();
+        let paths = tracer.transmitter([0.0, 3.0, 1.0]).trace([40.0, 8.0, 4.0]);
+        assert_eq!(paths.len(), 1 + 2 * order);
+        // Images of y = 3 at walls 0 and 10: 20 k + 3 (even orders) and 20 k - 3 (odd orders).
+        let mut expected: Vec<f64> = (0..=order as i32)
+            .flat_map(|n| {
+                if n == 0 {
+                    vec![(0, 3.0)]
+                } else {
+                    vec![(n, 1.0), (n, -1.0)]
+                }
+            })
+            .map(|(n, up)| {
+                let n = f64::from(n);
+                let image = if n == 0.0 {
+                    3.0
+                } else if n % 2.0 == 0.0 {
+                    up * 10.0 * n + 3.0
+                } else {
+                    10.0 + up * 10.0 * n - 3.0
+                };
+                (40.0_f64.powi(2) + (image - 8.0).powi(2) + 9.0).sqrt()
+            })
+            .collect();
+        let mut lengths: Vec<f64> = paths.iter().map(TracedPath::length_m).collect();
+        expected.sort_by(f64::total_cmp);
+        lengths.sort_by(f64::total_cmp);
+        assert!(
+            lengths.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-11),
+            "{lengths:?} {expected:?}"
+        );
+        for path in &paths {
+            assert_eq!(path.faces().windows(2).filter(|f| f[0] == f[1]).count(), 0);
+            assert_eq!(path.vertices().len(), path.order());
+        }
+    }
+}
+
+#[test]
+fn walls_reflect_on_their_front_only() {
+    let wall = rectangle([-5.0, 0.0, -5.0], [0.0, 0.0, 10.0], [10.0, 0.0, 0.0]);
+    let scene = scene_of(vec![wall]);
+    let tracer = Tracer::new(&scene, 1).unwrap();
+    let orders = |y: f64| -> Vec<usize> {
+        tracer
+            .transmitter([-1.0, y, 0.0])
+            .trace([1.0, y, 0.0])
+            .iter()
+            .map(TracedPath::order)
+            .collect()
+    };
+    assert_eq!(orders(2.0), [0, 1]);
+    assert_eq!(orders(-2.0), [0]);
+    // From behind: past the edge by line of sight alone; from straight behind not at all, although the line from the
+    // receiver through the image meets the wall.
+    let across = tracer.transmitter([5.5, -1.0, 0.0]).trace([6.0, 3.0, 0.0]);
+    assert_eq!(across.iter().map(TracedPath::order).collect::<Vec<_>>(), [0]);
+    assert!(
+        tracer
+            .transmitter([-1.0, -2.0, 0.0])
+            .trace([-2.0, 4.0, 0.0])
+            .is_empty()
+    );
+}
+
+#[test]
+fn two_coplanar_halves_reflect_once_at_their_common_edge() {
+    let left = rectangle([-5.0, -5.0, 0.0], [5.0, 0.0, 0.0], [0.0, 10.0, 0.0]);
+    let right = rectangle([0.0, -5.0, 0.0], [5.0, 0.0, 0.0], [0.0, 10.0, 0.0]);
+    let scene = scene_of(vec![left, right]);
+    let paths = Tracer::new(&scene, 2)
+        .unwrap()
+        .transmitter([-2.0, 0.0, 2.0])
+        .trace([2.0, 0.0, 2.0]);
+    assert_eq!(paths.iter().map(TracedPath::order).collect::<Vec<_>>(), [0, 1]);
+}
+
+#[test]
+fn a_path_and_its_reverse_are_one() {
+    let scene = Scene::load("street").unwrap();
+    let tracer = Tracer::new(&scene, 3).unwrap();
+    let mut random = Stream::new(8, 0);
+    let mut seen = 0;
+    for _ in 0..40 {
+        let [a, b] = [0, 1].map(|_| free_point(&scene, &mut random));
+        let there = tracer.transmitter(a).trace(b);
+        let back = tracer.transmitter(b).trace(a);
+        assert_eq!(there.len(), back.len(), "{a:?} {b:?}");
+        for path in &there {
+            let reversed: Vec<u32> = path.faces().iter().rev().copied().collect();
+            let twin = back
+                .iter()
+                .find(|p| p.faces() == reversed)
+                .expect("the reverse path");
+            assert!((twin.length_m() - path.length_m()).abs() < 1e-9);
+            assert_eq!(
+                twin.arrival_rad().map(|a| (a * 1e9).round()),
+                path.departure_rad().map(|a| (a * 1e9).round())
+            );
+            let [p, q] = [path, twin].map(|p| nalgebra::Complex::new(p.gain()[0], p.gain()[1]));
+            assert!((p - q).norm() < 1e-9 * p.norm(), "{p} {q}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 100, "{seen} paths");
+}
+
+fn free_point(scene: &Scene, random: &mut Stream) -> [f64; 3] {
+    let Bounds { min_m, max_m } = scene.bounds();
+    loop {
+        let point = [0, 1, 2].map(|i| min_m[i] + (max_m[i] - min_m[i]) * random.uniform());
+        if scene.is_free(point) {
+            return point;
+        }
+    }
+}
+
+/// Face sequences of all paths: every sequence is tried, every leg is tested against every face.
+fn unpruned(scene: &Scene, tx: [f64; 3], rx: [f64; 3], max_order: usize) -> Vec<Vec<u32>> {
+    fn extend(
+        scene: &Scene,
+        chain: &mut Vec<(u32, Vec3)>,
+        ends: [Vec3; 2],
+        left: usize,
+        found: &mut Vec<Vec<u32>>,
+    ) {
+        if clear(scene, chain, ends) {
+            found.push(chain.iter().map(|(f, _)| *f).collect());
+        }
+        let last = chain.last().copied();
+        for (i, face) in scene.faces().iter().enumerate() {
+            let image = last.map_or(ends[0], |(_, image)| image);
+            if left > 0 && face.height_m(&image) > 0.0 && last.is_none_or(|(f, _)| f != i as u32) {
+                chain.push((i as u32, face.mirror(&image)));
+                extend(scene, chain, ends, left - 1, found);
+                chain.pop();
+            }
+        }
+    }
+    /// Whether the chain's reflection points exist and all legs are free.
+    fn clear(scene: &Scene, chain: &[(u32, Vec3)], [tx, rx]: [Vec3; 2]) -> bool {
+        let mut points = vec![rx];
+        for (index, image) in chain.iter().rev() {
+            let face: &Face = &scene.faces()[*index as usize];
+            let from = *points.last().unwrap();
+            let Some(t) = face.crossing(&from, image) else {
+                return false;
+            };
+            if face.height_m(&from) <= 0.0 {
+                return false;
+            }
+            points.push(from + (image - from) * t);
+        }
+        points.push(tx);
+        points.windows(2).enumerate().all(|(leg, ends)| {
+            let own = |i: usize| {
+                let here = |bounce: usize| {
+                    chain
+                        .iter()
+                        .rev()
+                        .nth(bounce)
+                        .is_some_and(|(f, _)| *f as usize == i)
+                };
+                here(leg) || leg.checked_sub(1).is_some_and(here)
+            };
+            scene
+                .faces()
+                .iter()
+                .enumerate()
+                .all(|(i, f)| own(i) || f.crossing(&ends[0], &ends[1]).is_none())
+        })
+    }
+    let mut found = Vec::new();
+    extend(
+        scene,
+        &mut Vec::new(),
+        [tx.into(), rx.into()],
+        max_order,
+        &mut found,
+    );
+    found.sort();
+    found
+}
+
+/// The scene less all objects from a number on.
+fn first_objects(scene: &Scene, objects: u32) -> Scene {
+    let raw = scene
+        .faces()
+        .iter()
+        .filter(|f| f.object() < objects)
+        .map(|f| RawFace {
+            vertices: f.vertices().iter().map(|v| (*v).into()).collect(),
+            normal: None,
+            object: Some(f.object()),
+        });
+    Scene::new("part", Material::PAPER, 30e9, Some(scene.bounds()), raw.collect()).unwrap()
+}
+
+#[test]
+fn pruning_loses_nothing_in_any_kind_of_scene() {
+    let mut by_order = [0; 4];
+    let cases = [
+        ("outdoor", 99, 2),
+        ("indoor", 99, 2),
+        ("street", 99, 2),
+        ("city:4", 9, 3),
+        ("city:9", 9, 3),
+        ("indoor", 8, 3),
+    ];
+    for (stream, (name, objects, order)) in cases.into_iter().enumerate() {
+        let scene = first_objects(&Scene::load(name).unwrap(), objects);
+        let tracer = Tracer::new(&scene, order).unwrap();
+        let mut random = Stream::new(3, stream as u64);
+        for _ in 0..if order == 2 { 40 } else { 12 } {
+            let [tx, rx] = [0, 1].map(|_| free_point(&scene, &mut random));
+            let mut traced: Vec<Vec<u32>> = tracer
+                .transmitter(tx)
+                .trace(rx)
+                .iter()
+                .map(|p| p.faces().to_vec())
+                .collect();
+            traced.sort();
+            assert_eq!(
+                traced,
+                unpruned(&scene, tx, rx, order),
+                "{name}: {tx:?} to {rx:?}"
+            );
+            traced.iter().for_each(|faces| by_order[faces.len()] += 1);
+        }
+    }
+    assert!(
+        by_order.iter().all(|&n| n > 40),
+        "the test compares few paths: {by_order:?}"
+    );
+}
+
+#[test]
+fn neither_threads_nor_batches_change_a_byte() {
+    let (scene, list) = reference("outdoor_a");
+    let tracer = Tracer::new(&scene, 3).unwrap();
+    let mut transmitters: Vec<[f64; 3]> = list.iter().map(|l| l.tx).collect();
+    transmitters.dedup();
+    let receivers: Vec<[f64; 3]> = list[..200].iter().map(|l| l.rx).collect();
+    let lines = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        let mut lines = Vec::new();
+        pool.install(|| {
+            let line = |tree: &ImageTree<'_>, rx_m: [f64; 3], paths: Vec<TracedPath>| {
+                serde_json::to_string(&tree.to_link(rx_m, &paths)).unwrap()
+            };
+            for_each_link(&tracer, &transmitters, &receivers, line, |line| {
+                lines.push(line);
+                Ok::<(), ()>(())
+            })
+        })
+        .unwrap();
+        lines
+    };
+    let one = lines(1);
+    assert_eq!(one.len(), transmitters.len() * receivers.len());
+    assert_eq!(one, lines(2));
+    // A tracer of its own for a single link, made after nothing else.
+    for link in [0, 123, 456, 999] {
+        let alone = Tracer::new(&scene, 3).unwrap();
+        let tree = alone.transmitter(transmitters[link / 200]);
+        let rx_m = receivers[link % 200];
+        assert_eq!(
+            one[link],
+            serde_json::to_string(&tree.to_link(rx_m, &tree.trace(rx_m))).unwrap()
+        );
+    }
+}
+
+#[test]
+fn every_batch_is_traced_in_order() {
+    let scene = canyon();
+    let tracer = Tracer::new(&scene, 0).unwrap();
+    let transmitters: Vec<[f64; 3]> = (0..40).map(|i| [f64::from(i), 1.0, 0.0]).collect();
+    let receivers: Vec<[f64; 3]> = (0..3000).map(|i| [0.1 * f64::from(i), 5.0, 0.0]).collect();
+    let mut seen = Vec::new();
+    let ends = |tree: &ImageTree<'_>, rx_m: [f64; 3], _| (tree.transmitter_m(), rx_m);
+    for_each_link(&tracer, &transmitters, &receivers, ends, |ends| {
+        seen.push(ends);
+        Ok::<(), ()>(())
+    })
+    .unwrap();
+    let all = transmitters
+        .iter()
+        .flat_map(|tx| receivers.iter().map(|rx| (*tx, *rx)));
+    assert!(all.eq(seen), "some are missing or out of order");
+}
+
+#[test]
+fn the_first_error_of_the_sink_ends_the_work() {
+    let scene = canyon();
+    let tracer = Tracer::new(&scene, 1).unwrap();
+    let receivers: Vec<[f64; 3]> = (0..10).map(|i| [f64::from(i), 5.0, 0.0]).collect();
+    let mut taken = 0;
+    let result = for_each_link(
+        &tracer,
+        &[[0.5, 1.0, 0.0]],
+        &receivers,
+        |_, rx_m, _| rx_m,
+        |rx_m| {
+            taken += 1;
+            if rx_m[0] == 3.0 { Err("full") } else { Ok(()) }
+        },
+    );
+    assert_eq!((result, taken), (Err("full"), 4));
+}
+
+#[test]
+fn paths_come_strongest_first_and_order_has_its_limit() {
+    let (scene, list) = reference("indoor");
+    let tree_of = Tracer::new(&scene, 3).unwrap();
+    let tree = tree_of.transmitter(list[0].tx);
+    for link in &list {
+        let gains: Vec<f64> = tree
+            .trace(link.rx)
+            .iter()
+            .map(|p| p.gain()[0].hypot(p.gain()[1]))
+            .collect();
+        assert!(gains.is_sorted_by(|a, b| a >= b));
+    }
+    assert!(Tracer::new(&scene, MAX_ORDER + 1).is_none());
+}

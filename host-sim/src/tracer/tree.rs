@@ -1,0 +1,304 @@
+//! The image tree of one transmitter, and the paths to a receiver from it.
+
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+use super::angles::zenith_azimuth;
+use super::beam::{Clipper, Plane, hidden, push_sides};
+use super::field;
+use super::{LEAST_DISTANCE_M, MAX_ORDER, TracedPath, Tracer};
+use crate::paths::Link;
+use crate::scene::{Scene, Vec3};
+
+/// Points must be at least this far in front of a face to be reflected by it, m.
+const IN_FRONT_M: f64 = 1e-9;
+
+/// Paths of equal order whose interaction points all agree to this are one, m: they met where two coplanar faces share an
+/// edge, or where faces of touching solids coincide.
+const SAME_PATH_M: f64 = 1e-6;
+
+const ROOT: u32 = u32::MAX;
+
+/// A mirror image of the transmitter.
+#[derive(Clone, Copy, Debug)]
+struct Image {
+    position: Vec3,
+    /// The face that it was last mirrored at.
+    face: u32,
+    /// The image before, or [`ROOT`].
+    parent: u32,
+}
+
+/// All images of one transmitter from which a wave may come, with the planes that bound their beams.
+#[derive(Debug)]
+pub struct ImageTree<'t> {
+    scene: &'t Scene,
+    tx: Vec3,
+    images: Vec<Image>,
+    /// Sides of the beam of image `i`: those from `sides_end[i - 1]` up to `sides_end[i]`.
+    sides_end: Vec<u32>,
+    sides: Vec<Plane>,
+    /// Images by last face: a receiver behind the face needs none of them.
+    by_face: Vec<FaceImages>,
+    /// One for each image.
+    obstacles: Vec<Obstacle>,
+}
+
+/// What blocked the last path from an image: leg and face. The next receiver is often behind the same wall; a look there
+/// first saves the search. It changes no result, whoever wrote it, because it is tested again.
+#[derive(Debug)]
+struct Obstacle(AtomicU64);
+
+impl Obstacle {
+    const NONE: u64 = u64::MAX;
+
+    fn load(&self) -> (usize, u32) {
+        let value = self.0.load(Relaxed);
+        ((value >> 32) as usize, value as u32)
+    }
+
+    fn store(&self, leg: usize, face: u32) {
+        self.0.store((leg as u64) << 32 | u64::from(face), Relaxed);
+    }
+}
+
+/// Images that were last mirrored at one face.
+#[derive(Debug)]
+struct FaceImages {
+    front: Plane,
+    images: Vec<u32>,
+}
+
+impl<'t> ImageTree<'t> {
+    /// Grows the tree level by level.
+    pub(super) fn grow(tracer: &'t Tracer<'_>, tx: Vec3) -> Self {
+        let scene = tracer.scene();
+        let mut tree = Self {
+            scene,
+            tx,
+            images: Vec::new(),
+            sides_end: Vec::new(),
+            sides: Vec::new(),
+            by_face: Vec::new(),
+            obstacles: Vec::new(),
+        };
+        let mut clipper = Clipper::default();
+        let mut level = 0..0;
+        for order in 1..=tracer.max_order() {
+            if order == 1 {
+                let all: Vec<u32> = (0..scene.faces().len() as u32).collect();
+                tree.add_children(ROOT, &all, &mut clipper);
+            }
+            for parent in level.clone() {
+                let lit = tracer.pairs.lit_by(scene, tree.images[parent].face);
+                tree.add_children(parent as u32, lit, &mut clipper);
+            }
+            level = level.end..tree.images.len();
+        }
+        tree.group();
+        tree.obstacles = tree
+            .images
+            .iter()
+            .map(|_| Obstacle(AtomicU64::new(Obstacle::NONE)))
+            .collect();
+        tree
+    }
+
+    /// Adds the images at those of the given faces that the parent's beam reaches.
+    fn add_children(&mut self, parent: u32, faces: &[u32], clipper: &mut Clipper) {
+        let (source, through) = match self.images.get(parent as usize) {
+            Some(image) => (image.position, Some(image.face)),
+            None => (self.tx, None),
+        };
+        // Copied, because the planes of the children go to the same place.
+        let mut beam = Vec::new();
+        if let Some(face) = through {
+            beam.push(Plane::front_of(&self.scene.faces()[face as usize]));
+            beam.extend_from_slice(self.sides_of(parent as usize));
+        }
+        for &target in faces {
+            let face = &self.scene.faces()[target as usize];
+            if face.height_m(&source) <= IN_FRONT_M
+                || !clipper.clip(face.hull(), &beam)
+                || hidden(self.scene, &source, through, &clipper.polygon, target)
+            {
+                continue;
+            }
+            let position = face.mirror(&source);
+            self.images.push(Image {
+                position,
+                face: target,
+                parent,
+            });
+            push_sides(&position, &clipper.polygon, &mut self.sides);
+            self.sides_end.push(self.sides.len() as u32);
+        }
+    }
+
+    /// Prepares the search: images by face, and of each the side first that most of the scene lies outside of.
+    fn group(&mut self) {
+        let bounds = self.scene.bounds();
+        let centre = 0.5 * (Vec3::from(bounds.min_m) + Vec3::from(bounds.max_m));
+        let mut group_of = vec![None; self.scene.faces().len()];
+        for (index, image) in self.images.iter().enumerate() {
+            let start = if index == 0 { 0 } else { self.sides_end[index - 1] };
+            self.sides[start as usize..self.sides_end[index] as usize]
+                .sort_by(|a, b| a.distance_m(&centre).total_cmp(&b.distance_m(&centre)));
+            let group = *group_of[image.face as usize].get_or_insert_with(|| {
+                self.by_face.push(FaceImages {
+                    front: Plane::front_of(&self.scene.faces()[image.face as usize]),
+                    images: Vec::new(),
+                });
+                self.by_face.len() - 1
+            });
+            self.by_face[group].images.push(index as u32);
+        }
+    }
+
+    fn sides_of(&self, image: usize) -> &[Plane] {
+        let start = if image == 0 { 0 } else { self.sides_end[image - 1] };
+        &self.sides[start as usize..self.sides_end[image] as usize]
+    }
+
+    /// Transmitter position, m.
+    pub fn transmitter_m(&self) -> [f64; 3] {
+        self.tx.into()
+    }
+
+    /// Number of images in the tree.
+    pub fn images(&self) -> usize {
+        self.images.len()
+    }
+
+    /// All paths to a receiver, strongest first; of equal strength, by order and faces.
+    pub fn trace(&self, rx_m: [f64; 3]) -> Vec<TracedPath> {
+        let rx = Vec3::from(rx_m);
+        let mut paths = Vec::new();
+        if (rx - self.tx).norm() >= LEAST_DISTANCE_M && !self.scene.blocked(self.tx.into(), rx_m) {
+            paths.push(self.path(&[], &[], &rx));
+        }
+        for face in self.by_face.iter().filter(|face| face.front.admits(&rx)) {
+            for &image in &face.images {
+                if self.sides_of(image as usize).iter().all(|side| side.admits(&rx)) {
+                    paths.extend(self.reflect(image, &rx));
+                }
+            }
+        }
+        paths.sort_by(|a, b| {
+            let weaker = b.gain.norm_sqr().total_cmp(&a.gain.norm_sqr());
+            weaker.then(a.order.cmp(&b.order)).then(a.faces().cmp(b.faces()))
+        });
+        let mut distinct: Vec<TracedPath> = Vec::with_capacity(paths.len());
+        for path in paths {
+            if !distinct.iter().any(|known| same(known, &path)) {
+                distinct.push(path);
+            }
+        }
+        distinct
+    }
+
+    /// Traced paths as a line of a paths file.
+    pub fn to_link(&self, rx_m: [f64; 3], paths: &[TracedPath]) -> Link {
+        Link {
+            tx: self.tx.into(),
+            rx: rx_m,
+            paths: paths.iter().map(TracedPath::to_link_path).collect(),
+        }
+    }
+
+    /// The path from an image, if its reflection points exist and every leg is clear.
+    fn reflect(&self, image: u32, rx: &Vec3) -> Option<TracedPath> {
+        let faces = self.scene.faces();
+        // From the receiver back to the transmitter.
+        let mut chain = [0_u32; MAX_ORDER];
+        let mut points = [Vec3::zeros(); MAX_ORDER];
+        let mut order = 0;
+        let mut seen_from = *rx;
+        let mut at = image;
+        while let Some(image) = self.images.get(at as usize) {
+            let face = &faces[image.face as usize];
+            let before = face.height_m(&seen_from);
+            if before <= IN_FRONT_M {
+                return None;
+            }
+            let behind = -face.height_m(&image.position);
+            let point = seen_from + (image.position - seen_from) * (before / (before + behind));
+            if !face.contains(&point) {
+                return None;
+            }
+            (chain[order], points[order]) = (image.face, point);
+            order += 1;
+            seen_from = point;
+            at = image.parent;
+        }
+        if !self.clear(image, rx, &chain[..order], &points[..order]) {
+            return None;
+        }
+        chain[..order].reverse();
+        points[..order].reverse();
+        Some(self.path(&chain[..order], &points[..order], rx))
+    }
+
+    /// Whether all legs are free, from the receiver back to the transmitter.
+    fn clear(&self, image: u32, rx: &Vec3, chain: &[u32], points: &[Vec3]) -> bool {
+        let legs = points.len() + 1;
+        let leg = |i: usize| {
+            let near = if i == 0 { *rx } else { points[i - 1] };
+            let far = points.get(i).copied().unwrap_or(self.tx);
+            // The faces that the leg starts and ends on.
+            let own = [i.checked_sub(1).and_then(|i| chain.get(i)), chain.get(i)];
+            (near, far, move |face: u32| own.contains(&Some(&face)))
+        };
+        let obstacle = &self.obstacles[image as usize];
+        let (last_leg, last_face) = obstacle.load();
+        if last_leg < legs {
+            let (near, far, _) = leg(last_leg);
+            if self.scene.blocked_by(last_face, near, far) {
+                return false;
+            }
+        }
+        for i in 0..legs {
+            let (near, far, own) = leg(i);
+            if let Some(face) = self.scene.find_crossed(near, far, |face| !own(face)) {
+                obstacle.store(i, face);
+                return false;
+            }
+        }
+        true
+    }
+
+    fn path(&self, faces: &[u32], vertices: &[Vec3], rx: &Vec3) -> TracedPath {
+        let order = faces.len();
+        let mut points = [*rx; MAX_ORDER + 2];
+        points[0] = self.tx;
+        points[1..=order].copy_from_slice(vertices);
+        let points = &points[..order + 2];
+        let mut normals = [Vec3::zeros(); MAX_ORDER];
+        for (normal, face) in normals.iter_mut().zip(faces) {
+            *normal = *self.scene.faces()[*face as usize].normal();
+        }
+        let length_m = points.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum();
+        let mut path = TracedPath {
+            order,
+            faces: [0; MAX_ORDER],
+            vertices: [[0.0; 3]; MAX_ORDER],
+            length_m,
+            departure_rad: zenith_azimuth(&(points[1] - points[0])),
+            arrival_rad: zenith_azimuth(&(points[order] - points[order + 1])),
+            gain: field::gain(self.scene, points, &normals[..order], length_m),
+        };
+        path.faces[..order].copy_from_slice(faces);
+        for (place, vertex) in path.vertices.iter_mut().zip(vertices) {
+            *place = (*vertex).into();
+        }
+        path
+    }
+}
+
+fn same(a: &TracedPath, b: &TracedPath) -> bool {
+    a.order == b.order
+        && (a.length_m - b.length_m).abs() < SAME_PATH_M
+        && a.vertices()
+            .iter()
+            .zip(b.vertices())
+            .all(|(p, q)| (Vec3::from(*p) - Vec3::from(*q)).norm() < SAME_PATH_M)
+}

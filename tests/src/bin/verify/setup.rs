@@ -1,0 +1,106 @@
+//! What the checks need, installed when it is missing.
+
+use crate::command::{output_of, status, tool};
+
+/// The chip's target.
+const TARGET: &str = "thumbv7em-none-eabihf";
+/// Parts of the compiler that the checks call.
+const COMPONENTS: [&str; 2] = ["rustfmt", "clippy"];
+/// Reads the log of an image built with the `defmt` of Cargo.lock.
+const DECODER: [&str; 5] = ["install", "--locked", "defmt-print", "--version", "1.2.0"];
+
+/// The compiler's components and the chip's target, by rustup.
+pub(crate) fn toolchain() -> Result<(), String> {
+    let Some(targets) = output_of("rustup", &["target", "list", "--installed"]) else {
+        return toolchain_without_rustup();
+    };
+    if !targets.lines().any(|line| line.trim() == TARGET) {
+        install("rustup", &["target", "add", TARGET])?;
+    }
+    let components = output_of("rustup", &["component", "list", "--installed"]).unwrap_or_default();
+    for component in COMPONENTS {
+        if !components.lines().any(|line| line.starts_with(component)) {
+            install("rustup", &["component", "add", component])?;
+        }
+    }
+    Ok(())
+}
+
+/// A compiler of the system may have it all as well.
+fn toolchain_without_rustup() -> Result<(), String> {
+    let library = output_of("rustc", &["--print", "target-libdir", "--target", TARGET]);
+    let has_target = library.is_some_and(|folder| std::path::Path::new(folder.trim()).is_dir());
+    let has = |program| output_of(program, &["--version"]).is_some();
+    if has_target && has("cargo-clippy") && has("rustfmt") {
+        Ok(())
+    } else {
+        Err(format!(
+            "rustup is missing, and with it the target {TARGET}; install it from https://rustup.rs"
+        ))
+    }
+}
+
+/// The emulator, by the system's package manager.
+pub(crate) fn qemu() -> Result<(), String> {
+    let version = || output_of("qemu-system-arm", &["--version"]);
+    if version().is_none() {
+        install_qemu()?;
+    }
+    let version = version().ok_or("qemu-system-arm was installed and does not run")?;
+    println!("{}", version.lines().next().unwrap_or_default());
+    let machines = output_of("qemu-system-arm", &["-machine", "help"]).unwrap_or_default();
+    if machines.lines().any(|line| line.starts_with("mps2-an500 ")) {
+        Ok(())
+    } else {
+        Err("this qemu-system-arm has no machine mps2-an500; install QEMU 4.2 or newer".to_owned())
+    }
+}
+
+fn install_qemu() -> Result<(), String> {
+    let missing = "qemu-system-arm is missing; install it with your system's package manager \
+        (Debian, Ubuntu: qemu-system-arm; Fedora: qemu-system-arm; Arch: qemu-system-arm; Homebrew: qemu)";
+    if output_of("apt-get", &["--version"]).is_none() {
+        return Err(missing.to_owned());
+    }
+    let is_root = output_of("id", &["-u"]).is_some_and(|id| id.trim() == "0");
+    let sudo = !is_root && output_of("sudo", &["-n", "true"]).is_some();
+    if !is_root && !sudo {
+        return Err(format!(
+            "{missing}; apt-get needs root, and sudo asks for a password"
+        ));
+    }
+    let apt = |arguments: &[&str]| {
+        let words = [
+            if sudo { &["sudo", "-n"][..] } else { &[] },
+            &["apt-get"],
+            arguments,
+        ]
+        .concat();
+        install(words[0], &words[1..])
+    };
+    let installed = apt(&["update"])
+        .and_then(|()| apt(&["install", "--yes", "--no-install-recommends", "qemu-system-arm"]));
+    installed.map_err(|error| format!("{missing}; {error}"))
+}
+
+/// The decoder of the image's log, by cargo.
+pub(crate) fn defmt_print() -> Result<(), String> {
+    let version = || output_of("defmt-print", &["--version"]);
+    if version().is_none() {
+        install("cargo", &DECODER)?;
+    }
+    let version = version().ok_or("defmt-print was installed and does not run")?;
+    println!("{}", version.lines().next().unwrap_or_default());
+    Ok(())
+}
+
+fn install(program: &str, arguments: &[&str]) -> Result<(), String> {
+    let line = format!("{program} {}", arguments.join(" "));
+    println!("-- {line}");
+    status(
+        tool(program)
+            .args(arguments)
+            .env("DEBIAN_FRONTEND", "noninteractive"),
+        &line,
+    )
+}

@@ -1,0 +1,252 @@
+//! The table of stages: what is checked, in which order, by which command.
+
+use crate::command::{Expect, Step};
+use crate::setup;
+
+/// A stage.
+pub(crate) struct Stage {
+    pub(crate) name: &'static str,
+    /// What it does, for people.
+    pub(crate) what: &'static str,
+    /// Stages without which it cannot run. When one of them is not asked for, it is taken to be in order.
+    pub(crate) needs: &'static [&'static str],
+    pub(crate) work: Work,
+}
+
+/// What a stage does.
+pub(crate) enum Work {
+    SetUp(fn() -> Result<(), String>),
+    Steps(&'static [Step]),
+}
+
+const fn step(arguments: &'static [&'static str]) -> Step {
+    Step {
+        arguments,
+        expect: Expect::Success,
+    }
+}
+
+const fn docs(arguments: &'static [&'static str]) -> Step {
+    Step {
+        arguments,
+        expect: Expect::CleanDocs,
+    }
+}
+
+const fn refused(arguments: &'static [&'static str], reason: &'static str) -> Step {
+    Step {
+        arguments,
+        expect: Expect::Refusal(reason),
+    }
+}
+
+const THUMB: &str = "--target=thumbv7em-none-eabihf";
+/// Features of the tests' package: the verify driver and the emulated tests.
+const ALL_TESTS: &str = "--features=cslam-tests/verify,cslam-tests/emulated";
+const EMULATED_BOARD: &str = "--features=qemu-an500";
+const LINK_CHECK: &str = "--features=stm32h743,link-check";
+
+/// Every stage, in order.
+pub(crate) const STAGES: &[Stage] = &[
+    Stage {
+        name: "toolchain",
+        what: "the chip's target, rustfmt and clippy are there, or rustup adds them",
+        needs: &[],
+        work: Work::SetUp(setup::toolchain),
+    },
+    Stage {
+        name: "qemu",
+        what: "qemu-system-arm is there, or the package manager installs it",
+        needs: &[],
+        work: Work::SetUp(setup::qemu),
+    },
+    Stage {
+        name: "defmt-print",
+        what: "the decoder of the chip's log is there, or cargo installs it",
+        needs: &["toolchain"],
+        work: Work::SetUp(setup::defmt_print),
+    },
+    Stage {
+        name: "fmt",
+        what: "every file is formatted",
+        needs: &["toolchain"],
+        work: Work::Steps(&[step(&["fmt", "--all", "--check"])]),
+    },
+    Stage {
+        name: "clippy-host",
+        what: "no warning in any target on the host",
+        needs: &["toolchain"],
+        work: Work::Steps(&[step(&[
+            "clippy",
+            "--locked",
+            "--workspace",
+            "--all-targets",
+            ALL_TESTS,
+            "--",
+            "-Dwarnings",
+        ])]),
+    },
+    Stage {
+        name: "clippy-chip",
+        what: "no warning in what is built for the chip",
+        needs: &["toolchain"],
+        work: Work::Steps(&[
+            step(&[
+                "clippy",
+                "--locked",
+                THUMB,
+                "-p=cslam-firmware",
+                EMULATED_BOARD,
+                "--",
+                "-Dwarnings",
+            ]),
+            step(&[
+                "clippy",
+                "--locked",
+                THUMB,
+                "-p=cslam-firmware",
+                LINK_CHECK,
+                "--",
+                "-Dwarnings",
+            ]),
+        ]),
+    },
+    Stage {
+        name: "test",
+        what: "every test and doctest on the host",
+        needs: &["toolchain"],
+        work: Work::Steps(&[step(&[
+            "test",
+            "--locked",
+            "--workspace",
+            "--no-fail-fast",
+            "--features=cslam-tests/verify",
+        ])]),
+    },
+    Stage {
+        name: "doc",
+        what: "the documentation builds without a warning",
+        needs: &["toolchain"],
+        work: Work::Steps(&[
+            docs(&["doc", "--locked", "--workspace", "--no-deps"]),
+            docs(&[
+                "doc",
+                "--locked",
+                THUMB,
+                "-p=cslam-firmware",
+                EMULATED_BOARD,
+                "--no-deps",
+                "--bin=cslam-an500",
+            ]),
+        ]),
+    },
+    Stage {
+        name: "core-chip",
+        what: "the core builds for the chip, with and without defmt",
+        needs: &["toolchain"],
+        work: Work::Steps(&[
+            step(&["build", "--locked", "--profile=firmware", THUMB, "-p=cslam-core"]),
+            step(&[
+                "build",
+                "--locked",
+                "--profile=firmware",
+                THUMB,
+                "-p=cslam-core",
+                "--features=defmt",
+            ]),
+        ]),
+    },
+    Stage {
+        name: "firmware",
+        what: "the image for the emulated board links; two boards, and a board for the host, are refused",
+        needs: &["toolchain"],
+        work: Work::Steps(&[
+            step(&[
+                "build",
+                "--locked",
+                "--profile=firmware",
+                THUMB,
+                "-p=cslam-firmware",
+                EMULATED_BOARD,
+            ]),
+            refused(
+                &[
+                    "check",
+                    "--locked",
+                    THUMB,
+                    "-p=cslam-firmware",
+                    "--features=qemu-an500,stm32h743",
+                ],
+                "two boards are chosen",
+            ),
+            refused(
+                &["check", "--locked", "-p=cslam-firmware", EMULATED_BOARD],
+                "board `qemu-an500` needs a chip's target",
+            ),
+        ]),
+    },
+    Stage {
+        name: "panic-free",
+        what: "the flight path links for the STM32H743 without a reachable panic",
+        needs: &["toolchain"],
+        work: Work::Steps(&[step(&[
+            "build",
+            "--locked",
+            "--profile=firmware",
+            THUMB,
+            "-p=cslam-firmware",
+            LINK_CHECK,
+            "--bin=panic-free",
+        ])]),
+    },
+    Stage {
+        name: "emulated",
+        what: "the emulated Cortex-M7 sends the bytes that the host sends",
+        needs: &["toolchain", "qemu", "defmt-print", "firmware"],
+        work: Work::Steps(&[step(&[
+            "test",
+            "--locked",
+            "--workspace",
+            ALL_TESTS,
+            "--test=emulated",
+            "--",
+            "--nocapture",
+        ])]),
+    },
+    Stage {
+        name: "kernels",
+        what: "the path estimator's kernels on the emulated Cortex-M7: bits of the host, committed instruction counts",
+        needs: &["toolchain", "qemu", "defmt-print", "firmware"],
+        work: Work::Steps(&[step(&[
+            "test",
+            "--locked",
+            "--workspace",
+            ALL_TESTS,
+            "--test=kernels",
+        ])]),
+    },
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unique_and_needs_come_first() {
+        for (index, stage) in STAGES.iter().enumerate() {
+            let earlier = &STAGES[..index];
+            assert!(
+                earlier.iter().all(|other| other.name != stage.name),
+                "{} twice",
+                stage.name
+            );
+            for need in stage.needs {
+                assert!(
+                    earlier.iter().any(|other| other.name == *need),
+                    "{} needs {need}",
+                    stage.name
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! Builds the image, runs it in QEMU, feeds it, and collects what comes back.
+
+use std::fs::{self, File};
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+use cslam_firmware::measurement::LENGTH;
+use cslam_firmware::ring::Producer;
+use cslam_tests::{emulated_board, root};
+use tempfile::TempDir;
+
+use crate::ring_file::RingFile;
+
+/// Longest run. An idle board takes under a second.
+const PATIENCE: Duration = Duration::from_secs(90);
+/// How long the host rests when the ring is full.
+const REST: Duration = Duration::from_micros(50);
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Exit {
+    /// By itself, with this code.
+    Code(i32),
+    /// It was ended.
+    TimedOut,
+}
+
+/// What a run left behind.
+pub(crate) struct Run {
+    pub(crate) exit: Exit,
+    /// Decoded log, and what the emulator itself had to say.
+    pub(crate) log: String,
+    pub(crate) uart1: Vec<u8>,
+}
+
+/// How feeding went.
+pub(crate) struct Fed {
+    /// Records taken by the ring.
+    pub(crate) records: u32,
+    /// Times the ring was full.
+    pub(crate) full: u32,
+}
+
+/// A running board. Dropping it ends it.
+pub(crate) struct Board<R> {
+    child: Child,
+    ring: R,
+    started: Instant,
+    patience: Duration,
+    folder: TempDir,
+}
+
+impl<R> Board<R> {
+    /// Starts the board with arguments for its program; `ring` prepares its PSRAM before it runs.
+    pub(crate) fn start(arguments: &[&str], ring: impl FnOnce(RingFile) -> R) -> Self {
+        Self::start_within(PATIENCE, arguments, ring)
+    }
+
+    /// The same, with another time limit.
+    pub(crate) fn start_within(
+        patience: Duration,
+        arguments: &[&str],
+        ring: impl FnOnce(RingFile) -> R,
+    ) -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let psram = folder.path().join("psram");
+        let ring = ring(RingFile::make(&psram));
+        let log = File::create(folder.path().join("log")).expect("a log file");
+        let child = Command::new(runner())
+            .arg("mps2-an500")
+            .arg(image())
+            .args(arguments)
+            .env("CSLAM_RING_FILE", &psram)
+            .env("CSLAM_UART1_FILE", folder.path().join("uart1"))
+            .env("CSLAM_TIMEOUT_S", patience.as_secs().to_string())
+            .stdin(Stdio::null())
+            .stdout(log.try_clone().expect("a second handle"))
+            .stderr(log)
+            // A group of its own, so that emulator and decoder can be ended together, and nothing else with them.
+            .process_group(0)
+            .spawn()
+            .expect("the runner script starts");
+        Self {
+            child,
+            ring,
+            started: Instant::now(),
+            patience,
+            folder,
+        }
+    }
+
+    /// Waits for the end of the run.
+    pub(crate) fn wait(mut self) -> Run {
+        // The script keeps the limit; this one is for the script.
+        let limit = self.patience + Duration::from_secs(10);
+        let exit = loop {
+            if let Some(status) = self.child.try_wait().expect("a child of ours") {
+                break match status.code() {
+                    Some(124) | None => Exit::TimedOut,
+                    Some(code) => Exit::Code(code),
+                };
+            }
+            if self.started.elapsed() > limit {
+                self.end();
+                break Exit::TimedOut;
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        };
+        let log = self.log();
+        if exit == Exit::Code(127) {
+            panic!("{}", log.trim());
+        }
+        let uart1 = fs::read(self.folder.path().join("uart1")).unwrap_or_default();
+        Run { exit, log, uart1 }
+    }
+
+    /// Process group of the script, the emulator and the decoder.
+    pub(crate) fn group(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Waits until the emulator has made the file for UART1.
+    pub(crate) fn wait_for_emulator(&self) {
+        let uart1 = self.folder.path().join("uart1");
+        while !uart1.exists() {
+            assert!(
+                self.started.elapsed() < self.patience,
+                "no emulator: {}",
+                self.log()
+            );
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    fn log(&self) -> String {
+        let bytes = fs::read(self.folder.path().join("log")).unwrap_or_default();
+        String::from_utf8_lossy(&bytes).into_owned()
+    }
+
+    /// Ends emulator and decoder, if they still run.
+    fn end(&mut self) {
+        // The child is ours and not yet waited for, so the number of its group is no one else's.
+        if let Ok(None) = self.child.try_wait() {
+            let kill = format!("kill -KILL -- -{}", self.child.id());
+            let _ = Command::new("bash").args(["-c", &kill]).status();
+            let _ = self.child.wait();
+            // The others of the group are not ours to wait for; they are gone when init has done so.
+            let asked = Instant::now();
+            while runs(self.child.id()) && asked.elapsed() < Duration::from_secs(5) {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+        }
+    }
+}
+
+impl Board<Producer<RingFile, LENGTH>> {
+    /// Puts every record into the ring, waiting while it is full, as long as the board runs.
+    pub(crate) fn feed(&mut self, records: &[[u8; LENGTH]]) -> Fed {
+        let mut fed = Fed { records: 0, full: 0 };
+        for record in records {
+            while !self.ring.push(record).expect("the board keeps its index sound") {
+                fed.full += 1;
+                if self.child.try_wait().expect("a child of ours").is_some() {
+                    return fed;
+                }
+                std::thread::sleep(REST);
+            }
+            fed.records += 1;
+        }
+        fed
+    }
+}
+
+impl<R> Drop for Board<R> {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+/// Whether any process of a group is left, apart from dead ones that nobody has waited for.
+pub(crate) fn runs(group: u32) -> bool {
+    let processes = fs::read_dir("/proc").expect("a Linux host").flatten();
+    processes
+        .filter_map(|process| fs::read_to_string(process.path().join("stat")).ok())
+        .any(|stat| {
+            // pid (name) state parent group ...; the name may hold anything.
+            let mut words = stat.rsplit(')').next().unwrap_or_default().split_whitespace();
+            let state = words.next();
+            words.nth(1) == Some(&group.to_string()) && !matches!(state, Some("Z" | "X"))
+        })
+}
+
+/// The script that runs an image.
+pub(crate) fn runner() -> PathBuf {
+    root().join("firmware/tools/qemu-run.sh")
+}
+
+/// The image for the board, built once a run: cargo decides whether there is anything to do, so it is never stale.
+fn image() -> &'static Path {
+    static IMAGE: OnceLock<PathBuf> = OnceLock::new();
+    IMAGE.get_or_init(|| {
+        let output = emulated_board("build", "cslam-an500")
+            .args(["--message-format", "json-render-diagnostics"])
+            .stderr(Stdio::inherit())
+            .output()
+            .expect("cargo starts");
+        assert!(output.status.success(), "the image for the board does not build");
+        let text = String::from_utf8(output.stdout).expect("cargo writes UTF-8");
+        let messages = text
+            .lines()
+            .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok());
+        let executable = messages
+            .filter_map(|message| message["executable"].as_str().map(PathBuf::from))
+            .next_back();
+        executable.expect("cargo names the executable")
+    })
+}
