@@ -19,6 +19,10 @@ struct Cli {
 
 #[derive(Subcommand, Debug)]
 enum Command {
+    /// Measure path estimation against its Cramer-Rao bound
+    ///
+    /// Seeded Monte Carlo through channel, 12-bit converter and exactly the estimator that flies.
+    Accuracy(commands::accuracy::Args),
     /// Time the host side: a table of speed figures
     ///
     /// Times the work as a user gets it, everything included. Figures hold for this machine and its load only.
@@ -62,6 +66,7 @@ enum Command {
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = match cli.command {
+        Some(Command::Accuracy(args)) => commands::accuracy::run(&args),
         Some(Command::Bench(args)) => commands::bench::run(&args),
         Some(Command::Imu(args)) => commands::imu::run(&args),
         Some(Command::Record(args)) => commands::record::run(&args),

@@ -15,21 +15,12 @@ use cslam_core::waveform::Waveform;
 use nalgebra::{Complex, DMatrix, Matrix3, Vector3};
 
 /// Receiver whose bound is asked for.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Receiver {
     /// Arrays.
     pub arrays: UavArrays<f64>,
     /// Waveform.
     pub waveform: Waveform,
-}
-
-impl Default for Receiver {
-    fn default() -> Self {
-        Self {
-            arrays: UavArrays::default(),
-            waveform: Waveform::default(),
-        }
-    }
 }
 
 /// A path of the model.

@@ -338,6 +338,10 @@ fn accumulate<const L: usize, const D: usize>(
 }
 
 /// Solves `(H + damping diag H) x = g` by Cholesky. A direction without information gets no step.
+#[allow(
+    clippy::needless_range_loop,
+    reason = "triangles of indices read best as such"
+)]
 pub(super) fn solve<const D: usize>(hessian: &[[f32; D]; D], gradient: &[f32; D], damping: f32) -> [f32; D] {
     let mut factor = *hessian;
     for i in 0..D {

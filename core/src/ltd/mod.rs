@@ -1,12 +1,17 @@
-//! Path estimation (LTD), fixed-point front end: from the int16 samples of one transmit beam to taps.
+//! Path estimation (LTD): from the int16 samples of the transmit beams, one at a time, to the paths of a sweep.
+//!
+//! Two floors. The fixed-point front end turns the samples of one beam into taps:
 //!
 //! ```text
 //! block --Correlator::level--> Levelled --Correlator::correlate--> BeamTaps --Detector::peak--> Peak
 //!                                `-----Correlator::detect--> profile of a few channels, at an eighth of the cost
 //! ```
-//! A block is a [`BeamBlock`](crate::block::BeamBlock), channels array-major (8 j + i), samples as packed [`Iq`] words; it is levelled,
-//! transformed and kept in place. Everything up to the profile is integer arithmetic with stated roundings, the same bits
+//! A block is a [`BeamBlock`], channels array-major (8 j + i), samples as packed [`Iq`] words; it is levelled, transformed and kept in place. Everything up to the profile is integer arithmetic with stated roundings, the same bits
 //! on every machine; source: signal.md sections 3.1 and 4, kernels.md section 3.
+//!
+//! On it stands the [`Estimator`], in `f32` with `libm`: peaks of a beam, coarse angle grid, Fisher scoring off the grid,
+//! joint fits of close paths, cancellation, and at the end of a sweep the merge over beams with the angle of departure
+//! from the beams' energies (signal.md section 3).
 
 #[cfg(all(target_arch = "arm", feature = "armv7em"))]
 #[macro_use]

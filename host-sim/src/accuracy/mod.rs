@@ -20,15 +20,6 @@ use cslam_core::ltd::{EstimatedPath, Estimator, EstimatorConfig, PathEstimator};
 use crate::channel::{ChannelConfig, Impairments, Instant, Ray, Simulator};
 use crate::random::Stream;
 
-/// Which estimator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Mode {
-    /// Streaming peak search with off-grid scoring: the default of the receiver.
-    Best,
-    /// The published low-rank decomposition.
-    Paper,
-}
-
 /// A path to be estimated.
 #[derive(Clone, Copy, Debug)]
 pub struct Truth {
@@ -114,19 +105,13 @@ impl Range {
     }
 }
 
-/// An estimator of a mode, default configuration.
-pub fn estimator(mode: Mode) -> Box<dyn PathEstimator<32, 9>> {
-    match mode {
-        Mode::Best => {
-            // The arrays of the range have no error.
-            let config = EstimatorConfig {
-                element_phase_sigma_rad: 0.0,
-                ..EstimatorConfig::default()
-            };
-            Box::new(Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&config))
-        }
-        Mode::Paper => todo!(),
-    }
+/// The estimator of the receiver. The arrays of the range have no error, and it is told so.
+pub fn estimator() -> Box<dyn PathEstimator<32, 9>> {
+    let config = EstimatorConfig {
+        element_phase_sigma_rad: 0.0,
+        ..EstimatorConfig::default()
+    };
+    Box::new(Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&config))
 }
 
 /// A direction uniform over the sphere between two elevations.

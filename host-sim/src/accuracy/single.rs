@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use cslam_core::geometry::Direction;
 
-use super::{Mode, Range, Truth, angle_rad, direction, error, estimator};
+use super::{Range, Truth, angle_rad, direction, error, estimator};
 use crate::crlb::{self, Arrival, Receiver};
 use crate::random::Stream;
 use crate::statistics::median;
@@ -35,8 +35,20 @@ pub struct Single {
     pub angle_median_deg: f64,
 }
 
+/// What one trial found.
+struct Trial {
+    /// Errors in units of the bound.
+    normalised: [f64; 3],
+    /// Squared error in units of the estimator's own covariance, over 3.
+    nees: f64,
+    /// Range error, m.
+    range_m: f64,
+    /// Angle error, deg.
+    angle_deg: f64,
+}
+
 /// Runs one path at one SNR in one beam.
-pub fn single(mode: Mode, snr_db: f64, trials: usize, seed: u64) -> Single {
+pub fn single(snr_db: f64, trials: usize, seed: u64) -> Single {
     // A beam in the middle of the first face.
     let beam = 12;
     let range = Range::new(&[beam], seed);
@@ -47,55 +59,58 @@ pub fn single(mode: Mode, snr_db: f64, trials: usize, seed: u64) -> Single {
         .direction();
     let aod = Direction::from_vector(aod).expect("unit");
     let receiver = Receiver::default();
-    let results: Vec<Option<([f64; 3], f64, f64, f64)>> = (0..trials as u32)
+    let results: Vec<Option<Trial>> = (0..trials as u32)
         .into_par_iter()
-        .map_init(
-            || estimator(mode),
-            |estimator, trial| {
-                let mut stream = Stream::new(seed, u64::from(trial));
-                let truth = Truth {
-                    c_tau_m: 5.0 + 400.0 * stream.uniform(),
-                    aoa: direction(&mut stream, ELEVATIONS_DEG),
-                    aod,
-                    snr_db,
-                    phase_rad: std::f64::consts::TAU * stream.uniform(),
-                };
-                let paths = range.sweep(&[truth], trial, estimator.as_mut());
-                let path = paths.first()?;
-                let arrival = Arrival {
-                    c_tau_m: truth.c_tau_m,
-                    aoa: truth.aoa,
-                    snr: libm::exp10(snr_db / 10.0),
-                    phase_rad: 0.0,
-                };
-                let bound = crlb::single(&receiver, &arrival).expect("observable");
-                let e = error(path, &truth);
-                let normalised = std::array::from_fn(|i| e[i] / bound[(i, i)].sqrt());
-                let own = path.path.covariance.cast::<f64>().try_inverse();
-                let e = nalgebra::Vector3::from(e);
-                let nees = own.map_or(f64::NAN, |inverse| e.dot(&(inverse * e)) / 3.0);
-                Some((normalised, nees, e.x.abs(), angle_rad(path, &truth).to_degrees()))
-            },
-        )
+        .map_init(estimator, |estimator, trial| {
+            let mut stream = Stream::new(seed, u64::from(trial));
+            let truth = Truth {
+                c_tau_m: 5.0 + 400.0 * stream.uniform(),
+                aoa: direction(&mut stream, ELEVATIONS_DEG),
+                aod,
+                snr_db,
+                phase_rad: std::f64::consts::TAU * stream.uniform(),
+            };
+            let paths = range.sweep(&[truth], trial, estimator.as_mut());
+            let path = paths.first()?;
+            let arrival = Arrival {
+                c_tau_m: truth.c_tau_m,
+                aoa: truth.aoa,
+                snr: libm::exp10(snr_db / 10.0),
+                phase_rad: 0.0,
+            };
+            let bound = crlb::single(&receiver, &arrival).expect("observable");
+            let e = error(path, &truth);
+            let normalised = std::array::from_fn(|i| e[i] / bound[(i, i)].sqrt());
+            let own = path.path.covariance.cast::<f64>().try_inverse();
+            let e = nalgebra::Vector3::from(e);
+            let nees = own.map_or(f64::NAN, |inverse| e.dot(&(inverse * e)) / 3.0);
+            Some(Trial {
+                normalised,
+                nees,
+                range_m: e.x.abs(),
+                angle_deg: angle_rad(path, &truth).to_degrees(),
+            })
+        })
         .collect();
     let found: Vec<_> = results.into_iter().flatten().collect();
     let good: Vec<_> = found
         .iter()
-        .filter(|(e, ..)| e.iter().all(|e| e.abs() < OUTLIER_SIGMAS))
+        .filter(|trial| trial.normalised.iter().all(|e| e.abs() < OUTLIER_SIGMAS))
         .collect();
     let count = good.len().max(1) as f64;
-    let all = |pick: fn(&([f64; 3], f64, f64, f64)) -> f64| {
-        median(&found.iter().map(pick).collect::<Vec<_>>()).unwrap_or(f64::NAN)
-    };
+    let all =
+        |pick: fn(&Trial) -> f64| median(&found.iter().map(pick).collect::<Vec<_>>()).unwrap_or(f64::NAN);
     Single {
         snr_db,
         trials,
         detected: found.len() as f64 / trials as f64,
         outliers: 1.0 - good.len() as f64 / found.len().max(1) as f64,
-        ratio: std::array::from_fn(|i| (good.iter().map(|(e, ..)| e[i] * e[i]).sum::<f64>() / count).sqrt()),
-        nees: good.iter().map(|g| g.1).sum::<f64>() / count,
-        range_median_m: all(|f| f.2),
-        angle_median_deg: all(|f| f.3),
+        ratio: std::array::from_fn(|i| {
+            (good.iter().map(|trial| trial.normalised[i].powi(2)).sum::<f64>() / count).sqrt()
+        }),
+        nees: good.iter().map(|g| g.nees).sum::<f64>() / count,
+        range_median_m: all(|trial| trial.range_m),
+        angle_median_deg: all(|trial| trial.angle_deg),
     }
 }
 
@@ -109,14 +124,13 @@ pub struct FalseAlarms {
 }
 
 /// Sweeps of noise alone.
-pub fn false_alarms(mode: Mode, sweeps: usize, seed: u64) -> FalseAlarms {
+pub fn false_alarms(sweeps: usize, seed: u64) -> FalseAlarms {
     let range = Range::new(&[], seed);
     let count = (0..sweeps as u32)
         .into_par_iter()
-        .map_init(
-            || estimator(mode),
-            |estimator, index| usize::from(!range.sweep(&[], index, estimator.as_mut()).is_empty()),
-        )
+        .map_init(estimator, |estimator, index| {
+            usize::from(!range.sweep(&[], index, estimator.as_mut()).is_empty())
+        })
         .sum();
     FalseAlarms {
         sweeps,

@@ -1,5 +1,6 @@
 //! One file per subcommand.
 
+pub(crate) mod accuracy;
 pub(crate) mod bench;
 pub(crate) mod fly;
 pub(crate) mod imu;
