@@ -15,7 +15,7 @@ pub use single::{FalseAlarms, Single, false_alarms, single};
 
 use cslam_core::array::Codebook;
 use cslam_core::geometry::{Body, Direction, Gmt};
-use cslam_core::ltd::{EstimatedPath, Estimator, EstimatorConfig, PathEstimator};
+use cslam_core::ltd::{EstimatedPath, Estimator, EstimatorConfig, PaperEstimator, PathEstimator};
 
 use crate::channel::{ChannelConfig, Impairments, Instant, Ray, Simulator};
 use crate::random::Stream;
@@ -125,7 +125,7 @@ pub fn estimator(mode: Mode) -> Box<dyn PathEstimator<32, 9>> {
             };
             Box::new(Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&config))
         }
-        Mode::Paper => todo!(),
+        Mode::Paper => Box::new(PaperEstimator::<4, 8, 32, 72, 9>::new(&EstimatorConfig::default())),
     }
 }
 
