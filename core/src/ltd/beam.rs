@@ -72,18 +72,25 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
     /// Finds the paths of a beam with at least `floor` of energy (squared LSB over all channels). Returns the noise
     /// variance of a tap that remains. `beam.found` must be empty.
     pub(super) fn run<const C: usize>(&self, beam: &mut Beam<'_, A, C>, floor: f32) -> f32 {
+        let mut missed: Vec<usize, 2> = Vec::new();
         for _ in 0..ATTEMPTS {
             if beam.found.is_full() || beam.paths() >= PATHS_PER_BEAM {
                 break;
             }
             let noise = self.settle(beam);
-            let Some(tap) = candidate::<C>(beam.profile, 0..SAMPLES, noise) else {
+            let Some(tap) = candidate::<C>(beam.profile, 0..SAMPLES, noise, &missed) else {
                 break;
             };
             let found = self.single(beam, tap, noise);
             let energy = found.source.power() * C as f32;
-            if energy < floor || energy < self.threshold * noise {
+            if energy < floor {
                 break;
+            }
+            if energy < self.threshold * noise {
+                if missed.push(tap).is_err() {
+                    break;
+                }
+                continue;
             }
             match self.neighbours(beam, &found.source) {
                 Some(group) => {
@@ -198,7 +205,7 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
         };
         let start = first.source.origin.wrapping_sub(TRIAL_REACH) & (SAMPLES - 1);
         let noise = self.detector.noise(beam.profile);
-        if let Some(tap) = candidate::<C>(beam.profile, start..start + 2 * TRIAL_REACH + 1, noise) {
+        if let Some(tap) = candidate::<C>(beam.profile, start..start + 2 * TRIAL_REACH + 1, noise, &[]) {
             let second = self.single(beam, tap, noise);
             if self.neighbours(beam, &second.source) == Some(first.group) {
                 self.join(beam, first.group, &second.source, noise);
@@ -271,6 +278,7 @@ fn candidate<const C: usize>(
     profile: &[u64; SAMPLES],
     taps: core::ops::Range<usize>,
     noise: f32,
+    missed: &[usize],
 ) -> Option<usize> {
     // Under noise a tap has mean C and standard deviation sqrt C noise variances; neighbours are nearly independent (their
     // correlation is D(1)^2 = 0.05).
@@ -290,7 +298,7 @@ fn candidate<const C: usize>(
         } else {
             (here * alone, n)
         };
-        if score > most {
+        if score > most && !missed.contains(&(tap & (SAMPLES - 1))) {
             (best, most) = (Some(tap & (SAMPLES - 1)), score);
         }
         here = next;

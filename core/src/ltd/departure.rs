@@ -262,3 +262,76 @@ fn row_factor<const COUNT: usize>(turns: f32) -> f32 {
         whole.im / (step.im * root)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Complex;
+
+    type Default72 = Departures<72, 3, 8, 8>;
+
+    /// Amplitudes of the beams above a share of the strongest, by the codebook's own field.
+    fn looks(codebook: &Codebook<f64>, u: &Direction<Gmt, f64>, share: f64) -> Vec<Look, 72> {
+        let amplitude = |m| {
+            let field: Complex<f64> = codebook.field(m, u);
+            libm::sqrt(field.norm_sqr())
+        };
+        let strongest = (0..72).map(amplitude).fold(0.0, f64::max);
+        let mut looks: Vec<Look, 72> = (0..72)
+            .filter(|m| amplitude(*m) > share * strongest)
+            .map(|m| Look {
+                beam: m as u16,
+                amplitude: amplitude(m) as f32,
+                variance: 1e-6,
+            })
+            .collect();
+        looks.sort_unstable_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+        looks
+    }
+
+    #[test]
+    fn direction_comes_back_from_exact_amplitudes() {
+        let codebook = Codebook::<f64>::default();
+        let departures = Default72::new(&Codebook::<f32>::default(), 0.06);
+        for k in 0..300 {
+            let azimuth = -3.1 + 6.2 * (0.618_034 * f64::from(k)).fract();
+            let elevation = 0.44 * (0.414_214 * f64::from(k)).fract();
+            let truth =
+                Direction::<Gmt, f64>::from_zenith_azimuth(core::f64::consts::FRAC_PI_2 - elevation, azimuth)
+                    .expect("angles");
+            let looks = looks(&codebook, &truth, 0.03);
+            let (found, sigma_rad) = departures.fit(looks.iter().copied()).expect("looks");
+            let off = found
+                .vector()
+                .cast::<f64>()
+                .cross(truth.vector())
+                .norm()
+                .to_degrees();
+            assert!(
+                off < 0.1,
+                "{off} deg off at azimuth {azimuth}, elevation {elevation}"
+            );
+            assert!(sigma_rad > 0.0 && sigma_rad < 0.01);
+        }
+    }
+
+    #[test]
+    fn single_look_is_the_beam_and_says_how_little_it_knows() {
+        let codebook = Codebook::<f32>::default();
+        let departures = Default72::new(&codebook, 0.06);
+        let look = Look {
+            beam: 30,
+            amplitude: 1.0,
+            variance: 1e-4,
+        };
+        let (found, sigma_rad) = departures.fit([look].into_iter()).expect("a look");
+        let beam = codebook.beam(30).expect("beam").direction();
+        assert!((found.vector() - beam).norm() < 1e-3);
+        assert!((sigma_rad - PRIOR_RAD).abs() < 0.01, "{sigma_rad}");
+        assert!(departures.fit(core::iter::empty()).is_none());
+        assert!(
+            departures.fit([Look { beam: 72, ..look }].into_iter()).is_none(),
+            "no such beam"
+        );
+    }
+}

@@ -387,3 +387,159 @@ pub(super) fn solve<const D: usize>(hessian: &[[f32; D]; D], gradient: &[f32; D]
     }
     x
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::array::UavArrays;
+    use crate::ltd::cancel::{Change, Source, change};
+    use crate::ltd::iq::Iq;
+    use crate::ltd::phase::phasor;
+    use crate::ltd::window::JOINT;
+    use crate::waveform::{SAMPLES, Waveform};
+
+    const NOISE: f32 = 1600.0;
+
+    fn tools() -> (ArrayModel<4, 8>, Template) {
+        let waveform = Waveform::default();
+        (
+            ArrayModel::new(&UavArrays::default(), &waveform),
+            Template::new(&waveform),
+        )
+    }
+
+    fn source(delay_taps: f32, u: Vector3<f32>, phase_turns: f32) -> Source<4> {
+        Source {
+            origin: 100,
+            delay_taps,
+            u: u / u.norm(),
+            gains: core::array::from_fn(|j| {
+                phasor(phase_turns + 0.3 * j as f32) * (7000.0 - 1800.0 * j as f32)
+            }),
+        }
+    }
+
+    /// A window over the sum of two sources and noise of variance [`NOISE`].
+    fn window(model: &ArrayModel<4, 8>, template: &Template, sources: &[Source<4>; 2]) -> Window<32, JOINT> {
+        let mut taps = [[Iq::ZERO; SAMPLES]; 32];
+        let mut seed = 7_u32;
+        let mut normal = || {
+            // Sum of twelve uniforms, less six: variance one.
+            let mut sum = -6.0;
+            for _ in 0..12 {
+                seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                sum += (seed >> 8) as f32 / 16_777_216.0;
+            }
+            (sum * (0.5 * NOISE).sqrt()) as i16
+        };
+        for x in taps.iter_mut().flatten() {
+            *x = Iq::new(normal(), normal());
+        }
+        change(
+            model,
+            template,
+            &mut taps,
+            &mut [0; SAMPLES],
+            sources,
+            1e-3,
+            Change::Add,
+        );
+        Window::load(&taps, 100, -REACH, REACH + 2, template.centre_turns())
+    }
+
+    #[test]
+    fn gradient_is_that_of_the_energy() {
+        let (model, template) = tools();
+        let u = Vector3::new(0.6, 0.48, 0.64);
+        let window = window(
+            &model,
+            &template,
+            &[source(0.1, u, 0.0), source(0.8, Vector3::new(0.5, 0.5, 0.7), 0.4)],
+        );
+        // Away from the optimum, so that the gradient is large.
+        let places = [
+            Place {
+                delay_taps: 0.2,
+                u: Vector3::new(0.62, 0.45, 0.64).normalize(),
+            },
+            Place {
+                delay_taps: 0.6,
+                u: Vector3::new(0.5, 0.52, 0.69).normalize(),
+            },
+        ];
+        let at = |places: &[Place; 2]| {
+            normal_equations::<2, 6, 4, 8, 32, JOINT>(&model, &template, &window, places)
+        };
+        let here = at(&places);
+        for i in 0..6 {
+            let side = |sign: f32| {
+                let mut moved = places;
+                let mut step = [0.0; 3];
+                step[i % 3] = sign * 2e-3;
+                moved[i / 3] = places[i / 3].moved(step);
+                at(&moved).energy
+            };
+            // The gradient is that of half the squared error, which falls as the energy grows.
+            let slope = 0.5 * (side(1.0) - side(-1.0)) / 4e-3;
+            let largest = here.gradient.iter().fold(0.0_f32, |m, g| m.max(g.abs()));
+            assert!(
+                (slope - here.gradient[i]).abs() < 0.01 * largest,
+                "{i}: {slope} {}",
+                here.gradient[i]
+            );
+        }
+    }
+
+    #[test]
+    fn opposite_phases_a_quarter_tap_apart_are_told_apart() {
+        let (model, template) = tools();
+        let u = Vector3::new(0.6, 0.48, 0.64);
+        let truth = [source(0.1, u, 0.0), source(0.345, u, 0.47)];
+        let window = window(&model, &template, &truth);
+        let start = [-0.3, 0.7].map(|delay_taps| Place {
+            delay_taps,
+            u: Vector3::new(0.61, 0.47, 0.64).normalize(),
+        });
+        let fit: Fit<2, 6, 4> = fit::<2, 6, 4, 8, 32, JOINT>(&model, &template, &window, start, NOISE, 24);
+        let mut delays = fit.places.map(|p| p.delay_taps);
+        delays.sort_by(f32::total_cmp);
+        assert!(
+            (delays[0] - 0.1).abs() < 0.03 && (delays[1] - 0.345).abs() < 0.03,
+            "{delays:?}"
+        );
+        let (energy, samples) = window.energy();
+        let left = (energy - fit.energy) / NOISE / samples as f32;
+        assert!((left - 1.0).abs() < 0.15, "the residual is noise: {left}");
+    }
+
+    #[test]
+    fn coinciding_paths_do_no_harm() {
+        let (model, template) = tools();
+        let u = Vector3::new(0.6, 0.48, 0.64);
+        let window = window(&model, &template, &[source(0.1, u, 0.0), source(0.1, u, 0.1)]);
+        let start = [Place { delay_taps: 0.1, u }; 2];
+        let fit: Fit<2, 6, 4> = fit::<2, 6, 4, 8, 32, JOINT>(&model, &template, &window, start, NOISE, 24);
+        assert!(
+            fit.energy.is_finite()
+                && fit
+                    .places
+                    .iter()
+                    .all(|p| p.delay_taps.is_finite() && p.u.norm().is_finite())
+        );
+    }
+
+    #[test]
+    fn solver_ignores_what_has_no_information() {
+        let x = solve(
+            &[[4.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 2.0]],
+            &[8.0, 1.0, 3.0],
+            0.0,
+        );
+        assert!(
+            (x[0] - 2.0).abs() < 1e-6 && x[1] == 0.0 && (x[2] - 1.5).abs() < 1e-6,
+            "{x:?}"
+        );
+        let x = solve(&[[4.0, 2.0], [2.0, 5.0]], &[10.0, 13.0], 0.0);
+        assert!((x[0] - 1.5).abs() < 1e-6 && (x[1] - 2.0).abs() < 1e-6, "{x:?}");
+    }
+}

@@ -197,3 +197,93 @@ impl Merged {
         (first.c_tau_m + offset.x, aoa, inverse * self.scale)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn detection(beam: u16, energy: f32, c_tau_m: f32, azimuth_deg: f32) -> Detection {
+        let sigma = (0.01, 0.001);
+        Detection {
+            c_tau_m,
+            aoa: Direction::from_zenith_azimuth(1.2, azimuth_deg.to_radians()).expect("angles"),
+            covariance: Matrix3::from_diagonal(&Vector3::new(
+                sigma.0 * sigma.0,
+                sigma.1 * sigma.1,
+                sigma.1 * sigma.1,
+            )),
+            energy,
+            noise: 1.0,
+            beam,
+            path: None,
+        }
+    }
+
+    fn merged<const MOST: usize>(all: &[Detection]) -> (Detections<MOST>, Vec<Merged, 9>) {
+        let mut detections = Detections::new();
+        for d in all {
+            detections.insert(*d);
+        }
+        let paths = detections.merge(4e-4);
+        (detections, paths)
+    }
+
+    #[test]
+    fn looks_of_one_path_are_averaged_and_counted() {
+        let (detections, paths) = merged::<16>(&[
+            detection(3, 100.0, 50.004, 10.0),
+            detection(4, 900.0, 50.0, 10.02),
+            detection(5, 300.0, 49.99, 10.0),
+            // Far away in angle, and in range.
+            detection(6, 200.0, 50.0, 30.0),
+            detection(7, 150.0, 51.0, 10.0),
+        ]);
+        assert_eq!(paths.len(), 3);
+        let beams: Vec<u16, 16> = detections.looks(0).map(|d| d.beam).collect();
+        assert_eq!(beams, [4, 5, 3], "strongest first");
+        let (c_tau_m, aoa, covariance) = paths[0].mean();
+        assert!((c_tau_m - 49.998).abs() < 1e-4, "{c_tau_m}");
+        assert!((aoa.azimuth_rad().to_degrees() - 10.006_67).abs() < 1e-3);
+        assert!(
+            (covariance.m11 - 1e-4 / 3.0).abs() < 1e-8,
+            "three equal looks: a third of the variance"
+        );
+    }
+
+    #[test]
+    fn blend_counts_as_a_look_but_does_not_pull() {
+        let (detections, paths) =
+            merged::<16>(&[detection(1, 900.0, 50.0, 10.0), detection(2, 300.0, 50.3, 12.0)]);
+        assert_eq!((paths.len(), detections.looks(0).count()), (1, 2));
+        assert_eq!(paths[0].mean().0, 50.0);
+    }
+
+    #[test]
+    fn what_one_beam_resolved_stays_apart() {
+        let (detections, paths) = merged::<16>(&[
+            detection(1, 900.0, 50.0, 10.0),
+            detection(1, 300.0, 50.3, 12.0),
+            detection(2, 500.0, 50.001, 10.0),
+            detection(2, 100.0, 50.301, 12.0),
+        ]);
+        assert_eq!(paths.len(), 2);
+        assert_eq!(detections.looks(0).count(), 2);
+        assert!((paths[1].mean().0 - 50.3005).abs() < 1e-4);
+    }
+
+    #[test]
+    fn weak_ones_give_way() {
+        let mut detections = Detections::<2>::new();
+        for (beam, energy) in [(1, 5.0), (2, 9.0), (3, 7.0), (4, 1.0)] {
+            detections.insert(detection(beam, energy, 50.0 + 3.0 * f32::from(beam), 0.0));
+        }
+        let paths: Vec<Merged, 9> = detections.merge(1e-4);
+        assert_eq!(
+            paths.iter().map(|p| p.strongest.beam).collect::<Vec<_, 9>>(),
+            [2, 3]
+        );
+        assert_eq!(detections.dropped(), 2);
+        let paths: Vec<Merged, 9> = detections.merge(0.8);
+        assert_eq!(paths.len(), 1, "7 is less than 0.8 of 9");
+    }
+}

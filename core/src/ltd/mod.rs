@@ -31,6 +31,7 @@ pub mod kernels;
 mod level;
 mod merge;
 mod model;
+mod paper;
 mod phase;
 #[cfg(all(target_arch = "arm", feature = "armv7em"))]
 mod simd;
@@ -45,6 +46,7 @@ pub use detector::{Detector, Peak};
 pub use estimator::{BeamReport, EstimatedPath, Estimator, EstimatorConfig};
 pub use iq::Iq;
 pub use level::Levelled;
+pub use paper::PaperEstimator;
 pub use stages::Channel;
 pub use tables::bin_at;
 pub use taps::BeamTaps;

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use cslam_core::geometry::{Direction, Vector3};
 
-use super::{Range, Truth, angle_rad, direction, estimator};
+use super::{Mode, Range, Truth, angle_rad, direction, estimator};
 use crate::crlb::{self, Arrival, Receiver};
 use crate::random::Stream;
 use crate::statistics::{median, quantile};
@@ -34,52 +34,57 @@ pub struct Pairs {
 }
 
 /// Runs pairs of a separation, the first path at 20 dB.
-pub fn pairs(apart_m: f64, apart_deg: f64, second_db: f64, trials: usize, seed: u64) -> Pairs {
+pub fn pairs(mode: Mode, apart_m: f64, apart_deg: f64, second_db: f64, trials: usize, seed: u64) -> Pairs {
     let range = Range::new(&[BEAM], seed);
     let aod = beam_direction(&range);
     let receiver = Receiver::default();
     let results: Vec<(bool, bool)> = (0..trials as u32)
         .into_par_iter()
-        .map_init(estimator, |estimator, trial| {
-            let mut stream = Stream::new(seed, u64::from(trial));
-            let first = Truth {
-                c_tau_m: 20.0 + 200.0 * stream.uniform(),
-                aoa: direction(&mut stream, -45.0..45.0),
-                aod,
-                snr_db: 20.0,
-                phase_rad: std::f64::consts::TAU * stream.uniform(),
-            };
-            let (e1, e2) = first.aoa.tangents();
-            let turn = std::f64::consts::TAU * stream.uniform();
-            let across = e1 * libm::cos(turn) + e2 * libm::sin(turn);
-            let apart = apart_deg.to_radians();
-            let u = first.aoa.vector() * libm::cos(apart) + across * libm::sin(apart);
-            let second = Truth {
-                c_tau_m: first.c_tau_m + apart_m,
-                aoa: Direction::from_vector(u).expect("unit"),
-                snr_db: 20.0 + second_db,
-                phase_rad: std::f64::consts::TAU * stream.uniform(),
-                ..first
-            };
-            let truths = [first, second];
-            let paths = range.sweep(&truths, trial, estimator.as_mut());
-            let near = |truth: &Truth| {
-                paths.iter().position(|p| {
-                    (f64::from(p.path.c_tau_m) - truth.c_tau_m).abs() < GATE_M
-                        && angle_rad(p, truth) < GATE_RAD
-                })
-            };
-            // Two truths may not share one estimate.
-            let both = match (near(&first), near(&second)) {
-                (Some(a), Some(b)) => a != b || paths.iter().filter(|p| near_any(p, &truths)).count() >= 2,
-                _ => false,
-            };
-            let bound = crlb::joint(&receiver, &truths.map(|t| arrival(&t)));
-            let possible = bound.is_some_and(|b| {
-                (0..6).all(|i| 3.0 * b[(i, i)].sqrt() < if i % 3 == 0 { GATE_M } else { GATE_RAD })
-            });
-            (both, possible)
-        })
+        .map_init(
+            || estimator(mode),
+            |estimator, trial| {
+                let mut stream = Stream::new(seed, u64::from(trial));
+                let first = Truth {
+                    c_tau_m: 20.0 + 200.0 * stream.uniform(),
+                    aoa: direction(&mut stream, -45.0..45.0),
+                    aod,
+                    snr_db: 20.0,
+                    phase_rad: std::f64::consts::TAU * stream.uniform(),
+                };
+                let (e1, e2) = first.aoa.tangents();
+                let turn = std::f64::consts::TAU * stream.uniform();
+                let across = e1 * libm::cos(turn) + e2 * libm::sin(turn);
+                let apart = apart_deg.to_radians();
+                let u = first.aoa.vector() * libm::cos(apart) + across * libm::sin(apart);
+                let second = Truth {
+                    c_tau_m: first.c_tau_m + apart_m,
+                    aoa: Direction::from_vector(u).expect("unit"),
+                    snr_db: 20.0 + second_db,
+                    phase_rad: std::f64::consts::TAU * stream.uniform(),
+                    ..first
+                };
+                let truths = [first, second];
+                let paths = range.sweep(&truths, trial, estimator.as_mut());
+                let near = |truth: &Truth| {
+                    paths.iter().position(|p| {
+                        (f64::from(p.path.c_tau_m) - truth.c_tau_m).abs() < GATE_M
+                            && angle_rad(p, truth) < GATE_RAD
+                    })
+                };
+                // Two truths may not share one estimate.
+                let both = match (near(&first), near(&second)) {
+                    (Some(a), Some(b)) => {
+                        a != b || paths.iter().filter(|p| near_any(p, &truths)).count() >= 2
+                    }
+                    _ => false,
+                };
+                let bound = crlb::joint(&receiver, &truths.map(|t| arrival(&t)));
+                let possible = bound.is_some_and(|b| {
+                    (0..6).all(|i| 3.0 * b[(i, i)].sqrt() < if i % 3 == 0 { GATE_M } else { GATE_RAD })
+                });
+                (both, possible)
+            },
+        )
         .collect();
     let share =
         |pick: fn(&(bool, bool)) -> bool| results.iter().filter(|r| pick(r)).count() as f64 / trials as f64;
@@ -111,48 +116,52 @@ pub struct Bounce {
 }
 
 /// Runs the line of sight (20 dB) with a ground bounce 6 dB under it in the same beam: GMT at 1.5 m, UAV at 2 to 18 m.
-pub fn bounce(distance_m: f64, trials: usize, seed: u64) -> Bounce {
+pub fn bounce(mode: Mode, distance_m: f64, trials: usize, seed: u64) -> Bounce {
     let range = Range::new(&[BEAM], seed);
     let aod = beam_direction(&range);
     let receiver = Receiver::default();
     let rows: Vec<[f64; 6]> = (0..trials as u32)
         .into_par_iter()
-        .map_init(estimator, |estimator, trial| {
-            let mut stream = Stream::new(seed, u64::from(trial));
-            let height_m = 2.0 + 16.0 * stream.uniform();
-            let azimuth = std::f64::consts::TAU * stream.uniform();
-            let mut truth = |gmt_height_m: f64, snr_db| {
-                let (sine, cosine) = (libm::sin(azimuth), libm::cos(azimuth));
-                let v = Vector3::new(distance_m * cosine, distance_m * sine, gmt_height_m - height_m);
-                Truth {
-                    c_tau_m: v.norm(),
-                    aoa: Direction::from_vector(v).expect("not zero"),
-                    aod,
-                    snr_db,
-                    phase_rad: std::f64::consts::TAU * stream.uniform(),
-                }
-            };
-            let truths = [truth(1.5, 20.0), truth(-1.5, 14.0)];
-            let paths = range.sweep(&truths, trial, estimator.as_mut());
-            let los = &truths[0];
-            let [range_m, angle] = paths.first().map_or([f64::INFINITY; 2], |p| {
+        .map_init(
+            || estimator(mode),
+            |estimator, trial| {
+                let mut stream = Stream::new(seed, u64::from(trial));
+                let height_m = 2.0 + 16.0 * stream.uniform();
+                let azimuth = std::f64::consts::TAU * stream.uniform();
+                let mut truth = |gmt_height_m: f64, snr_db| {
+                    let (sine, cosine) = (libm::sin(azimuth), libm::cos(azimuth));
+                    let v = Vector3::new(distance_m * cosine, distance_m * sine, gmt_height_m - height_m);
+                    Truth {
+                        c_tau_m: v.norm(),
+                        aoa: Direction::from_vector(v).expect("not zero"),
+                        aod,
+                        snr_db,
+                        phase_rad: std::f64::consts::TAU * stream.uniform(),
+                    }
+                };
+                let truths = [truth(1.5, 20.0), truth(-1.5, 14.0)];
+                let paths = range.sweep(&truths, trial, estimator.as_mut());
+                let los = &truths[0];
+                let [range_m, angle] = paths.first().map_or([f64::INFINITY; 2], |p| {
+                    [
+                        (f64::from(p.path.c_tau_m) - los.c_tau_m).abs(),
+                        angle_rad(p, los).to_degrees(),
+                    ]
+                });
+                let bound = crlb::joint(&receiver, &truths.map(|t| arrival(&t))).expect("observable");
+                let angular = (0.5 * (bound[(1, 1)] + bound[(2, 2)])).sqrt().to_degrees();
+                let apart_deg =
+                    libm::acos(los.aoa.vector().dot(truths[1].aoa.vector()).min(1.0)).to_degrees();
                 [
-                    (f64::from(p.path.c_tau_m) - los.c_tau_m).abs(),
-                    angle_rad(p, los).to_degrees(),
+                    range_m,
+                    angle,
+                    bound[(0, 0)].sqrt(),
+                    angular,
+                    truths[1].c_tau_m - los.c_tau_m,
+                    apart_deg,
                 ]
-            });
-            let bound = crlb::joint(&receiver, &truths.map(|t| arrival(&t))).expect("observable");
-            let angular = (0.5 * (bound[(1, 1)] + bound[(2, 2)])).sqrt().to_degrees();
-            let apart_deg = libm::acos(los.aoa.vector().dot(truths[1].aoa.vector()).min(1.0)).to_degrees();
-            [
-                range_m,
-                angle,
-                bound[(0, 0)].sqrt(),
-                angular,
-                truths[1].c_tau_m - los.c_tau_m,
-                apart_deg,
-            ]
-        })
+            },
+        )
         .collect();
     let at =
         |i: usize, q: f64| quantile(&rows.iter().map(|r| r[i]).collect::<Vec<_>>(), q).unwrap_or(f64::NAN);

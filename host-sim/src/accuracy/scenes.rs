@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Range, Truth, angle_rad, direction, estimator};
+use super::{Mode, Range, Truth, angle_rad, direction, estimator};
 use crate::random::Stream;
 use crate::statistics::{median, rms};
 
@@ -41,39 +41,42 @@ fn draw(stream: &mut Stream, snr_db: f64) -> Vec<Truth> {
 }
 
 /// Runs nine-path scenes.
-pub fn scenes(snr_db: f64, scenes: usize, seed: u64) -> Scenes {
+pub fn scenes(mode: Mode, snr_db: f64, scenes: usize, seed: u64) -> Scenes {
     let range = Range::new(&[], seed);
     let results: Vec<([[usize; 2]; 3], usize, [f64; 2])> = (0..scenes as u32)
         .into_par_iter()
-        .map_init(estimator, |estimator, index| {
-            let truths = draw(&mut Stream::new(seed, u64::from(index)), snr_db);
-            let paths = range.sweep(&truths, index, estimator.as_mut());
-            let near = |p: &cslam_core::ltd::EstimatedPath, t: &Truth| {
-                (f64::from(p.path.c_tau_m) - t.c_tau_m).abs() < GATE_M && angle_rad(p, t) < GATE_RAD
-            };
-            // Found and all, by power.
-            let mut counts = [[0; 2]; 3];
-            for t in &truths {
-                let bin = (((snr_db - t.snr_db) / 10.0) as usize).min(2);
-                counts[bin][0] += usize::from(paths.iter().any(|p| near(p, t)));
-                counts[bin][1] += 1;
-            }
-            let false_alarms = paths
-                .iter()
-                .filter(|p| !truths.iter().any(|t| near(p, t)))
-                .count();
-            let best = paths
-                .iter()
-                .map(|p| {
-                    [
-                        (f64::from(p.path.c_tau_m) - truths[0].c_tau_m).abs(),
-                        angle_rad(p, &truths[0]).to_degrees(),
-                    ]
-                })
-                .min_by(|a, b| (a[0] + a[1]).total_cmp(&(b[0] + b[1])))
-                .unwrap_or([f64::INFINITY; 2]);
-            (counts, false_alarms, best)
-        })
+        .map_init(
+            || estimator(mode),
+            |estimator, index| {
+                let truths = draw(&mut Stream::new(seed, u64::from(index)), snr_db);
+                let paths = range.sweep(&truths, index, estimator.as_mut());
+                let near = |p: &cslam_core::ltd::EstimatedPath, t: &Truth| {
+                    (f64::from(p.path.c_tau_m) - t.c_tau_m).abs() < GATE_M && angle_rad(p, t) < GATE_RAD
+                };
+                // Found and all, by power.
+                let mut counts = [[0; 2]; 3];
+                for t in &truths {
+                    let bin = (((snr_db - t.snr_db) / 10.0) as usize).min(2);
+                    counts[bin][0] += usize::from(paths.iter().any(|p| near(p, t)));
+                    counts[bin][1] += 1;
+                }
+                let false_alarms = paths
+                    .iter()
+                    .filter(|p| !truths.iter().any(|t| near(p, t)))
+                    .count();
+                let best = paths
+                    .iter()
+                    .map(|p| {
+                        [
+                            (f64::from(p.path.c_tau_m) - truths[0].c_tau_m).abs(),
+                            angle_rad(p, &truths[0]).to_degrees(),
+                        ]
+                    })
+                    .min_by(|a, b| (a[0] + a[1]).total_cmp(&(b[0] + b[1])))
+                    .unwrap_or([f64::INFINITY; 2]);
+                (counts, false_alarms, best)
+            },
+        )
         .collect();
     let count = |bin: usize, which: usize| results.iter().map(|r| r.0[bin][which]).sum::<usize>() as f64;
     let column = |i: usize| results.iter().map(|r| r.2[i]).collect::<Vec<_>>();
@@ -107,29 +110,32 @@ pub struct Departures {
 }
 
 /// Runs one path over a whole sweep; its angle of departure anywhere in the codebook's sector.
-pub fn departures(snr_db: f64, trials: usize, seed: u64) -> Departures {
+pub fn departures(mode: Mode, snr_db: f64, trials: usize, seed: u64) -> Departures {
     let range = Range::new(&[], seed);
     let errors: Vec<[f64; 2]> = (0..trials as u32)
         .into_par_iter()
-        .map_init(estimator, |estimator, index| {
-            let mut stream = Stream::new(seed, u64::from(index));
-            let truth = Truth {
-                c_tau_m: 20.0 + 280.0 * stream.uniform(),
-                aoa: direction(&mut stream, -45.0..45.0),
-                aod: direction(&mut stream, 0.0..25.0),
-                snr_db,
-                phase_rad: 0.0,
-            };
-            let paths = range.sweep(&[truth], index, estimator.as_mut());
-            let departure = paths.first()?.path.aod?;
-            let u = departure.direction.vector().cast::<f64>();
-            let v = truth.aod.vector();
-            let error = libm::atan2(u.cross(v).norm(), u.dot(v));
-            Some([
-                error.to_degrees(),
-                error / f64::from(departure.sigma_rad) / std::f64::consts::SQRT_2,
-            ])
-        })
+        .map_init(
+            || estimator(mode),
+            |estimator, index| {
+                let mut stream = Stream::new(seed, u64::from(index));
+                let truth = Truth {
+                    c_tau_m: 20.0 + 280.0 * stream.uniform(),
+                    aoa: direction(&mut stream, -45.0..45.0),
+                    aod: direction(&mut stream, 0.0..25.0),
+                    snr_db,
+                    phase_rad: 0.0,
+                };
+                let paths = range.sweep(&[truth], index, estimator.as_mut());
+                let departure = paths.first()?.path.aod?;
+                let u = departure.direction.vector().cast::<f64>();
+                let v = truth.aod.vector();
+                let error = libm::atan2(u.cross(v).norm(), u.dot(v));
+                Some([
+                    error.to_degrees(),
+                    error / f64::from(departure.sigma_rad) / std::f64::consts::SQRT_2,
+                ])
+            },
+        )
         .flatten()
         .collect();
     let column = |i: usize| errors.iter().map(|e| e[i]).collect::<Vec<_>>();

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use cslam_core::geometry::Direction;
 
-use super::{Range, Truth, angle_rad, direction, error, estimator};
+use super::{Mode, Range, Truth, angle_rad, direction, error, estimator};
 use crate::crlb::{self, Arrival, Receiver};
 use crate::random::Stream;
 use crate::statistics::median;
@@ -48,7 +48,7 @@ struct Trial {
 }
 
 /// Runs one path at one SNR in one beam.
-pub fn single(snr_db: f64, trials: usize, seed: u64) -> Single {
+pub fn single(mode: Mode, snr_db: f64, trials: usize, seed: u64) -> Single {
     // A beam in the middle of the first face.
     let beam = 12;
     let range = Range::new(&[beam], seed);
@@ -61,36 +61,39 @@ pub fn single(snr_db: f64, trials: usize, seed: u64) -> Single {
     let receiver = Receiver::default();
     let results: Vec<Option<Trial>> = (0..trials as u32)
         .into_par_iter()
-        .map_init(estimator, |estimator, trial| {
-            let mut stream = Stream::new(seed, u64::from(trial));
-            let truth = Truth {
-                c_tau_m: 5.0 + 400.0 * stream.uniform(),
-                aoa: direction(&mut stream, ELEVATIONS_DEG),
-                aod,
-                snr_db,
-                phase_rad: std::f64::consts::TAU * stream.uniform(),
-            };
-            let paths = range.sweep(&[truth], trial, estimator.as_mut());
-            let path = paths.first()?;
-            let arrival = Arrival {
-                c_tau_m: truth.c_tau_m,
-                aoa: truth.aoa,
-                snr: libm::exp10(snr_db / 10.0),
-                phase_rad: 0.0,
-            };
-            let bound = crlb::single(&receiver, &arrival).expect("observable");
-            let e = error(path, &truth);
-            let normalised = std::array::from_fn(|i| e[i] / bound[(i, i)].sqrt());
-            let own = path.path.covariance.cast::<f64>().try_inverse();
-            let e = nalgebra::Vector3::from(e);
-            let nees = own.map_or(f64::NAN, |inverse| e.dot(&(inverse * e)) / 3.0);
-            Some(Trial {
-                normalised,
-                nees,
-                range_m: e.x.abs(),
-                angle_deg: angle_rad(path, &truth).to_degrees(),
-            })
-        })
+        .map_init(
+            || estimator(mode),
+            |estimator, trial| {
+                let mut stream = Stream::new(seed, u64::from(trial));
+                let truth = Truth {
+                    c_tau_m: 5.0 + 400.0 * stream.uniform(),
+                    aoa: direction(&mut stream, ELEVATIONS_DEG),
+                    aod,
+                    snr_db,
+                    phase_rad: std::f64::consts::TAU * stream.uniform(),
+                };
+                let paths = range.sweep(&[truth], trial, estimator.as_mut());
+                let path = paths.first()?;
+                let arrival = Arrival {
+                    c_tau_m: truth.c_tau_m,
+                    aoa: truth.aoa,
+                    snr: libm::exp10(snr_db / 10.0),
+                    phase_rad: 0.0,
+                };
+                let bound = crlb::single(&receiver, &arrival).expect("observable");
+                let e = error(path, &truth);
+                let normalised = std::array::from_fn(|i| e[i] / bound[(i, i)].sqrt());
+                let own = path.path.covariance.cast::<f64>().try_inverse();
+                let e = nalgebra::Vector3::from(e);
+                let nees = own.map_or(f64::NAN, |inverse| e.dot(&(inverse * e)) / 3.0);
+                Some(Trial {
+                    normalised,
+                    nees,
+                    range_m: e.x.abs(),
+                    angle_deg: angle_rad(path, &truth).to_degrees(),
+                })
+            },
+        )
         .collect();
     let found: Vec<_> = results.into_iter().flatten().collect();
     let good: Vec<_> = found
@@ -124,13 +127,14 @@ pub struct FalseAlarms {
 }
 
 /// Sweeps of noise alone.
-pub fn false_alarms(sweeps: usize, seed: u64) -> FalseAlarms {
+pub fn false_alarms(mode: Mode, sweeps: usize, seed: u64) -> FalseAlarms {
     let range = Range::new(&[], seed);
     let count = (0..sweeps as u32)
         .into_par_iter()
-        .map_init(estimator, |estimator, index| {
-            usize::from(!range.sweep(&[], index, estimator.as_mut()).is_empty())
-        })
+        .map_init(
+            || estimator(mode),
+            |estimator, index| usize::from(!range.sweep(&[], index, estimator.as_mut()).is_empty()),
+        )
         .sum();
     FalseAlarms {
         sweeps,

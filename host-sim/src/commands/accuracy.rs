@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use serde::Serialize;
 
-use crate::accuracy::{bounce, departures, false_alarms, pairs, scenes, single};
+use crate::accuracy::{Mode, bounce, departures, false_alarms, pairs, scenes, single};
 use crate::progress;
 use crate::table::Table;
 
@@ -15,6 +15,9 @@ pub(crate) struct Args {
     /// Trials of each row; scenes and sweeps of noise are a tenth and ten times as many
     #[arg(long, value_name = "N", default_value_t = 300)]
     trials: usize,
+    /// Whose estimator
+    #[arg(long, value_enum, default_value_t = Mode::Best)]
+    mode: Mode,
     /// Seed of all draws
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -58,7 +61,7 @@ const SEPARATIONS: [(f64, f64); 12] = [
 ];
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
-    let (trials, seed) = (args.trials.max(1), args.seed);
+    let (mode, trials, seed) = (args.mode, args.trials.max(1), args.seed);
     let scene_count = (trials / 10).max(1);
     let cases = Case::value_variants()
         .iter()
@@ -69,7 +72,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
                 args,
                 &SNR_DB,
                 single_header(),
-                |&snr| single(snr, trials, seed),
+                |&snr| single(mode, snr, trials, seed),
                 |r| {
                     let mut row = vec![
                         format!("{:.0}", r.snr_db),
@@ -85,14 +88,14 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
                 args,
                 &[()],
                 ["sweeps of noise", "with a false path"],
-                |()| false_alarms(10 * trials, seed),
+                |()| false_alarms(mode, 10 * trials, seed),
                 |r| vec![r.sweeps.to_string(), r.sweeps_with_paths.to_string()],
             )?,
             Case::Scenes => print(
                 args,
                 &[0.0, 20.0],
                 scenes_header(),
-                |&snr| scenes(snr, scene_count, seed),
+                |&snr| scenes(mode, snr, scene_count, seed),
                 |r| {
                     let mut row = vec![format!("{:.0}", r.snr_db), r.scenes.to_string()];
                     row.extend(r.detected.map(|x| format!("{x:.3}")));
@@ -105,7 +108,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
                 args,
                 &[20.0, 50.0, 100.0],
                 bounce_header(),
-                |&d| bounce(d, trials, seed),
+                |&d| bounce(mode, d, trials, seed),
                 |r| {
                     vec![
                         format!("{:.0}", r.distance_m),
@@ -123,7 +126,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
                     args,
                     &rows,
                     header,
-                    |&((m, deg), db)| pairs(m, deg, db, trials, seed),
+                    |&((m, deg), db)| pairs(mode, m, deg, db, trials, seed),
                     |r| {
                         let apart = format!("{} m, {} deg", r.apart_m, r.apart_deg);
                         vec![
@@ -139,7 +142,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
                 args,
                 &[0.0, 10.0, 20.0],
                 ["SNR dB", "rms deg", "median deg", "error / own sigma"],
-                |&snr| departures(snr, trials, seed),
+                |&snr| departures(mode, snr, trials, seed),
                 |r| {
                     vec![
                         format!("{:.0}", r.snr_db),
