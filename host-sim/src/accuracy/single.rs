@@ -100,7 +100,8 @@ pub fn single(mode: Mode, snr_db: f64, trials: usize, seed: u64) -> Single {
         .iter()
         .filter(|trial| trial.normalised.iter().all(|e| e.abs() < OUTLIER_SIGMAS))
         .collect();
-    let count = good.len().max(1) as f64;
+    // Of no good trial there is no mean: NaN.
+    let count = good.len() as f64;
     let all =
         |pick: fn(&Trial) -> f64| median(&found.iter().map(pick).collect::<Vec<_>>()).unwrap_or(f64::NAN);
     Single {

@@ -79,8 +79,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
                         percent(r.detected),
                         percent(r.outliers),
                     ];
-                    row.extend(r.ratio.map(|x| format!("{x:.3}")));
-                    row.push(format!("{:.3}", r.nees));
+                    row.extend(r.ratio.map(figure));
+                    row.push(figure(r.nees));
                     row
                 },
             )?,
@@ -189,6 +189,15 @@ fn bounce_header() -> [&'static str; 5] {
         "angle deg 50 / 90 %",
         "bound deg",
     ]
+}
+
+/// Three digits, or a dash where there is no figure.
+fn figure(value: f64) -> String {
+    if value.is_nan() {
+        "-".into()
+    } else {
+        format!("{value:.3}")
+    }
 }
 
 fn percent(share: f64) -> String {
