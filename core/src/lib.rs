@@ -28,6 +28,7 @@ pub mod array;
 pub mod block;
 pub mod constants;
 pub mod geometry;
+pub mod localization;
 pub mod ltd;
 pub mod map;
 pub mod path;
