@@ -10,6 +10,7 @@ pub mod evaluation;
 pub mod flight;
 pub mod flight_files;
 pub mod input;
+pub mod lscn;
 pub mod measurement;
 pub mod path_flight;
 pub mod paths;
