@@ -29,6 +29,7 @@ pub mod block;
 pub mod constants;
 pub mod geometry;
 pub mod localization;
+pub mod lscn;
 pub mod ltd;
 pub mod map;
 pub mod path;
