@@ -9,6 +9,7 @@ pub mod crlb;
 pub mod evaluation;
 pub mod flight;
 pub mod flight_files;
+pub mod flight_log;
 pub mod input;
 pub mod lscn;
 pub mod measurement;
@@ -26,5 +27,7 @@ pub mod sigmf;
 pub mod solve;
 pub mod statistics;
 pub mod table;
+#[cfg(test)]
+mod test_flight;
 pub mod tracer;
 pub mod world;
