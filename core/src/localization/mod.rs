@@ -6,6 +6,7 @@
 //! Types that all parts share stand here: what an inertial sensor delivers ([`ImuSample`]), its integral over a step
 //! ([`ImuIncrement`]), the errors that are taken out of it ([`ImuErrors`]), and the result ([`Pose`]).
 
+pub mod filter;
 mod inertial;
 mod pose;
 
