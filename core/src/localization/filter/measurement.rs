@@ -12,6 +12,7 @@ use super::nominal::{Nominal, wrap_delay_m};
 use super::row::Row;
 use crate::array::{GmtArrays, UavArrays};
 use crate::geometry::{Body, Direction, Gmt, Real, Rotation, World};
+use crate::localization::planes::Plane;
 
 /// Direction in which a path left, by a face of the GMT.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,33 +51,25 @@ pub struct Transmitter {
     pub attitude: Rotation<Gmt, World, f64>,
 }
 
-/// A plane of the map. Its three errors are the offset along the normal at `centre_m` (m) and the tilts towards the two
-/// tangents of the normal (rad), in this order.
+/// A plane of the map that reflections may be matched to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MappedPlane {
-    /// Which plane of the map.
+    /// Which plane of the map: stays the same while the plane moves.
     pub id: u32,
-    /// Unit normal, world frame.
-    pub normal: Vector3<f64>,
-    /// A point of the plane, in the middle of what was seen of it, m.
-    pub centre_m: Vector3<f64>,
-    /// Covariance of the three errors.
-    pub covariance: Matrix3<f64>,
+    /// The plane. Its shift (m) and two tilts (rad) are the states of the filter.
+    pub plane: Plane,
 }
 
 impl MappedPlane {
-    /// The two tangents of the normal.
-    pub fn tangents(&self) -> (Vector3<f64>, Vector3<f64>) {
-        let horizontal = Vector3::new(-self.normal.y, self.normal.x, 0.0);
-        let length = horizontal.norm();
-        let first = if length > 1e-6 { horizontal / length } else { Vector3::y() };
-        (first, self.normal.cross(&first))
-    }
-
     /// Height of a point above the plane, m.
     pub fn height_m(&self, point_m: &Vector3<f64>) -> f64 {
-        self.normal.dot(&(point_m - self.centre_m))
+        wide(self.plane.normal.vector()).dot(&(point_m - wide(self.plane.centre.vector())))
     }
+}
+
+/// To double precision.
+fn wide(v: &Vector3<f32>) -> Vector3<f64> {
+    v.map(f64::from)
 }
 
 /// Most rows of one path.
@@ -281,9 +274,10 @@ struct Mirror {
 
 impl Mirror {
     fn new(plane: &MappedPlane, state: usize, gmt_m: &Vector3<f64>) -> Self {
-        let n = plane.normal;
-        let (t1, t2) = plane.tangents();
-        let from_centre = gmt_m - plane.centre_m;
+        let n = wide(plane.plane.normal.vector());
+        let (t1, t2) = plane.plane.tangents();
+        let (t1, t2) = (wide(&t1), wide(&t2));
+        let from_centre = gmt_m - wide(plane.plane.centre.vector());
         let height = n.dot(&from_centre);
         let tilted = |t: &Vector3<f64>| (n * t.dot(&from_centre) + t * height) * -2.0;
         Self {

@@ -2,7 +2,6 @@
 
 use super::covariance::Transition;
 use super::layout::{ACCEL_BIAS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, FACE_BIAS, GYRO_BIAS, POSITION, VELOCITY};
-use super::nominal::Nominal;
 use super::scalar::Pending;
 use super::Filter;
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
@@ -190,20 +189,16 @@ impl<T: Real, const N: usize> Filter<T, N> {
         for (k, slot) in self.slots.iter_mut().enumerate() {
             let first = super::layout::plane(k);
             let at = |i: usize| dx.get(first + i).copied().unwrap_or(0.0);
-            let (t1, t2) = slot.plane.tangents();
-            slot.plane.centre_m += slot.plane.normal * at(0);
-            slot.plane.normal = (slot.plane.normal + t1 * at(1) + t2 * at(2)).normalize();
+            let correction = [at(0), at(1), at(2)].map(|c| c as f32);
+            let covariance = self.covariance.block(first, first).map(|c| c.to_f64() as f32);
+            if let Some(plane) = slot.plane.plane.corrected(correction, covariance) {
+                slot.plane.plane = plane;
+            }
         }
         if !(self.nominal.is_finite() && self.covariance.is_sound()) {
             self.counters.broken = self.counters.broken.saturating_add(1);
             self.restart();
         }
-    }
-
-    /// The state, for a test that wants to disturb it.
-    #[cfg(test)]
-    pub(super) fn nominal_mut(&mut self) -> &mut Nominal {
-        &mut self.nominal
     }
 }
 

@@ -299,7 +299,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
                     index
                 };
                 self.covariance
-                    .reset_block(plane(index), &found.covariance.map(T::of));
+                    .reset_block(plane(index), &found.plane.covariance.map(|c| T::of(f64::from(c))));
                 index
             }
         };
@@ -318,5 +318,5 @@ fn widen<T: Real>(row: &mut Row<T>, plane: &MappedPlane, first: usize) {
             *entry = value.to_f64();
         }
     }
-    row.variance += T::of((plane.covariance * h).dot(&h));
+    row.variance += T::of((plane.plane.covariance.map(f64::from) * h).dot(&h));
 }
