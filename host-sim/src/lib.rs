@@ -12,6 +12,7 @@ pub mod flight_files;
 pub mod flight_log;
 pub mod input;
 pub mod lscn;
+pub mod localization;
 pub mod measurement;
 pub mod path_flight;
 pub mod paths;
