@@ -26,9 +26,11 @@
 
 pub mod array;
 pub mod block;
+mod checksum;
 pub mod constants;
 pub mod geometry;
 pub mod localization;
+pub mod lscn;
 pub mod ltd;
 pub mod map;
 pub mod path;
