@@ -174,10 +174,11 @@ fn aligned_rmse_m(known: &[PoseRecord]) -> Option<f64> {
         return None;
     }
     let count = pairs.len() as f64;
-    let mean = |pick: &dyn Fn(&(Vector3<f64>, Vector3<f64>)) -> Vector3<f64>| {
-        pairs.iter().map(pick).sum::<Vector3<f64>>() / count
-    };
-    let (from, to) = (mean(&|p| p.0), mean(&|p| p.1));
+    let mean = |places: &mut dyn Iterator<Item = Vector3<f64>>| places.sum::<Vector3<f64>>() / count;
+    let (from, to) = (
+        mean(&mut pairs.iter().map(|p| p.0)),
+        mean(&mut pairs.iter().map(|p| p.1)),
+    );
     let covariance = pairs
         .iter()
         .map(|(e, t)| (t - to) * (e - from).transpose())

@@ -91,7 +91,7 @@ pub(super) fn points(out: &mut impl Write, encoding: Encoding, log: &FlightLog) 
 
 /// Where waves were truly reflected once, by sweep.
 pub(super) fn truth(out: &mut impl Write, encoding: Encoding, log: &FlightLog) -> io::Result<()> {
-    let mut rows: Vec<([f64; 3], f64, u32)> = Vec::new();
+    let (mut places, mut times, mut stops) = (Vec::new(), Vec::new(), Vec::new());
     for sweep in &log.sweeps {
         let first = sweep
             .truth
@@ -99,17 +99,19 @@ pub(super) fn truth(out: &mut impl Write, encoding: Encoding, log: &FlightLog) -
             .iter()
             .flat_map(|l| &l.paths)
             .filter(|p| p.order == Some(1));
-        rows.extend(first.filter_map(|p| Some((p.last_vertex?, sweep.time_s, sweep.estimate.gmt_index))));
+        for place in first.filter_map(|p| p.last_vertex) {
+            places.push(place);
+            times.push(sweep.time_s as f32);
+            stops.push(sweep.estimate.gmt_index);
+        }
     }
-    let column = |pick: &dyn Fn(&([f64; 3], f64, u32)) -> f64| {
-        Column::F32(rows.iter().map(|r| pick(r) as f32).collect())
-    };
+    let coordinate = |axis: usize| Column::F32(places.iter().map(|p: &[f64; 3]| p[axis] as f32).collect());
     let columns = [
-        ("x", column(&|r| r.0[0])),
-        ("y", column(&|r| r.0[1])),
-        ("z", column(&|r| r.0[2])),
-        ("time_s", column(&|r| r.1)),
-        ("gmt_index", Column::U32(rows.iter().map(|r| r.2).collect())),
+        ("x", coordinate(0)),
+        ("y", coordinate(1)),
+        ("z", coordinate(2)),
+        ("time_s", Column::F32(times)),
+        ("gmt_index", Column::U32(stops)),
     ];
     let comment = "true first-order reflection points, world frame ENU, metres";
     ply::write(out, encoding, comment, &columns)
