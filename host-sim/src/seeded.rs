@@ -53,6 +53,12 @@ pub enum Source {
     RadioOutliers,
     /// Errors of mapped planes.
     MappedPlanes,
+    /// Spikes of a faulty inertial sensor.
+    ImuFault,
+    /// Events that are lost, doubled or late.
+    Transport,
+    /// Where a wrong fix is.
+    WrongFix,
 }
 
 /// A seeded generator of uniform and normal numbers: a [`Stream`] of its own for every source.

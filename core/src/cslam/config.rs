@@ -1,0 +1,116 @@
+//! What the receiver is set to: which method each stage uses.
+//!
+//! Every stage has the paper's method and ours, and each can be switched alone, so that an ablation is a change of one
+//! field. [`Config::best`] and [`Config::paper`] are the two whole modes of design README section 3; path estimation
+//! itself is chosen by type, see [`super::Cslam`].
+
+use core::num::NonZeroU32;
+
+use super::gain::LinkBudget;
+use crate::array::{Codebook, SquintConfig, SquintScheme, UavArrays};
+use crate::geometry::{Gmt, Rotation, World};
+use crate::localization::bsm::BsmConfig;
+use crate::localization::filter::FilterConfig;
+use crate::localization::hpc;
+use crate::localization::imu::{ImuConfig, MagneticField, RestConfig};
+use crate::reflection::{Form, Gates};
+use crate::waveform::Waveform;
+
+/// How the pose is found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Localization {
+    /// Error-state filter.
+    Filter(FilterConfig),
+    /// The paper's periodic calibration.
+    Hpc(HpcConfig),
+}
+
+/// Figures of the paper's localization.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HpcConfig {
+    /// Where the velocity between fixes comes from.
+    pub mode: hpc::Mode,
+    /// Sweeps between fixes: the paper's T_c.
+    pub interval_sweeps: NonZeroU32,
+    /// Standard deviation that is claimed for its position, m per axis: HPC has none of its own, the gates need one.
+    pub position_sigma_m: f32,
+    /// The same of its attitude, rad per axis.
+    pub attitude_sigma_rad: f32,
+}
+
+impl Default for HpcConfig {
+    /// A fix every second sweep (design README section 7); 0.3 m and 0.5 degrees.
+    fn default() -> Self {
+        Self {
+            mode: hpc::Mode::default(),
+            interval_sweeps: NonZeroU32::new(2).unwrap_or(NonZeroU32::MIN),
+            position_sigma_m: 0.3,
+            attitude_sigma_rad: 0.009,
+        }
+    }
+}
+
+/// Where the direction in which the line of sight left the GMT comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Departures {
+    /// Beam squint, maximum likelihood; the sweep's beams where that fails.
+    #[default]
+    SquintFit,
+    /// Beam squint, parabola on the log power.
+    SquintParabola,
+    /// Beam squint, strongest subcarrier: the paper's rule.
+    SquintPick,
+    /// The sweep's beams alone.
+    Beams,
+}
+
+/// Which paths are used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Mapped {
+    /// Every path is classified and may become a point.
+    #[default]
+    Every,
+    /// The strongest one only, as the paper does.
+    Strongest,
+}
+
+/// Everything that is set before a flight.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// Receive arrays, calibrated as well as they are.
+    pub arrays: UavArrays,
+    /// Transmit beams.
+    pub codebook: Codebook,
+    /// Waveform of beams and squint symbols.
+    pub waveform: Waveform,
+    /// Scheme of the squint symbols.
+    pub squint_scheme: SquintScheme,
+    /// Sweeps of the squint symbols.
+    pub squint: SquintConfig,
+    /// Link budget.
+    pub budget: LinkBudget,
+    /// Attitude of the GMT's mast until a beacon says it.
+    pub gmt_attitude: Rotation<Gmt, World>,
+    /// Inertial sensor.
+    pub imu: ImuConfig,
+    /// Alignment at rest.
+    pub rest: RestConfig,
+    /// The earth's field, for the heading without line of sight; `None` leaves the magnetometer unused.
+    pub magnetic_field: Option<MagneticField>,
+    /// Pose.
+    pub localization: Localization,
+    /// Direction of departure of the line of sight.
+    pub departures: Departures,
+    /// Errors that beam squint reckons with.
+    pub bsm: BsmConfig,
+    /// Paths that are used.
+    pub mapped: Mapped,
+    /// Closed form of the reflection point.
+    pub form: Form,
+    /// Gates of the reflection point.
+    pub gates: Gates,
+    /// Edge of the map's voxels, m.
+    pub voxel_edge_m: f32,
+}

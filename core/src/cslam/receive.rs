@@ -1,0 +1,72 @@
+//! From what the arrays measured to what the pose makes of it: body axes to world axes, cyclic delays with a clock offset
+//! to lengths.
+
+use nalgebra::Matrix3;
+
+use crate::geometry::{Body, Direction, Position, World};
+use crate::localization::Pose;
+use crate::localization::filter::{DELAY_PERIOD_M, wrap_delay_m};
+use crate::ltd::EstimatedPath;
+use crate::path::Path;
+use crate::reflection::{Ends, InputError};
+
+/// Delays this much shorter than nothing are errors of a short path, not the end of the period, m.
+const SHORTEST_M: f64 = -5.0;
+
+/// What calibration leaves: errors that the estimator's own covariance, which is that of noise, does not hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Residuals {
+    /// Delay, m.
+    pub delay_m: f32,
+    /// Angle of arrival along any tangent, rad.
+    pub angle_rad: f32,
+}
+
+impl Default for Residuals {
+    /// Of the filter's radio noise (localization.md section 2): 35 mm and 0.06 degrees.
+    fn default() -> Self {
+        Self {
+            delay_m: 0.035,
+            angle_rad: 1.05e-3,
+        }
+    }
+}
+
+/// The two ends of the link as the pose has them.
+pub(super) fn ends(pose: &Pose, gmt_m: &nalgebra::Vector3<f64>) -> Result<Ends, InputError> {
+    Ok(Ends {
+        uav: Position::from_vector(pose.position.vector().map(|c| c as f32))?,
+        uav_covariance: pose.position_covariance_m2,
+        gmt: Position::from_vector(gmt_m.map(|c| c as f32))?,
+    })
+}
+
+/// A path in world axes with the clock offset taken out. `corrected`: its angle of arrival without the arrays' estimated
+/// errors.
+pub(super) fn to_world(
+    estimated: &EstimatedPath,
+    corrected: Direction<Body>,
+    pose: &Pose,
+    residuals: &Residuals,
+) -> Path<World> {
+    let wrapped = wrap_delay_m(f64::from(estimated.path.c_tau_m) - pose.clock.offset_m);
+    let length_m = if wrapped < SHORTEST_M {
+        wrapped + DELAY_PERIOD_M
+    } else {
+        wrapped
+    };
+    let square = |x: f32| x * x;
+    let angle = square(residuals.angle_rad);
+    let added = Matrix3::from_diagonal(&nalgebra::Vector3::new(
+        square(residuals.delay_m) + square(pose.clock.offset_sigma_m),
+        angle,
+        angle,
+    ));
+    Path {
+        c_tau_m: length_m as f32,
+        aoa: corrected,
+        aod: estimated.path.aod,
+        covariance: estimated.path.covariance + added,
+    }
+    .to_world(&pose.attitude, &pose.attitude_covariance_rad2)
+}

@@ -1,0 +1,66 @@
+//! What a sweep gave: all of it, for whoever flies the receiver to send, log or show.
+
+use heapless::Vec;
+
+use crate::ltd::EstimatedPath;
+use crate::localization::Pose;
+use crate::localization::bsm::{Bearing, Refusal};
+use crate::localization::filter::{Health, SweepVerdict};
+use crate::lscn::{LinkState, Probabilities};
+use crate::map::Insertion;
+use crate::reflection::{InputError, ReflectionPoint, Rejection};
+
+/// What became of a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outcome {
+    /// The receiver has no pose yet, or does not know where the GMT is.
+    NoPose,
+    /// It is not one of the paths that this mode uses.
+    Unused,
+    /// No measurement of a path.
+    Input(InputError),
+    /// Taken for the line of sight.
+    LineOfSight,
+    /// Not probable enough to be a first-order reflection.
+    NotFirstOrder,
+    /// Probably a first-order reflection, but a gate of the reflection point says no.
+    Rejected(Rejection),
+    /// A point of the map.
+    Point(ReflectionPoint, Insertion),
+}
+
+/// A path and what was made of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathReport {
+    /// As estimated: body axes, clock offset included.
+    pub estimated: EstimatedPath,
+    /// Path gain between dipoles, dB, see [`super::LinkBudget::path_gain_db`].
+    pub gain_db: Option<f32>,
+    /// Line of sight, first-order, higher-order; `None` when it could not be classified.
+    pub probabilities: Option<Probabilities>,
+    /// What became of it.
+    pub outcome: Outcome,
+}
+
+/// Everything about one sweep.
+#[derive(Clone, Debug)]
+pub struct SweepReport<const K: usize> {
+    /// Number of the sweep.
+    pub sweep: u32,
+    /// UAV clock at its start, ns.
+    pub time_ns: u64,
+    /// Transmit beams that were heard.
+    pub beams: u16,
+    /// Paths, strongest first.
+    pub paths: Vec<PathReport, K>,
+    /// State of the link.
+    pub link: LinkState,
+    /// What the line of sight did to the pose.
+    pub verdict: SweepVerdict,
+    /// Direction of departure by beam squint, or why there is none.
+    pub bearing: Result<Bearing, Refusal>,
+    /// Pose at the start of the sweep, with the sweep taken in.
+    pub pose: Option<Pose>,
+    /// Flags of the filter.
+    pub health: Health,
+}
