@@ -26,6 +26,7 @@
 
 pub mod array;
 pub mod block;
+mod checksum;
 pub mod constants;
 pub mod geometry;
 pub mod localization;

@@ -78,7 +78,7 @@ fn reflected(
     } else {
         theta_hat(incoming)
     };
-    let q = (PERMITTIVITY - (1.0 - cos * cos)).max(0.0).sqrt();
+    let q = libm::sqrtf((PERMITTIVITY - (1.0 - cos * cos)).max(0.0));
     let r_s = (cos - q) / (cos + q);
     let r_p = (PERMITTIVITY * cos - q) / (PERMITTIVITY * cos + q);
     let (sent, received) = (theta_hat(incoming), theta_hat(arrival));
@@ -89,7 +89,7 @@ fn reflected(
 
 /// Unit vector of growing zenith angle; towards east where the direction is vertical.
 fn theta_hat(direction: &Vector3<f32>) -> Vector3<f32> {
-    let across = (direction.x * direction.x + direction.y * direction.y).sqrt();
+    let across = libm::sqrtf(direction.x * direction.x + direction.y * direction.y);
     if across > 0.0 {
         let share = direction.z / across;
         Vector3::new(share * direction.x, share * direction.y, -across)
@@ -100,7 +100,7 @@ fn theta_hat(direction: &Vector3<f32>) -> Vector3<f32> {
 
 /// Amplitude of a vertical half-wave dipole towards a unit direction, not below -60 dB.
 fn dipole(direction: &Vector3<f32>) -> f32 {
-    let sin = (direction.x * direction.x + direction.y * direction.y).sqrt();
+    let sin = libm::sqrtf(direction.x * direction.x + direction.y * direction.y);
     let amplitude = DIPOLE * cosf(FRAC_PI_2 * direction.z) / sin;
     // Not a number at the poles.
     if amplitude > LEAST { amplitude } else { LEAST }

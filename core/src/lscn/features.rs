@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 
 use super::bounce::Bounce;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
-use crate::geometry::{Direction, Position, World};
+use crate::geometry::{Direction, World};
 use crate::path::Path;
 use crate::reflection::{Ends, InputError, Jacobians, point_covariance, vector_point};
 
@@ -145,7 +145,7 @@ impl<'a> LinkGeometry<'a> {
     pub fn excess_sigma_m(&self, path: &Path<World>) -> f32 {
         let along = self.baseline / self.baseline_m;
         let position = along.dot(&(self.ends.uav_covariance * along));
-        (path.covariance.m11 + position).max(0.0).sqrt()
+        libm::sqrtf((path.covariance.m11 + position).max(0.0))
     }
 
     /// Features of one of the link's paths.
@@ -208,7 +208,7 @@ impl<'a> LinkGeometry<'a> {
             let variance =
                 2.0 * departure.sigma_rad * departure.sigma_rad + across_m2 / from_gmt.norm_squared();
             *off_point = compressed(mismatch_rad, ANGLE_UNIT_RAD);
-            *off_point_sigmas = compressed(mismatch_rad, variance.sqrt().max(1e-6));
+            *off_point_sigmas = compressed(mismatch_rad, libm::sqrtf(variance).max(1e-6));
             let straight = Direction::<World>::from_vector(self.baseline)?;
             *off_uav = compressed(straight.angle_to_rad(&departure.direction), ANGLE_UNIT_RAD);
         }
@@ -266,6 +266,7 @@ pub fn paper_inputs(paths: &[Received], inputs: &mut [f32]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Position;
     use crate::path::{Departure, diagonal_covariance};
     use nalgebra::Matrix3;
 
