@@ -46,7 +46,7 @@ pub enum Source {
     /// Lost beacons.
     BeaconLoss,
     /// Spikes of a faulty inertial sensor.
-    ImuFault,
+    ImuFault = 0x5e80,
     /// Events that are lost, doubled or late.
     Transport,
     /// Where a wrong fix is.
