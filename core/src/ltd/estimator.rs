@@ -5,12 +5,13 @@ use nalgebra::Matrix3;
 
 use super::PathEstimator;
 use super::beam::{Beam, Found, SOURCES, Search};
-use super::correlator::{Correlator, Workspace};
+use super::correlator::{Correlator, TAP_EXPONENT, Workspace};
 use super::departure::{Departures, Look};
 use super::detector::Detector;
 use super::grid::AngleGrid;
 use super::merge::{Detection, Detections, Merged};
 use super::model::ArrayModel;
+use super::screen::Screen;
 use super::template::Template;
 use crate::array::{Codebook, UavArrays};
 use crate::block::BeamBlock;
@@ -83,7 +84,8 @@ pub struct EstimatedPath {
 pub struct BeamReport {
     /// Paths found in it.
     pub paths: u8,
-    /// The whole beam carries less power than the weakest path worth reporting: it was not searched.
+    /// The beam was not searched: it carries less power than the weakest path worth reporting, or the cheap stage saw that no
+    /// such path is in it.
     pub weak: bool,
     /// Lanes that clipped in the transform, see [`super::BeamTaps::clips`].
     pub clips: u32,
@@ -109,6 +111,7 @@ pub struct Estimator<
     template: Template,
     grid: AngleGrid<A>,
     detector: Detector,
+    screen: Screen<C>,
     /// Noise variances that the fit of a path must explain.
     threshold: f32,
     calibration_share: f32,
@@ -123,6 +126,8 @@ pub struct Estimator<
     found: Vec<Found<A>, SOURCES>,
     detections: Detections<MOST>,
     strongest: f32,
+    /// Noise variance of a tap in the last beam searched, amplitude units squared.
+    noise: f32,
 }
 
 impl<
@@ -149,6 +154,7 @@ impl<
             model,
             detector: Detector::new(C, config.false_alarms_per_sweep, BEAMS * config.waveform.active),
             threshold: threshold(config.false_alarms_per_sweep, BEAMS),
+            screen: Screen::new::<E>(),
             correlator: Correlator::new(&config.waveform),
             departures: Departures::new(&config.codebook, gain_sigma),
             gmt_attitude: config.gmt_attitude,
@@ -159,6 +165,7 @@ impl<
             found: Vec::new(),
             detections: Detections::new(),
             strongest: 0.0,
+            noise: 0.0,
         }
     }
 
@@ -256,11 +263,23 @@ impl<
         let levelled = self.correlator.level(block);
         // A tap gathers Na times the power of a sample at most: a weaker beam cannot hold a path worth reporting.
         let most = f64::from(self.template.active()) * levelled.mean_power();
+        let weak = BeamReport {
+            weak: true,
+            ..BeamReport::default()
+        };
         if most < f64::from(self.share * self.strongest) {
-            return BeamReport {
-                weak: true,
-                ..BeamReport::default()
-            };
+            return weak;
+        }
+        let exponent = levelled.exponent().saturating_add(TAP_EXPONENT);
+        let to_lsb = libm::scalbnf(1.0, exponent.saturating_mul(-2));
+        let floor = self.share * self.strongest * to_lsb;
+        if self.screen.can_tell(floor, self.noise * to_lsb) {
+            let folded = self
+                .correlator
+                .detect(&levelled, self.screen.channels(), &mut self.work);
+            if self.screen.is_empty(&folded, floor) {
+                return weak;
+            }
         }
         let taps = self.correlator.correlate(levelled, &mut self.work);
         let (clips, unexamined) = (taps.clips(), taps.unexamined());
@@ -279,13 +298,13 @@ impl<
             threshold: self.threshold,
             calibration_share: self.calibration_share,
         };
-        let floor = self.share * self.strongest * libm::scalbnf(1.0, -2 * exponent);
         let mut under = Beam {
             taps: samples,
             profile: &mut self.profile,
             found: &mut self.found,
         };
         let noise = search.run(&mut under, floor);
+        self.noise = noise * libm::scalbnf(1.0, exponent.saturating_mul(2));
         BeamReport {
             paths: self.keep(noise, exponent, beam),
             weak: false,
@@ -302,7 +321,7 @@ impl<
             .map(|(index, path)| self.estimated(index, path))
             .collect();
         self.detections.clear();
-        self.strongest = 0.0;
+        (self.strongest, self.noise) = (0.0, 0.0);
         paths
     }
 }

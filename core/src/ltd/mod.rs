@@ -33,6 +33,7 @@ mod merge;
 mod model;
 mod paper;
 mod phase;
+mod screen;
 #[cfg(all(target_arch = "arm", feature = "armv7em"))]
 mod simd;
 mod stages;
@@ -41,7 +42,7 @@ mod taps;
 mod template;
 mod window;
 
-pub use correlator::{Correlator, FOLDED_TAPS, Workspace};
+pub use correlator::{Correlator, FOLDED_TAPS, Folded, Workspace};
 pub use detector::{Detector, Peak};
 pub use estimator::{BeamReport, EstimatedPath, Estimator, EstimatorConfig};
 pub use iq::Iq;

@@ -1,3 +1,5 @@
+#![allow(missing_docs)]
+mod probe;
 mod recordings;
 use cslam_host_sim::channel::Impairments;
 use recordings::*;
