@@ -19,6 +19,7 @@ mod instructions;
 
 mod beam;
 mod cancel;
+mod cholesky;
 mod correlator;
 mod departure;
 mod detector;

@@ -70,8 +70,13 @@ impl<const C: usize> Screen<C> {
     fn least(&self, floor: f32, noise: f32) -> f32 {
         // A path's tap is half as large in the folded profile; only some channels add up.
         let count = self.channels.len() as f32;
-        let path = PAIR_SHARE * 0.25 * floor * count / C as f32;
-        let mean = 2.0 * count * noise + path;
-        mean - MISS_SIGMAS * libm::sqrtf(noise * (2.0 * count * noise + 2.0 * path))
+        2.0 * count * noise + least_excess(0.25 * floor * count / C as f32, noise, count)
     }
+}
+
+/// What a path of power `peak` at its peak, summed over `channels`, adds at least to its two strongest neighbouring taps: its
+/// mean less [`MISS_SIGMAS`].
+pub(super) fn least_excess(peak: f32, noise: f32, channels: f32) -> f32 {
+    let mean = PAIR_SHARE * peak;
+    mean - MISS_SIGMAS * libm::sqrtf(noise * (2.0 * channels * noise + 2.0 * mean))
 }

@@ -7,7 +7,10 @@ use recordings::*;
 #[test]
 #[ignore]
 fn dump() {
-    let free = Impairments { free_array_phase: true, ..Impairments::none() };
+    let free = Impairments {
+        free_array_phase: true,
+        ..Impairments::none()
+    };
     let mut r = Recorder::new(free, 1);
     let mut out = Vec::new();
     for (i, snr) in [20.0, 20.0, 20.0, 30.0, 10.0, 0.0].into_iter().enumerate() {

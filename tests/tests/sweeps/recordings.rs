@@ -16,10 +16,22 @@ pub(crate) struct Recorder {
 
 impl Recorder {
     pub(crate) fn new(impairments: Impairments, seed: u64) -> Self {
-        let config = ChannelConfig { impairments, ..ChannelConfig::default() };
-        Self { simulator: Simulator::new(config, seed), codebook: Codebook::default(), stream: Stream::new(seed, 1 << 40) }
+        let config = ChannelConfig {
+            impairments,
+            ..ChannelConfig::default()
+        };
+        Self {
+            simulator: Simulator::new(config, seed),
+            codebook: Codebook::default(),
+            stream: Stream::new(seed, 1 << 40),
+        }
     }
 
+    pub(crate) fn bits(&mut self, bits: u8) {
+        let mut c = self.simulator.config().clone();
+        c.front_end.adc_bits = bits;
+        self.simulator = Simulator::new(c, 5);
+    }
     /// A path with this SNR per subcarrier at an element of gain one, in the beam that favours it most.
     pub(crate) fn ray(&mut self, snr_db: f64) -> Ray {
         let arrival = direction(&mut self.stream, -45.0..60.0);
@@ -29,17 +41,25 @@ impl Recorder {
             .map(|m| self.codebook.field(m, &departure).norm_sqr().sqrt())
             .fold(0.0, f64::max);
         let noise = self.simulator.noise_power_w() * 416.0 / 512.0;
-        let amplitude = (libm::exp10(snr_db / 10.0) * noise).sqrt() / (field * self.simulator.signal_amplitude());
+        let amplitude =
+            (libm::exp10(snr_db / 10.0) * noise).sqrt() / (field * self.simulator.signal_amplitude());
         Ray {
             amplitude: phasor(std::f64::consts::TAU * self.stream.uniform()) * amplitude,
             delay_s: c_tau_m / SPEED_OF_LIGHT_M_PER_S,
-            arrival, departure, doppler_hz: 0.0,
+            arrival,
+            departure,
+            doppler_hz: 0.0,
         }
     }
 
     /// Nine paths: the strongest at `snr_db`, the others uniform over 30 dB below.
     pub(crate) fn nine(&mut self, snr_db: f64) -> Vec<Ray> {
-        (0..9).map(|i| { let down = if i == 0 { 0.0 } else { 30.0 * self.stream.uniform() }; self.ray(snr_db - down) }).collect()
+        (0..9)
+            .map(|i| {
+                let down = if i == 0 { 0.0 } else { 30.0 * self.stream.uniform() };
+                self.ray(snr_db - down)
+            })
+            .collect()
     }
 
     pub(crate) fn sweep(&self, rays: &[Ray], index: u32) -> Sweep {
@@ -58,7 +78,13 @@ fn direction<F: Frame>(stream: &mut Stream, elevation_deg: std::ops::Range<f64>)
 pub(crate) fn record(sweep: &Sweep, out: &mut Vec<u8>) {
     for block in &sweep.blocks {
         out.extend(header(BLOCK, block.beam, block.exponent));
-        out.extend(block.samples.iter().flatten().flat_map(|x| x.word().to_le_bytes()));
+        out.extend(
+            block
+                .samples
+                .iter()
+                .flatten()
+                .flat_map(|x| x.word().to_le_bytes()),
+        );
     }
     out.extend(header(END_OF_SWEEP, 0, 0));
 }

@@ -17,7 +17,10 @@ impl Word {
     fn new(text: &str) -> Option<Self> {
         let mut bytes = [0; LONGEST];
         // One zero stays at the end.
-        bytes.get_mut(..LONGEST - 1)?.get_mut(..text.len())?.copy_from_slice(text.as_bytes());
+        bytes
+            .get_mut(..LONGEST - 1)?
+            .get_mut(..text.len())?
+            .copy_from_slice(text.as_bytes());
         Some(Self(bytes))
     }
 
