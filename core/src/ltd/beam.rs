@@ -213,12 +213,12 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
         };
         let start = first.source.origin.wrapping_sub(TRIAL_REACH) & (SAMPLES - 1);
         let noise = self.detector.noise(beam.profile);
-        if let Some((tap, _)) = candidate::<C>(beam.profile, start..start + 2 * TRIAL_REACH + 1, noise, &[]) {
-            if let Some(second) = self.single(beam, tap, noise)
-                && self.neighbours(beam, &second.source) == Some(first.group)
-            {
-                self.join(beam, first.group, &second.source, noise);
-            }
+        let around = start..start + 2 * TRIAL_REACH + 1;
+        if let Some((tap, _)) = candidate::<C>(beam.profile, around, noise, &[])
+            && let Some(second) = self.single(beam, tap, noise)
+            && self.neighbours(beam, &second.source) == Some(first.group)
+        {
+            self.join(beam, first.group, &second.source, noise);
         }
     }
 

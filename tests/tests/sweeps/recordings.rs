@@ -3,7 +3,6 @@
 use cslam_core::array::{Codebook, phasor};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Direction, Frame};
-use cslam_firmware::sweep_check::{BLOCK, END_OF_SWEEP, header};
 use cslam_host_sim::channel::{ChannelConfig, Impairments, Instant, Ray, Simulator, Sweep};
 use cslam_host_sim::random::Stream;
 
@@ -11,7 +10,7 @@ use cslam_host_sim::random::Stream;
 pub(crate) struct Recorder {
     simulator: Simulator,
     codebook: Codebook<f64>,
-    pub(crate) stream: Stream,
+    stream: Stream,
 }
 
 impl Recorder {
@@ -27,11 +26,6 @@ impl Recorder {
         }
     }
 
-    pub(crate) fn bits(&mut self, bits: u8) {
-        let mut c = self.simulator.config().clone();
-        c.front_end.adc_bits = bits;
-        self.simulator = Simulator::new(c, 5);
-    }
     /// A path with this SNR per subcarrier at an element of gain one, in the beam that favours it most.
     pub(crate) fn ray(&mut self, snr_db: f64) -> Ray {
         let arrival = direction(&mut self.stream, -45.0..60.0);
@@ -72,19 +66,4 @@ fn direction<F: Frame>(stream: &mut Stream, elevation_deg: std::ops::Range<f64>)
     let z = low + (high - low) * stream.uniform();
     let azimuth = std::f64::consts::TAU * (stream.uniform() - 0.5);
     Direction::from_zenith_azimuth(libm::acos(z), azimuth).expect("finite")
-}
-
-/// Appends a sweep to a recording.
-pub(crate) fn record(sweep: &Sweep, out: &mut Vec<u8>) {
-    for block in &sweep.blocks {
-        out.extend(header(BLOCK, block.beam, block.exponent));
-        out.extend(
-            block
-                .samples
-                .iter()
-                .flatten()
-                .flat_map(|x| x.word().to_le_bytes()),
-        );
-    }
-    out.extend(header(END_OF_SWEEP, 0, 0));
 }
