@@ -12,3 +12,4 @@ pub mod front_end_check;
 pub mod measurement;
 pub mod receiver;
 pub mod ring;
+pub mod sweep_check;
