@@ -89,6 +89,19 @@ impl<'m, K: Kernels> Network<'m, K> {
     /// # Errors
     /// As [`Self::classify`].
     pub fn sums(&self, inputs: &[f32]) -> Result<[i32; 4], InferenceError> {
+        self.sums_observed(inputs, || ())
+    }
+
+    /// As [`Self::sums`]; calls `step_done` when the inputs are rounded and after every layer, for those who count what a
+    /// step costs.
+    ///
+    /// # Errors
+    /// As [`Self::classify`].
+    pub fn sums_observed(
+        &self,
+        inputs: &[f32],
+        mut step_done: impl FnMut(),
+    ) -> Result<[i32; 4], InferenceError> {
         let shape = self.model.shape();
         if inputs.len() != shape.inputs() {
             return Err(InferenceError::Count {
@@ -107,12 +120,14 @@ impl<'m, K: Kernels> Network<'m, K> {
             let input = inputs.iter().position(|x| !x.is_finite()).unwrap_or(0);
             return Err(InferenceError::NotFinite { input });
         }
+        step_done();
         let (mut from, mut to) = (from, to);
         let mut sums = [0; 4];
         for layer in 0..shape.layers() {
             let input = from.get(..shape.quads(layer)).unwrap_or(&[]);
             sums = K::dense(self.model.layer(layer), input, to);
             swap(&mut from, &mut to);
+            step_done();
         }
         Ok(sums)
     }
