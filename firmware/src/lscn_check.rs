@@ -5,8 +5,8 @@
 use cslam_core::geometry::{Direction, GeometryError, Matrix3, Position, World};
 use cslam_core::lscn::kernels::{Kernels, Native};
 use cslam_core::lscn::{
-    Description, GEOMETRIC_INPUTS, GEOMETRIC_WITH_DEPARTURE_INPUTS, InferenceError, InputScale, Kind,
-    LinkGeometry, Model, Network, Outputs, Received, Rows, Shape, WriteError, paper_inputs, write,
+    Activations, Description, GEOMETRIC_INPUTS, GEOMETRIC_WITH_DEPARTURE_INPUTS, InferenceError, InputScale,
+    Kind, LinkGeometry, Model, Network, Outputs, Received, Rows, Shape, WriteError, paper_inputs, write,
 };
 use cslam_core::path::{Departure, Path, diagonal_covariance};
 use cslam_core::reflection::Ends;
@@ -216,7 +216,7 @@ impl<'m, K: Kernels> Networks<'m, K> {
     ///
     /// # Errors
     /// None for the links of this module.
-    pub fn digest(&self, link: &Link) -> Result<u64, InferenceError> {
+    pub fn digest(&self, link: &Link, work: &mut Activations) -> Result<u64, InferenceError> {
         let mut digest = Digest(0xcbf2_9ce4_8422_2325);
         if let Ok(geometry) = LinkGeometry::new(link.ends(), link.paths()) {
             for path in link.paths() {
@@ -225,14 +225,14 @@ impl<'m, K: Kernels> Networks<'m, K> {
                     continue;
                 };
                 if let Some(inputs) = features.with_departure() {
-                    digest.network(&self.with_departure, inputs)?;
+                    digest.network(&self.with_departure, inputs, work)?;
                 }
-                digest.network(&self.without_departure, features.without_departure())?;
+                digest.network(&self.without_departure, features.without_departure(), work)?;
             }
         }
         let mut inputs = [0.0; PAPER_INPUTS];
         paper_inputs(link.paths(), &mut inputs);
-        digest.network(&self.paper, &inputs)?;
+        digest.network(&self.paper, &inputs, work)?;
         Ok(digest.0)
     }
 }
@@ -249,11 +249,18 @@ impl Digest {
         &mut self,
         network: &Network<'_, K>,
         inputs: &[f32],
+        work: &mut Activations,
     ) -> Result<(), InferenceError> {
         inputs.iter().for_each(|x| self.add(x.to_bits()));
-        network.sums(inputs)?.iter().for_each(|&sum| self.add(sum as u32));
-        network.logits(inputs)?.iter().for_each(|z| self.add(z.to_bits()));
-        let probabilities = network.classify(inputs)?.to_array();
+        network
+            .sums(inputs, work)?
+            .iter()
+            .for_each(|&sum| self.add(sum as u32));
+        network
+            .logits(inputs, work)?
+            .iter()
+            .for_each(|z| self.add(z.to_bits()));
+        let probabilities = network.classify(inputs, work)?.to_array();
         probabilities.iter().for_each(|p| self.add(p.to_bits()));
         Ok(())
     }

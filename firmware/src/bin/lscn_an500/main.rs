@@ -14,7 +14,7 @@ use core::ptr;
 
 use cortex_m_rt::entry;
 use cslam_core::lscn::kernels::{Kernels, Native, Portable};
-use cslam_core::lscn::{Features, LinkGeometry, Model, Network, Probabilities, paper_inputs};
+use cslam_core::lscn::{Activations, Features, LinkGeometry, Model, Network, Probabilities, paper_inputs};
 use cslam_core::reflection::InputError;
 use cslam_firmware::lscn_check::{LINKS, Link, ModelFile, Networks, PAPER_INPUTS, PATHS, Which};
 use defmt_semihosting as _;
@@ -56,14 +56,14 @@ const PAPER: [&str; 5] = ["round the inputs", "3x10", "34x50", "50x100", "100x3"
 
 /// Counts every step of an inference.
 fn steps<K: Kernels, const N: usize>(set: &str, network: &Network<'_, K>, names: &[&str; N]) {
-    let inputs = [0.25; PAPER_INPUTS];
+    let (inputs, mut work) = ([0.25; PAPER_INPUTS], Activations::new());
     let inputs = inputs.get(..network.model().shape().inputs()).unwrap_or(&[]);
     let mut stamps = [0; N];
     let mut done = 0;
     let start = ticks();
     black_box(
         network
-            .sums_observed(black_box(inputs), || {
+            .sums_observed(black_box(inputs), &mut work, || {
                 if let Some(stamp) = stamps.get_mut(done) {
                     *stamp = ticks();
                 }
@@ -80,25 +80,25 @@ fn steps<K: Kernels, const N: usize>(set: &str, network: &Network<'_, K>, names:
 
 /// Counts whole inferences, and a link of nine paths from measurements to probabilities.
 fn inference<K: Kernels>(set: &str, geometric: &Network<'_, K>, paper: &Network<'_, K>, link: &Link) {
-    let mut inputs = [0.0; PAPER_INPUTS];
+    let (mut inputs, mut work) = ([0.0; PAPER_INPUTS], Activations::new());
     paper_inputs(link.paths(), &mut inputs);
     black_box(report_in(set, "paper K = 9, one link", || {
-        paper.classify(black_box(&inputs)).is_ok()
+        paper.classify(black_box(&inputs), &mut work).is_ok()
     }));
     let features = one(link);
     if let Some(inputs) = features.as_ref().ok().and_then(Features::with_departure) {
         black_box(report_in(set, "geometric 17-64-64-3, one path", || {
-            geometric.classify(black_box(inputs)).is_ok()
+            geometric.classify(black_box(inputs), &mut work).is_ok()
         }));
         black_box(report_in(set, "sums of geometric 17-64-64-3", || {
-            geometric.sums(black_box(inputs)).is_ok()
+            geometric.sums(black_box(inputs), &mut work).is_ok()
         }));
     }
     black_box(report_in(set, "features, one path", || {
         one(black_box(link)).is_ok()
     }));
     black_box(report_in(set, "features and geometric, nine paths", || {
-        classify(geometric, black_box(link))
+        classify(geometric, black_box(link), &mut work)
     }));
 }
 
@@ -108,13 +108,17 @@ fn one(link: &Link) -> Result<Features, InputError> {
 }
 
 /// Probabilities of the paths of a link.
-fn classify<K: Kernels>(network: &Network<'_, K>, link: &Link) -> [Option<Probabilities>; PATHS] {
+fn classify<K: Kernels>(
+    network: &Network<'_, K>,
+    link: &Link,
+    work: &mut Activations,
+) -> [Option<Probabilities>; PATHS] {
     let mut all = [None; PATHS];
     if let Ok(geometry) = LinkGeometry::new(link.ends(), link.paths()) {
         for (path, place) in link.paths().iter().zip(&mut all) {
             *place = geometry.features(path).ok().and_then(|features| {
                 // A path without angle of departure costs no more: it takes the smaller network.
-                network.classify(features.with_departure()?).ok()
+                network.classify(features.with_departure()?, work).ok()
             });
         }
     }
@@ -125,13 +129,13 @@ fn classify<K: Kernels>(network: &Network<'_, K>, link: &Link) -> [Option<Probab
 fn links(models: [Model<'_>; 3]) -> bool {
     let native = Networks::<Native>::new(models);
     let portable = Networks::<Portable>::new(models);
-    let mut equal = true;
+    let (mut work, mut equal) = (Activations::new(), true);
     for index in 0..LINKS {
         let Ok(link) = Link::random(index) else {
             return false;
         };
-        let digest = native.digest(&link);
-        if digest.is_err() || portable.digest(&link) != digest {
+        let digest = native.digest(&link, &mut work);
+        if digest.is_err() || portable.digest(&link, &mut work) != digest {
             equal = false;
             defmt::println!("link {=u32}: the portable form differs", index);
         }
