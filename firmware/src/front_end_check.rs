@@ -178,6 +178,7 @@ pub fn run<K: Kernels>(
     digest.add(beam.mean_power().to_bits());
     correlator
         .detect(&beam, &SUBSET, work)
+        .profile
         .iter()
         .for_each(|&power| digest.add(power));
     let taps = correlator.correlate(beam, work);

@@ -14,3 +14,4 @@ pub mod measurement;
 mod random;
 pub mod receiver;
 pub mod ring;
+pub mod sweep_check;

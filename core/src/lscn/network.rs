@@ -158,10 +158,10 @@ impl<'m, K: Kernels> Network<'m, K> {
 
 /// Makes int8 of inputs, in order; whether all of them are finite.
 fn quantise(inputs: &[f32], scales: &[[u8; SCALE]], quads: &mut [Quad]) -> bool {
-    // Stays 0 as long as all are finite: infinity minus itself is no number.
+    // Stays 0 as long as all are finite: zero times infinity is no number.
     let mut fault = 0.0;
     let mut each = |x: f32, scale: &[u8; SCALE], q: &mut i16| {
-        fault += x - x;
+        fault += x * 0.0;
         *q = int8(x, InputScale::from_bytes(scale));
     };
     let ((inputs, last_inputs), (scales, last_scales)) = (inputs.as_chunks::<4>(), scales.as_chunks::<4>());
