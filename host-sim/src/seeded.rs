@@ -54,7 +54,7 @@ pub enum Source {
     /// Errors of mapped planes.
     MappedPlanes,
     /// Spikes of a faulty inertial sensor.
-    ImuFault,
+    ImuFault = 0x5e80,
     /// Events that are lost, doubled or late.
     Transport,
     /// Where a wrong fix is.

@@ -34,7 +34,7 @@ pub use features::{
     PAPER_INPUTS_PER_PATH, PAPER_NAMES, Received, paper_inputs,
 };
 pub use model::{InputScale, Model};
-pub use network::{InferenceError, Network};
+pub use network::{Activations, InferenceError, Network};
 pub use probability::Probabilities;
 pub use shape::{Kind, MAX_INPUTS, MAX_LAYERS, MAX_WIDTH, STATES, Shape};
 pub use write::{Description, Outputs, Rows, WriteError, write};

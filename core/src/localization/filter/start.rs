@@ -53,9 +53,14 @@ impl<T: Real, const N: usize> Filter<T, N> {
         };
         let range = wrap_delay_m(path.c_tau_m - self.nominal.clock_offset_m);
         // A range is positive: up to a whole period.
-        let range = if range < 0.0 { range + DELAY_PERIOD_M } else { range };
+        let range = if range < 0.0 {
+            range + DELAY_PERIOD_M
+        } else {
+            range
+        };
         let seen = self.model.corrected(&path.aoa, &self.nominal);
-        self.window.push(gmt.position_m + departed * range, -departed, seen);
+        self.window
+            .push(gmt.position_m + departed * range, -departed, seen);
     }
 
     /// Starts when the window allows it.

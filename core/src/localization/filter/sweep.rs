@@ -97,8 +97,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.health.beacon_implausible = verdict != BeaconVerdict::Plausible;
         match (verdict, self.last_gmt) {
             (BeaconVerdict::Jumped, Some((since, mut gmt))) => {
-                let moved =
-                    measurement.time_ns.saturating_sub(since) as f64 * 1e-9 * GMT_PACE_M_PER_S;
+                let moved = measurement.time_ns.saturating_sub(since) as f64 * 1e-9 * GMT_PACE_M_PER_S;
                 gmt.sigma_m = libm::sqrt(gmt.sigma_m * gmt.sigma_m + moved * moved);
                 gmt
             }
@@ -234,13 +233,20 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     /// The one plane that the path can have come from; `None` when there is none or more than one.
-    fn match_plane(&self, gmt: &Transmitter, path: &PathMeasurement, known: &[MappedPlane]) -> Option<MappedPlane> {
+    fn match_plane(
+        &self,
+        gmt: &Transmitter,
+        path: &PathMeasurement,
+        known: &[MappedPlane],
+    ) -> Option<MappedPlane> {
         let gates = self.gates();
         let (mut best, mut second) = (None, f64::INFINITY);
         let mut least = f64::INFINITY;
         for candidate in known {
             let held = self.slots.iter().position(|slot| slot.plane.id == candidate.id);
-            let plane_now = held.and_then(|k| self.slots.get(k)).map_or(candidate, |slot| &slot.plane);
+            let plane_now = held
+                .and_then(|k| self.slots.get(k))
+                .map_or(candidate, |slot| &slot.plane);
             // Both ends stand in front of the wall.
             if plane_now.height_m(&gmt.position_m) * plane_now.height_m(&self.nominal.position_m) <= 0.0 {
                 continue;
@@ -252,10 +258,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
             else {
                 continue;
             };
-            let far = |k: usize, limit: f64| {
-                rows.get(k)
-                    .is_some_and(|row| row.residual.to_f64().abs() > limit)
-            };
+            let far =
+                |k: usize, limit: f64| rows.get(k).is_some_and(|row| row.residual.to_f64().abs() > limit);
             if far(0, NEAR_PLANE.0) || far(1, NEAR_PLANE.1) || far(2, NEAR_PLANE.1) {
                 continue;
             }
@@ -270,7 +274,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 second = second.min(chi2);
             }
         }
-        let gate = if path.departure.is_some() { gates.five } else { gates.three };
+        let gate = if path.departure.is_some() {
+            gates.five
+        } else {
+            gates.three
+        };
         best.filter(|_| least <= gate && second > least + AMBIGUITY)
     }
 

@@ -164,10 +164,9 @@ impl Window {
             return None;
         }
         let first = triad(&sight, &outside)? * triad(&seen, &inside)?.transpose();
-        if motion
-            .iter()
-            .any(|(since, fix)| (first * since.turn * fix.seen - fix.towards_gmt).norm() > SIGHT_TOLERANCE_RAD)
-        {
+        if motion.iter().any(|(since, fix)| {
+            (first * since.turn * fix.seen - fix.towards_gmt).norm() > SIGHT_TOLERANCE_RAD
+        }) {
             return None;
         }
         let flat = |(since, fix): &(Segment, Fix)| {

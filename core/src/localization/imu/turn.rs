@@ -168,7 +168,7 @@ mod tests {
             0.201,
             1.0,
             3.0,
-            3.14 - 1e-3,
+            3.0 + 0.139,
         ]
         .into_iter()
         .flat_map(|length| {
