@@ -7,12 +7,13 @@
 use core::num::NonZeroU32;
 
 use super::gain::LinkBudget;
+use super::receive::Residuals;
 use crate::array::{Codebook, SquintConfig, SquintScheme, UavArrays};
-use crate::geometry::{Gmt, Rotation, World};
 use crate::localization::bsm::BsmConfig;
 use crate::localization::filter::FilterConfig;
 use crate::localization::hpc;
 use crate::localization::imu::{ImuConfig, MagneticField, RestConfig};
+use crate::lscn::{Classifier, PaperClassifier};
 use crate::reflection::{Form, Gates};
 use crate::waveform::Waveform;
 
@@ -78,7 +79,7 @@ pub enum Mapped {
 
 /// Everything that is set before a flight.
 #[derive(Clone, Debug)]
-pub struct Config {
+pub struct Config<'m> {
     /// Receive arrays, calibrated as well as they are.
     pub arrays: UavArrays,
     /// Transmit beams.
@@ -91,8 +92,8 @@ pub struct Config {
     pub squint: SquintConfig,
     /// Link budget.
     pub budget: LinkBudget,
-    /// Attitude of the GMT's mast until a beacon says it.
-    pub gmt_attitude: Rotation<Gmt, World>,
+    /// What calibration leaves in a path.
+    pub residuals: Residuals,
     /// Inertial sensor.
     pub imu: ImuConfig,
     /// Alignment at rest.
@@ -105,6 +106,10 @@ pub struct Config {
     pub departures: Departures,
     /// Errors that beam squint reckons with.
     pub bsm: BsmConfig,
+    /// What each path is.
+    pub link_states: LinkStates<'m>,
+    /// When a path is taken for one reflection.
+    pub acceptance: Acceptance,
     /// Paths that are used.
     pub mapped: Mapped,
     /// Closed form of the reflection point.
@@ -113,4 +118,85 @@ pub struct Config {
     pub gates: Gates,
     /// Edge of the map's voxels, m.
     pub voxel_edge_m: f32,
+}
+
+/// Who says what a path is.
+#[derive(Clone, Copy, Debug)]
+pub enum LinkStates<'m> {
+    /// The geometric networks, path by path.
+    Geometric(Classifier<'m>),
+    /// The paper's network, for the strongest path.
+    Paper(PaperClassifier<'m>),
+}
+
+/// When a path is believed to be of first order, besides the gates of its point (link-state.md).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Acceptance {
+    /// Least probability of first order.
+    pub first_order: f32,
+    /// Least excess delay, m: points of smaller ones are far off.
+    pub excess_m: f32,
+    /// Least excess delay in its standard deviations.
+    pub excess_sigmas: f32,
+}
+
+impl Default for Acceptance {
+    /// 0.8, 1.5 m, 3.5 sigma.
+    fn default() -> Self {
+        Self {
+            first_order: 0.8,
+            excess_m: 1.5,
+            excess_sigmas: 3.5,
+        }
+    }
+}
+
+impl<'m> Config<'m> {
+    /// Our methods throughout.
+    #[must_use]
+    pub fn best(classifier: Classifier<'m>) -> Self {
+        Self {
+            arrays: UavArrays::default(),
+            codebook: Codebook::default(),
+            waveform: Waveform::default(),
+            squint_scheme: SquintScheme::Sequential,
+            squint: SquintConfig::default(),
+            budget: LinkBudget::default(),
+            residuals: Residuals::default(),
+            imu: ImuConfig::default(),
+            rest: RestConfig::default(),
+            magnetic_field: None,
+            localization: Localization::Filter(FilterConfig::default()),
+            departures: Departures::SquintFit,
+            bsm: BsmConfig::default(),
+            link_states: LinkStates::Geometric(classifier),
+            acceptance: Acceptance::default(),
+            mapped: Mapped::Every,
+            form: Form::Vector,
+            gates: Gates {
+                ground_z_m: Some(0.0),
+                ..Gates::default()
+            },
+            voxel_edge_m: 0.25,
+        }
+    }
+
+    /// The paper's methods throughout: its network, its closed form without our gates, its calibration, the strongest path.
+    #[must_use]
+    pub fn paper(classifier: PaperClassifier<'m>, shared: &Self) -> Self {
+        Self {
+            localization: Localization::Hpc(HpcConfig::default()),
+            departures: Departures::SquintPick,
+            link_states: LinkStates::Paper(classifier),
+            acceptance: Acceptance {
+                first_order: 0.0,
+                excess_m: 0.0,
+                excess_sigmas: 0.0,
+            },
+            mapped: Mapped::Strongest,
+            form: Form::Paper,
+            gates: Gates::open(),
+            ..shared.clone()
+        }
+    }
 }

@@ -1,0 +1,268 @@
+//! C-SLAM, Algorithm 1 of the paper: the one place where path estimation, link state, reflection points, localization and
+//! map meet.
+//!
+//! ```text
+//! imu, magnetometer, timing ------------------------------> localizer (pose, clock, calibration)
+//! sweep -> beam * 72 -> squint * 33 -> beacon -> end_sweep     |  ^
+//!            |             |                                   v  |
+//!         paths ------> bearing of the line of sight -> which path is what -> line of sight, mirrors
+//!            `---------------------------------------------> points -> map -> planes
+//! ```
+//! [`Cslam`] is driven by events and knows neither a clock nor a device: every event has its time stamp, everything it
+//! does ends in a [`SweepReport`], and all it needs lies in one struct of fixed size. Nothing in it may see the truth.
+//!
+//! Path estimation is chosen by the type `E` ([`crate::ltd::Estimator`] or [`crate::ltd::PaperEstimator`]), everything else by
+//! [`Config`].
+
+mod config;
+mod gain;
+mod localizer;
+mod receive;
+mod report;
+mod sweep;
+
+pub use config::{Config, Departures, HpcConfig, LinkStates, Localization, Mapped};
+pub use gain::LinkBudget;
+pub use receive::Residuals;
+pub use report::{Outcome, PathReport, SweepReport};
+
+use heapless::Vec;
+use nalgebra::Vector3;
+
+use self::localizer::Localizer;
+use self::sweep::Open;
+use crate::block::BeamBlock;
+use crate::geometry::{Gmt, Rotation, World};
+use crate::localization::bsm::BeamSquint;
+use crate::localization::filter::Transmitter;
+use crate::localization::imu::{Imu, ImuHealth, MagneticAid, RestAlignment, RestStatus};
+use crate::localization::{ImuSample, Pose};
+use crate::constants::SPEED_OF_LIGHT_M_PER_S;
+use crate::ltd::{BeamReport, PathEstimator};
+use crate::map::PointCloud;
+
+/// Paths of a sweep.
+pub const PATHS: usize = 9;
+/// Receive channels.
+pub const CHANNELS: usize = 32;
+
+/// What the GMT says about itself after a sweep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beacon {
+    /// Number of the sweep it follows.
+    pub sweep: u32,
+    /// Position of the antenna during that sweep, world frame, m.
+    pub position_m: Vector3<f64>,
+    /// Standard deviation of that, m per axis.
+    pub sigma_m: f64,
+    /// Attitude of the mast.
+    pub attitude: Rotation<Gmt, World>,
+    /// Sweeps that the GMT sends from one place before it moves on.
+    pub sweeps_per_stop: u32,
+}
+
+/// What happened besides the reports, saturating.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Sweeps that ended.
+    pub sweeps: u32,
+    /// Sweeps that never ended: the next one began before.
+    pub abandoned: u32,
+    /// Blocks that came without a sweep, or after its paths had been taken.
+    pub stray_blocks: u32,
+    /// Beacons of another sweep than the one in hand.
+    pub stray_beacons: u32,
+    /// Sweeps whose beacon never came.
+    pub beacons_missing: u32,
+    /// Two-way exchanges whose offset was no number.
+    pub timing_invalid: u32,
+}
+
+/// The whole receiver. `E` estimates the paths, the map has `VOXELS` voxels, the filter `STATES` states (38, and three for each
+/// plane it may hold at a time).
+#[derive(Clone, Debug)]
+pub struct Cslam<'m, E, const VOXELS: usize, const STATES: usize = 44> {
+    config: Config<'m>,
+    estimator: E,
+    squint: BeamSquint,
+    imu: Imu,
+    rest: Option<RestAlignment>,
+    magnetic: Option<MagneticAid>,
+    localizer: Localizer<STATES>,
+    map: PointCloud<VOXELS>,
+    open: Option<Open>,
+    last_beacon: Option<(u64, Beacon)>,
+    last_sight_ns: Option<u64>,
+    counters: Counters,
+}
+
+/// What a configuration cannot be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ConfigError {
+    /// The squint scheme does not have 11 symbols a face, or the waveform not 416 subcarriers.
+    Squint,
+    /// The voxel edge is not positive and finite.
+    VoxelEdge,
+}
+
+impl core::fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Squint => "the squint scheme does not send 11 symbols a face on 416 subcarriers",
+            Self::VoxelEdge => "the edge of a voxel must be finite and positive",
+        })
+    }
+}
+
+impl core::error::Error for ConfigError {}
+
+impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize> Cslam<'m, E, VOXELS, STATES> {
+    /// A receiver at rest that knows nothing yet.
+    ///
+    /// # Errors
+    /// [`ConfigError`].
+    pub fn new(config: Config<'m>, estimator: E) -> Result<Self, ConfigError> {
+        let squint = BeamSquint::new(
+            config.bsm,
+            config.squint_scheme,
+            &config.squint,
+            config.arrays,
+            &config.waveform,
+        )
+        .ok_or(ConfigError::Squint)?;
+        Ok(Self {
+            estimator,
+            squint,
+            imu: Imu::new(config.imu),
+            rest: Some(RestAlignment::new(config.rest)),
+            magnetic: config.magnetic_field.map(MagneticAid::new),
+            localizer: Localizer::new(&config.localization),
+            map: PointCloud::with_edge(config.voxel_edge_m).ok_or(ConfigError::VoxelEdge)?,
+            open: None,
+            last_beacon: None,
+            last_sight_ns: None,
+            counters: Counters::default(),
+            config,
+        })
+    }
+
+    /// A sample of the inertial sensor.
+    pub fn imu(&mut self, sample: &ImuSample) {
+        if let Some(rest) = &mut self.rest
+            && let RestStatus::Aligned(alignment) = rest.push(sample)
+        {
+            self.localizer.aligned(&alignment);
+            self.imu.set_errors(self.localizer.imu_errors());
+            self.rest = None;
+        }
+        if let Some(step) = self.imu.push(sample) {
+            self.localizer.step(&step);
+        }
+    }
+
+    /// A sample of the magnetometer, uT in body axes.
+    pub fn magnetometer(&mut self, time_ns: u64, field_ut: &Vector3<f32>) {
+        self.elapse(time_ns);
+        let (Some(aid), Some(pose)) = (&mut self.magnetic, self.localizer.expected()) else {
+            return;
+        };
+        let tilt_sigma_rad = libm::sqrtf(
+            0.5 * (pose.attitude_covariance_rad2.m11 + pose.attitude_covariance_rad2.m22).max(0.0),
+        );
+        // Refused headings are the rule: with line of sight there is something better.
+        if let Ok(heading) = aid.heading(field_ut, &pose.attitude, tilt_sigma_rad, time_ns, self.last_sight_ns) {
+            self.localizer.heading(time_ns, heading.yaw_rad, heading.sigma_rad);
+        }
+    }
+
+    /// A two-way timing exchange: UAV clock less GMT clock, s.
+    pub fn timing(&mut self, time_ns: u64, clock_offset_s: f64) {
+        self.elapse(time_ns);
+        if clock_offset_s.is_finite() {
+            self.localizer
+                .two_way(time_ns, clock_offset_s * SPEED_OF_LIGHT_M_PER_S);
+        } else {
+            count(&mut self.counters.timing_invalid);
+        }
+    }
+
+    /// A sweep begins. One that has not ended is given up.
+    pub fn sweep(&mut self, time_ns: u64, sweep: u32) {
+        self.elapse(time_ns);
+        if self.open.is_some() {
+            count(&mut self.counters.abandoned);
+            let _forgotten = self.estimator.finish();
+        }
+        self.open = Some(Open::new(sweep, time_ns));
+    }
+
+    /// Samples of a transmit beam; the block is worked on in place. Nothing is reported of a stray block.
+    pub fn beam(&mut self, block: BeamBlock<'_, CHANNELS>) -> BeamReport {
+        match &mut self.open {
+            Some(open) if open.paths.is_none() => {
+                open.beams = open.beams.saturating_add(1);
+                self.estimator.push_beam(block)
+            }
+            _ => {
+                count(&mut self.counters.stray_blocks);
+                BeamReport::default()
+            }
+        }
+    }
+
+    /// Samples of a squint symbol, after all beams of its sweep; `block.beam` is its place in the schedule.
+    pub fn squint(&mut self, block: BeamBlock<'_, CHANNELS>) {
+        self.close_beams();
+        if self.open.is_none() {
+            count(&mut self.counters.stray_blocks);
+            return;
+        }
+        let (correlator, work) = self.estimator.front_end();
+        self.squint.push(block, correlator, work);
+    }
+
+    /// What the GMT says about the sweep in hand.
+    pub fn beacon(&mut self, time_ns: u64, beacon: &Beacon) {
+        self.elapse(time_ns);
+        match &mut self.open {
+            Some(open) if open.sweep == beacon.sweep => {
+                open.beacon_heard = true;
+                self.last_beacon = Some((open.time_ns, *beacon));
+            }
+            _ => count(&mut self.counters.stray_beacons),
+        }
+    }
+
+    /// The map so far.
+    pub fn map(&self) -> &PointCloud<VOXELS> {
+        &self.map
+    }
+
+    /// Pose by the newest inertial data; `None` before there is one.
+    pub fn pose(&self) -> Option<Pose> {
+        self.localizer.expected()
+    }
+
+    /// Faults of the inertial sensor.
+    pub fn imu_health(&self, now_ns: u64) -> ImuHealth {
+        self.imu.health(now_ns)
+    }
+
+    /// What happened so far.
+    pub fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// Tells the time to a sensor that may have fallen silent.
+    fn elapse(&mut self, now_ns: u64) {
+        // A gap of an hour ends the loop too: every step takes the sensor's time forward to now.
+        while let Some(step) = self.imu.elapse(now_ns) {
+            self.localizer.step(&step);
+        }
+    }
+}
+
+fn count(counter: &mut u32) {
+    *counter = counter.saturating_add(1);
+}
