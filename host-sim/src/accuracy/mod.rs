@@ -15,19 +15,13 @@ pub use single::{FalseAlarms, Single, false_alarms, single};
 
 use cslam_core::array::Codebook;
 use cslam_core::geometry::{Body, Direction, Gmt};
-use cslam_core::ltd::{EstimatedPath, Estimator, EstimatorConfig, PaperEstimator, PathEstimator};
+use cslam_core::ltd::{EstimatedPath, EstimatorConfig, PathEstimator};
+
+pub use crate::estimate::Mode;
 
 use crate::channel::{ChannelConfig, Impairments, Instant, Ray, Simulator};
+use crate::estimate;
 use crate::random::Stream;
-
-/// Which estimator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Mode {
-    /// Streaming peak search with off-grid scoring: the default of the receiver.
-    Best,
-    /// The published low-rank decomposition.
-    Paper,
-}
 
 /// A path to be estimated.
 #[derive(Clone, Copy, Debug)]
@@ -116,17 +110,12 @@ impl Range {
 
 /// An estimator of a mode, default configuration.
 pub fn estimator(mode: Mode) -> Box<dyn PathEstimator<32, 9>> {
-    match mode {
-        Mode::Best => {
-            // The arrays of the range have no error.
-            let config = EstimatorConfig {
-                element_phase_sigma_rad: 0.0,
-                ..EstimatorConfig::default()
-            };
-            Box::new(Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&config))
-        }
-        Mode::Paper => Box::new(PaperEstimator::<4, 8, 32, 72, 9>::new(&EstimatorConfig::default())),
-    }
+    // The arrays of the range have no error.
+    let config = EstimatorConfig {
+        element_phase_sigma_rad: 0.0,
+        ..EstimatorConfig::default()
+    };
+    estimate::estimator(mode, &config)
 }
 
 /// A direction uniform over the sphere between two elevations.
