@@ -14,7 +14,8 @@
 //! - Names carry units where a type does not (`_m`, `_rad`, `_s`, `_hz`, `_db`).
 //!
 //! # What is promised
-//! - `no_std`, no heap, no recursion, no `unsafe`; every capacity is a const generic.
+//! - `no_std`, no heap, no recursion, no `unsafe` but for one file of assembly (feature `armv7em`); every capacity is a
+//!   const generic.
 //! - Bad input gives a typed error that names what was wrong; nothing is dropped without a counter.
 //! - Floating point uses only `+ - * /`, square root and [`libm`], so a host and a chip compute the same bits.
 //!
@@ -25,11 +26,16 @@
 
 pub mod array;
 pub mod block;
+mod checksum;
 pub mod constants;
 pub mod geometry;
+pub mod localization;
+pub mod lscn;
 pub mod ltd;
 pub mod map;
 pub mod path;
 pub mod reflection;
+#[cfg(all(target_arch = "arm", feature = "armv7em"))]
+mod simd;
 pub mod telemetry;
 pub mod waveform;

@@ -10,7 +10,9 @@ pub mod estimate;
 pub mod evaluation;
 pub mod flight;
 pub mod flight_files;
+pub mod flight_log;
 pub mod input;
+pub mod lscn;
 pub mod measurement;
 pub mod path_flight;
 pub mod paths;
@@ -26,5 +28,7 @@ pub mod sigmf;
 pub mod solve;
 pub mod statistics;
 pub mod table;
+#[cfg(test)]
+mod test_flight;
 pub mod tracer;
 pub mod world;

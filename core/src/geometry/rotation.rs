@@ -72,6 +72,31 @@ impl<From: Frame, To: Frame, T: Real> Rotation<From, To, T> {
         ])
     }
 
+    /// From a rotation vector (axis times angle, rad): the matrix exponential.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotFinite`] for NaN or infinity.
+    pub fn from_rotation_vector(angle_rad: &Vector3<T>) -> Result<Self, GeometryError> {
+        let half = angle_rad * T::of(0.5);
+        let size = half.norm();
+        // sin(x)/x, by its series where the quotient would lose digits.
+        let share = if size > T::of(1e-3) {
+            size.sin_cos_libm().0 / size
+        } else {
+            T::one() - size * size / T::of(6.0)
+        };
+        let (_, cosine) = size.sin_cos_libm();
+        Self::from_quaternion([cosine, half.x * share, half.y * share, half.z * share])
+    }
+
+    /// The rotation that turns by `first`, then by this one.
+    pub fn after<Start: Frame>(&self, first: &Rotation<Start, From, T>) -> Rotation<Start, To, T> {
+        Rotation {
+            matrix: self.matrix * first.matrix,
+            frames: PhantomData,
+        }
+    }
+
     /// Turns a direction.
     pub fn apply(&self, direction: Direction<From, T>) -> Direction<To, T> {
         Direction::from_unit(self.matrix * direction.vector())
@@ -118,6 +143,33 @@ mod tests {
         let v = Vector3::new(0.2, -3.0, 0.7);
         assert!((r.inverse().apply_vector(&r.apply_vector(&v)) - v).norm() < 1e-14);
         assert!((r.matrix().determinant() - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn rotation_vectors_turn_about_their_axis_and_small_ones_add() {
+        let turn =
+            |v: [f64; 3]| Rotation::<Body, Body, f64>::from_rotation_vector(&v.into()).expect("finite");
+        let yaw = Rotation::<Body, Body, f64>::from_yaw_pitch_roll(2.5, 0.0, 0.0).expect("finite");
+        assert!((turn([0.0, 0.0, 2.5]).matrix() - yaw.matrix()).norm() < 1e-14);
+        // Both sides of the series' limit.
+        for size in [1e-9, 1.9e-3, 2.1e-3, 0.3] {
+            let half = turn([0.3 * size, -0.4 * size, 0.5 * size]);
+            let whole = turn([0.6 * size, -0.8 * size, size]);
+            assert!(
+                (half.after(&half).matrix() - whole.matrix()).norm() < 1e-14,
+                "{size}"
+            );
+        }
+        assert!(Rotation::<Body, Body, f64>::from_rotation_vector(&Vector3::repeat(f64::NAN)).is_err());
+    }
+
+    #[test]
+    fn composition_turns_by_the_first_first() {
+        let first = Rotation::<Body, World, f64>::from_yaw_pitch_roll(0.4, -0.3, 0.9).expect("finite");
+        let second = Rotation::<World, World, f64>::from_yaw_pitch_roll(-1.0, 0.2, 0.1).expect("finite");
+        let v = Vector3::new(1.0, 2.0, -0.5);
+        let both = second.after(&first).apply_vector(&v);
+        assert!((both - second.apply_vector(&first.apply_vector(&v))).norm() < 1e-15);
     }
 
     #[test]

@@ -27,8 +27,10 @@ pub type Native = Armv7em;
 /// Keeps the trait's methods to this crate.
 pub(super) mod stage {
     #[cfg(all(target_arch = "arm", feature = "armv7em"))]
-    use super::{super::simd, Armv7em};
+    use super::Armv7em;
     use super::{Channel, FoldedPowers, Portable, Powers, Tail, Twiddles, stages};
+    #[cfg(all(target_arch = "arm", feature = "armv7em"))]
+    use crate::simd;
 
     /// From one list of signatures: the trait, and its implementations by the functions of the same names; `=>` names
     /// the part of the portable form's result that is the trait's.

@@ -13,10 +13,6 @@
 //! joint fits of close paths, cancellation, and at the end of a sweep the merge over beams with the angle of departure
 //! from the beams' energies (signal.md section 3).
 
-#[cfg(all(target_arch = "arm", feature = "armv7em"))]
-#[macro_use]
-mod instructions;
-
 mod beam;
 mod cancel;
 mod correlator;
@@ -33,10 +29,8 @@ mod merge;
 mod model;
 mod paper;
 mod phase;
-#[cfg(all(target_arch = "arm", feature = "armv7em"))]
-mod simd;
-mod stages;
-mod tables;
+pub(crate) mod stages;
+pub(crate) mod tables;
 mod taps;
 mod template;
 mod window;

@@ -20,9 +20,9 @@ pub type Channel = [Iq; SAMPLES];
 
 /// Sum of |tap|^2 over channels, in the order of the final stage: 64 rows (see [`tap_at`]) of the delays
 /// `row + 64 l`, l = 0, 4, 1, 5, 2, 6, 3, 7.
-pub(super) type Powers = [[u64; 8]; 64];
+pub(crate) type Powers = [[u64; 8]; 64];
 /// As [`Powers`] for the even bins: l = 0, 2, 1, 3, delays modulo 256.
-pub(super) type FoldedPowers = [[u64; 4]; 64];
+pub(crate) type FoldedPowers = [[u64; 4]; 64];
 
 /// Which multiple of 64 taps each column of [`Powers`] stands for.
 pub(super) const COLUMNS: [usize; 8] = [0, 4, 1, 5, 2, 6, 3, 7];
@@ -30,9 +30,9 @@ pub(super) const COLUMNS: [usize; 8] = [0, 4, 1, 5, 2, 6, 3, 7];
 pub(super) const FOLDED_COLUMNS: [usize; 4] = [0, 2, 1, 3];
 
 /// `exp(-j pi/4)`, Q15.
-pub(super) const EIGHTH: Iq = Iq::new(23_170, -23_170);
+pub(crate) const EIGHTH: Iq = Iq::new(23_170, -23_170);
 /// `exp(+j pi/4)`, Q15.
-pub(super) const MINUS_EIGHTH: Iq = Iq::new(23_170, 23_170);
+pub(crate) const MINUS_EIGHTH: Iq = Iq::new(23_170, 23_170);
 
 /// Tap (modulo 64) at a position of the kept data; its own inverse. Base-4 digits reversed.
 #[must_use]

@@ -16,7 +16,7 @@ const _: () = assert!(SAMPLES == 512);
 pub(super) const RESIDUES: [usize; 8] = [0, 2, 4, 6, 1, 3, 5, 7];
 
 /// Twiddles of legs 1, 2, 3 of a radix-4 block.
-pub(super) type Twiddles = [Iq; 3];
+pub(crate) type Twiddles = [Iq; 3];
 
 /// Factors of a last-stage block: the waveform at its four bins, then the block's twiddles.
 #[derive(Clone, Copy, Debug)]

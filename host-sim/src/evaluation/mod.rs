@@ -1,5 +1,8 @@
 //! How good a flight's points are, judged from the packets that reached the ground and the truth of the path list.
 
+mod assignment;
+pub mod matching;
+
 use std::collections::BTreeMap;
 
 use cslam_core::telemetry::{Decoder, Message, PointReport, Summary, TelemetryError};

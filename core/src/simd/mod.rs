@@ -1,6 +1,8 @@
-//! The stages of [`super::stages`] in assembly for ARMv7E-M: the one file of this crate with `unsafe`.
+//! Hot loops in assembly for ARMv7E-M: the one file of this crate with `unsafe`. Each has a portable twin that defines its
+//! result, and gives the same bits; it is safe to call with any argument.
 //!
-//! Each kernel is one `asm!` block that runs a whole stage, so that registers, loops and the sticky Q flag are its own.
+//! The stages of `ltd::stages`: each kernel is one `asm!` block that runs a whole stage, so that registers, loops and the
+//! sticky Q flag are its own.
 //! What makes them short: a complex product with its rounding is three instructions (SMLSD or SMLAD, SMLADX or SMLSDX,
 //! PKHTB); a factor of +-j costs nothing (QASX, QSAX); four neighbouring words move in one LDM or STM, which is why the
 //! stages keep their data in the order of the next reader.
@@ -8,14 +10,22 @@
 //! Strain (`stages::Pass`) is noticed by a probe on every sum that can clip: SSAT16 #15 sets the Q flag when a lane exceeds
 //! half the range.
 //!
-//! The instruction text that kernels share is in `instructions.rs`, with the use of the registers. r6 and r7 cannot be
-//! operands of `asm!`: each block saves them on the stack.
+//! The instruction text that kernels share is in `instructions.rs` and `columns.rs`, with the use of the registers. r6 and
+//! r7 cannot be operands of `asm!`: each block saves them on the stack.
 #![allow(unsafe_code)]
 
 use core::arch::asm;
 
-use super::stages::{Channel, EIGHTH, FoldedPowers, MINUS_EIGHTH, Powers};
-use super::tables::{Tail, Twiddles};
+use crate::lscn::dense::{self, Quad, record_length};
+use crate::ltd::stages::{Channel, EIGHTH, FoldedPowers, MINUS_EIGHTH, Powers};
+use crate::ltd::tables::{Tail, Twiddles};
+
+#[macro_use]
+mod instructions;
+#[macro_use]
+mod columns;
+#[macro_use]
+mod layer;
 
 /// Half an LSB at bit 16.
 const ROUND_16: u32 = 1 << 15;
@@ -48,7 +58,7 @@ macro_rules! stage {
 
 /// See `stages::second`.
 #[inline(never)]
-pub(super) fn second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool {
+pub(crate) fn second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool {
     let blocks = twiddles.len().min(8);
     if blocks == 0 {
         return false;
@@ -63,22 +73,7 @@ pub(super) fn second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) 
             out.as_mut_ptr(),
             twiddles.as_ptr(),
             "2: ldmia r11!, {{r4, r5, r6}}",
-            row_to_column!("0", "64", "128", "192"),
-            row_to_column!("16", "80", "144", "208"),
-            row_to_column!("32", "96", "160", "224"),
-            row_to_column!("48", "112", "176", "240"),
-            row_to_column!("4", "68", "132", "196"),
-            row_to_column!("20", "84", "148", "212"),
-            row_to_column!("36", "100", "164", "228"),
-            row_to_column!("52", "116", "180", "244"),
-            row_to_column!("8", "72", "136", "200"),
-            row_to_column!("24", "88", "152", "216"),
-            row_to_column!("40", "104", "168", "232"),
-            row_to_column!("56", "120", "184", "248"),
-            row_to_column!("12", "76", "140", "204"),
-            row_to_column!("28", "92", "156", "220"),
-            row_to_column!("44", "108", "172", "236"),
-            row_to_column!("60", "124", "188", "252"),
+            rows_to_columns!(),
             "add r10, r10, #256
              subs r7, r7, #1
              bne 2b",
@@ -89,7 +84,7 @@ pub(super) fn second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) 
 
 /// See `stages::third`.
 #[inline(never)]
-pub(super) fn third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool {
+pub(crate) fn third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool {
     let blocks = twiddles.len().min(32);
     if blocks == 0 {
         return false;
@@ -116,7 +111,7 @@ pub(super) fn third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -
 
 /// See `stages::last`.
 #[inline(never)]
-pub(super) fn last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> bool {
+pub(crate) fn last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> bool {
     let blocks = tails.len().min(128);
     if blocks == 0 {
         return false;
@@ -144,7 +139,7 @@ pub(super) fn last(input: &Channel, out: &mut Channel, tails: &[Tail]) -> bool {
 
 /// See `stages::correlate`.
 #[inline(never)]
-pub(super) fn correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> bool {
+pub(crate) fn correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> bool {
     let blocks = tails.len().min(128);
     if blocks == 0 {
         return false;
@@ -182,7 +177,7 @@ pub(super) fn correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> b
 
 /// See `stages::inverse_third`.
 #[inline(never)]
-pub(super) fn inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool {
+pub(crate) fn inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool {
     let blocks = twiddles.len().min(32);
     if blocks == 0 {
         return false;
@@ -209,7 +204,7 @@ pub(super) fn inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twid
 
 /// See `stages::inverse_second`.
 #[inline(never)]
-pub(super) fn inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool {
+pub(crate) fn inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool {
     let blocks = twiddles.len().min(8);
     if blocks == 0 {
         return false;
@@ -222,22 +217,7 @@ pub(super) fn inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twi
             out.as_mut_ptr(),
             twiddles.as_ptr(),
             "2: ldmia r11!, {{r4, r5, r6}}",
-            column_to_row!("shadd16", "shsub16", "0", "64", "128", "192"),
-            column_to_row!("shadd16", "shsub16", "4", "68", "132", "196"),
-            column_to_row!("shadd16", "shsub16", "8", "72", "136", "200"),
-            column_to_row!("shadd16", "shsub16", "12", "76", "140", "204"),
-            column_to_row!("shadd16", "shsub16", "16", "80", "144", "208"),
-            column_to_row!("shadd16", "shsub16", "20", "84", "148", "212"),
-            column_to_row!("shadd16", "shsub16", "24", "88", "152", "216"),
-            column_to_row!("shadd16", "shsub16", "28", "92", "156", "220"),
-            column_to_row!("shadd16", "shsub16", "32", "96", "160", "224"),
-            column_to_row!("shadd16", "shsub16", "36", "100", "164", "228"),
-            column_to_row!("shadd16", "shsub16", "40", "104", "168", "232"),
-            column_to_row!("shadd16", "shsub16", "44", "108", "172", "236"),
-            column_to_row!("shadd16", "shsub16", "48", "112", "176", "240"),
-            column_to_row!("shadd16", "shsub16", "52", "116", "180", "244"),
-            column_to_row!("shadd16", "shsub16", "56", "120", "184", "248"),
-            column_to_row!("shadd16", "shsub16", "60", "124", "188", "252"),
+            columns_to_rows!(),
             "add r9, r9, #256
              subs r7, r7, #1
              bne 2b",
@@ -248,7 +228,7 @@ pub(super) fn inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twi
 
 /// See `stages::first`.
 #[inline(never)]
-pub(super) fn first(input: &Channel, out: &mut Channel) -> bool {
+pub(crate) fn first(input: &Channel, out: &mut Channel) -> bool {
     let flags: u32;
     // SAFETY: 64 steps, n = 0..64, read the words n + 64 l of `input` (offsets 256 l bytes) and write the words
     // 4 (n mod 16) + n / 16 + 64 l of `out`: to advances by 16 bytes a step and goes back 252 after 16 steps. Registers
@@ -278,7 +258,7 @@ pub(super) fn first(input: &Channel, out: &mut Channel) -> bool {
 
 /// See `stages::first_folded`.
 #[inline(never)]
-pub(super) fn first_folded(input: &Channel, out: &mut Channel) {
+pub(crate) fn first_folded(input: &Channel, out: &mut Channel) {
     // SAFETY: as in `first`, writing the words below 256 only.
     unsafe {
         asm!(
@@ -302,7 +282,7 @@ pub(super) fn first_folded(input: &Channel, out: &mut Channel) {
 
 /// See `stages::power`.
 #[inline(never)]
-pub(super) fn power(kept: &Channel, powers: &mut Powers) {
+pub(crate) fn power(kept: &Channel, powers: &mut Powers) {
     // SAFETY: 64 steps read the words position + 64 slot of `kept` and read and write the 8 sums of row `position` of
     // `powers`. The sums of at most 2^33 channels stay positive as signed 64-bit numbers. Registers are declared or
     // restored, the stack pointer is back at the end.
@@ -332,7 +312,7 @@ pub(super) fn power(kept: &Channel, powers: &mut Powers) {
 
 /// See `stages::power_folded`.
 #[inline(never)]
-pub(super) fn power_folded(kept: &Channel, powers: &mut FoldedPowers) {
+pub(crate) fn power_folded(kept: &Channel, powers: &mut FoldedPowers) {
     // SAFETY: as in `power`, with 4 slots and 4 sums a row.
     unsafe {
         asm!(
@@ -356,7 +336,7 @@ pub(super) fn power_folded(kept: &Channel, powers: &mut FoldedPowers) {
 
 /// See `stages::natural`.
 #[inline(never)]
-pub(super) fn natural(kept: &mut Channel, scratch: &mut Channel) {
+pub(crate) fn natural(kept: &mut Channel, scratch: &mut Channel) {
     // SAFETY: position = 16 a + 4 b + c in order goes to the words a + 4 b + 16 c + 64 l of `scratch`: four steps over c by
     // offset, then 16 bytes on for b, and 60 bytes back for a. Reads as in `power`. Then 32 turns copy 16 words each, all
     // of `scratch`, to `kept`. Registers are declared or restored, the stack pointer is back at the end.
@@ -396,7 +376,7 @@ pub(super) fn natural(kept: &mut Channel, scratch: &mut Channel) {
 
 /// See `stages::energy`.
 #[inline(never)]
-pub(super) fn energy(input: &Channel) -> u64 {
+pub(crate) fn energy(input: &Channel) -> u64 {
     let (low, high): (u32, u32);
     // SAFETY: 32 turns of 16 words read all of `input`, which nothing writes. Registers are declared or restored, the
     // stack pointer is back at the end.
@@ -417,4 +397,42 @@ pub(super) fn energy(input: &Channel) -> u64 {
         );
     }
     (u64::from(high) << 32) | u64::from(low)
+}
+
+/// See `lscn::dense::dense`.
+#[inline(never)]
+pub(crate) fn dense(records: &[u8], input: &[Quad], output: &mut [Quad]) -> [i32; 4] {
+    let groups = output.len().min(records.len() / record_length(input.len()));
+    if groups == 0 || input.is_empty() || !records.as_ptr().addr().is_multiple_of(4) {
+        return dense::dense(records, input, output);
+    }
+    let mut sums = [0; 4];
+    let [r0, r1, r2, r3] = &mut sums;
+    // SAFETY: each of `groups` turns reads one record (16 bytes, 32 for each quad of `input`, 16 bytes) at a multiple of
+    // four bytes, all of `input` and writes one quad of `output`. Registers are declared or restored, the stack pointer is
+    // back at the end.
+    unsafe {
+        asm!(
+            "push {{r6, r7}}
+             vmov s0, s1, r10, r0
+             vmov s2, r1
+             2:",
+            four_rows!(),
+            requantise_rows!(),
+            "vmov r4, s2
+             cmp lr, r4
+             bne 2b
+             pop {{r6, r7}}",
+            inout("r0") input.len() => *r0,
+            inout("r1") output.as_ptr().wrapping_add(groups) => *r1,
+            out("r2") *r2,
+            out("r3") *r3,
+            inout("r10") input.as_ptr() => _,
+            inout("r11") records.as_ptr() => _,
+            inout("lr") output.as_mut_ptr() => _,
+            out("r4") _, out("r5") _, out("r8") _, out("r9") _, out("r12") _,
+            out("s0") _, out("s1") _, out("s2") _,
+        );
+    }
+    sums
 }
