@@ -1,7 +1,7 @@
 //! `cslam estimate`: the core's path estimation on recordings.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use rayon::prelude::*;
@@ -81,7 +81,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn print(out: &mut impl Write, recording: &PathBuf, estimate: &Estimate) -> std::io::Result<()> {
+fn print(out: &mut impl Write, recording: &Path, estimate: &Estimate) -> std::io::Result<()> {
     let axes = match estimate.frame {
         Axes::World => "world",
         Axes::Body => "body",
