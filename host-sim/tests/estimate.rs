@@ -298,7 +298,7 @@ fn a_bad_recording_is_one_line_and_exit_two() {
     let meta: Value = serde_json::from_str(&fs::read_to_string(&good).expect("text")).expect("JSON");
     let data = fs::read(good.with_extension("sigmf-data")).expect("data");
     let bad = folder.path().join("bad.sigmf-meta");
-    let mut check = |expected: &str, data: &[u8], damage: &dyn Fn(&mut Value)| {
+    let check = |expected: &str, data: &[u8], damage: &dyn Fn(&mut Value)| {
         let mut meta = meta.clone();
         damage(&mut meta);
         fs::write(&bad, meta.to_string()).expect("written");
