@@ -64,7 +64,9 @@ pub(super) fn weak_path(run: &Run<'_>, n: usize) -> Report {
     ];
     let mut rows = Rows::new(Case::Detection, header);
     for (mode, i) in each(run.modes, WEAK_DB.len()) {
-        let r = detection(mode, WEAK_DB[i], n, run.seed);
+        // The figure asked for lies near what is possible: five times the trials tell.
+        let asked = mode == Mode::Best && WEAK_DB[i] == -20.0;
+        let r = detection(mode, WEAK_DB[i], if asked { 5 * n } else { n }, run.seed);
         let cells = vec![
             format!("{:.0}", r.snr_db),
             r.trials.to_string(),
@@ -72,7 +74,7 @@ pub(super) fn weak_path(run: &Run<'_>, n: usize) -> Report {
             interval(r.interval),
             percent(r.right_range),
         ];
-        if mode == Mode::Best && r.snr_db == -20.0 {
+        if asked {
             let measured = format!("{:.3} ({})", r.detected, interval(r.interval));
             rows.target("one path, -20 dB: detection >= 0.9", measured, r.detected >= 0.9);
         }

@@ -31,8 +31,8 @@ pub enum Case {
     Departure,
 }
 
-/// Trials of the case in units of the command's `--trials`.
 impl Case {
+    /// Trials of the case in units of the command's `--trials`.
     fn trials(self, unit: usize) -> usize {
         match self {
             Self::Single | Self::Twin => 10 * unit,
