@@ -8,7 +8,7 @@
 use core::fmt;
 
 use super::features::{LinkGeometry, PAPER_INPUTS_PER_PATH, Received, paper_inputs};
-use super::network::{InferenceError, Network};
+use super::network::{Activations, InferenceError, Network};
 use super::probability::Probabilities;
 use super::shape::MAX_INPUTS;
 use super::{GEOMETRIC_INPUTS, GEOMETRIC_WITH_DEPARTURE_INPUTS, Kind, Model};
@@ -146,9 +146,12 @@ impl<'m> Classifier<'m> {
     /// [`ClassifyError`] for a path that is no measurement.
     pub fn path(&self, link: &LinkGeometry<'_>, received: &Received) -> Result<Probabilities, ClassifyError> {
         let features = link.features(received)?;
+        let work = &mut Activations::new();
         Ok(match features.with_departure() {
-            Some(inputs) => self.with_departure.classify(inputs)?,
-            None => self.without_departure.classify(features.without_departure())?,
+            Some(inputs) => self.with_departure.classify(inputs, work)?,
+            None => self
+                .without_departure
+                .classify(features.without_departure(), work)?,
         })
     }
 }
@@ -199,6 +202,6 @@ impl<'m> PaperClassifier<'m> {
         let count = self.network.model().shape().inputs();
         let inputs = inputs.get_mut(..count).unwrap_or(&mut []);
         paper_inputs(paths, inputs);
-        Ok(Some(self.network.classify(inputs)?))
+        Ok(Some(self.network.classify(inputs, &mut Activations::new())?))
     }
 }
