@@ -65,7 +65,11 @@ impl<T: Real, const N: usize> Covariance<T, N> {
 
     /// Element (i, j); zero outside.
     pub fn at(&self, i: usize, j: usize) -> T {
-        self.p.get(i).and_then(|row| row.get(j)).copied().unwrap_or(T::zero())
+        self.p
+            .get(i)
+            .and_then(|row| row.get(j))
+            .copied()
+            .unwrap_or(T::zero())
     }
 
     /// The 3 x 3 block that starts at (i, j).
@@ -165,7 +169,8 @@ impl<T: Real, const N: usize> Covariance<T, N> {
         let gain = s.map(|value| value * inverse);
         let mut back = [T::zero(); N];
         for &(state, h) in row.entries() {
-            let (Some(line), Some(along)) = (self.p.get(usize::from(state)), s.get(usize::from(state))) else {
+            let (Some(line), Some(along)) = (self.p.get(usize::from(state)), s.get(usize::from(state)))
+            else {
                 continue;
             };
             for ((b, p), k) in back.iter_mut().zip(line).zip(&gain) {

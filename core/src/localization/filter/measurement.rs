@@ -73,10 +73,10 @@ fn wide(v: &Vector3<f32>) -> Vector3<f64> {
 }
 
 /// Most rows of one path.
-pub const PATH_ROWS: usize = 5;
+pub(super) const PATH_ROWS: usize = 5;
 
 /// Rows of one path: delay, two angles of arrival, then two cosines of departure when measured.
-pub type PathRows<T> = heapless::Vec<Row<T>, PATH_ROWS>;
+pub(super) type PathRows<T> = heapless::Vec<Row<T>, PATH_ROWS>;
 
 /// Antenna geometry and noise figures: what all predictions share.
 #[derive(Clone, Debug)]
@@ -178,7 +178,10 @@ impl Model {
         let l = way / range;
         let across = (Matrix3::identity() - l * l.transpose()) / range;
         // The beacon's own error moves the source as the UAV's error does.
-        let (gmt_range, gmt_angle) = (gmt.sigma_m * gmt.sigma_m, (gmt.sigma_m / range) * (gmt.sigma_m / range));
+        let (gmt_range, gmt_angle) = (
+            gmt.sigma_m * gmt.sigma_m,
+            (gmt.sigma_m / range) * (gmt.sigma_m / range),
+        );
         let squared = |a: f64, b: f64, c: f64| a * a + b * b + c;
         let mut rows = PathRows::new();
 

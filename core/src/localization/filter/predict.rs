@@ -1,9 +1,11 @@
 //! Prediction: history, horizon, and what happens when inertial data are missing.
 
-use super::covariance::Transition;
-use super::layout::{ACCEL_BIAS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, FACE_BIAS, GYRO_BIAS, POSITION, VELOCITY};
-use super::scalar::Pending;
 use super::Filter;
+use super::covariance::Transition;
+use super::layout::{
+    ACCEL_BIAS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, FACE_BIAS, GYRO_BIAS, POSITION, VELOCITY,
+};
+use super::scalar::Pending;
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::geometry::Real;
 use crate::localization::ImuIncrement;
@@ -44,7 +46,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// Moves the horizon to `time_ns`, taking in whatever waits on the way.
     pub(super) fn advance_to(&mut self, time_ns: u64) {
         loop {
-            let due = self.pending.front().map(Pending::time_ns).filter(|&due| due <= time_ns);
+            let due = self
+                .pending
+                .front()
+                .map(Pending::time_ns)
+                .filter(|&due| due <= time_ns);
             self.inertial_to(due.unwrap_or(time_ns));
             match due {
                 Some(_) => {
@@ -141,7 +147,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
             bridged += 1;
             let start_ns = self.nominal.time_ns;
             let left = time_ns - start_ns;
-            let until = if bridged == 200 { time_ns } else { start_ns + left.min(GAP_STEP_NS) };
+            let until = if bridged == 200 {
+                time_ns
+            } else {
+                start_ns + left.min(GAP_STEP_NS)
+            };
             let dt = (until - start_ns) as f64 * 1e-9;
             self.nominal.coast(until);
             self.covariance.propagate(&Transition {
@@ -168,7 +178,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
             self.covariance
                 .add(ACCEL_BIAS + i, T::of(walk(noise.accel_bias_m_per_s2)));
         }
-        self.covariance.add(CLOCK_OFFSET, T::of(walk(noise.clock_offset_m)));
+        self.covariance
+            .add(CLOCK_OFFSET, T::of(walk(noise.clock_offset_m)));
         self.covariance
             .add(CLOCK_DRIFT, T::of(walk(noise.clock_drift_m_per_s)));
         for i in 0..2 * super::layout::FACES {

@@ -13,7 +13,7 @@ use crate::geometry::Real;
 use nalgebra::Vector3;
 
 /// Fixes that a start needs.
-const START_FIXES: usize = 5;
+pub(super) const START_FIXES: usize = 5;
 /// Standard deviations of a pose from a window: position m, velocity m/s, attitude rad (angles of arrival, arrays).
 const FIXED_SIGMA: (f64, f64, f64) = (0.3, 0.3, 0.008);
 
@@ -53,9 +53,14 @@ impl<T: Real, const N: usize> Filter<T, N> {
         };
         let range = wrap_delay_m(path.c_tau_m - self.nominal.clock_offset_m);
         // A range is positive: up to a whole period.
-        let range = if range < 0.0 { range + DELAY_PERIOD_M } else { range };
+        let range = if range < 0.0 {
+            range + DELAY_PERIOD_M
+        } else {
+            range
+        };
         let seen = self.model.corrected(&path.aoa, &self.nominal);
-        self.window.push(gmt.position_m + departed * range, -departed, seen);
+        self.window
+            .push(gmt.position_m + departed * range, -departed, seen);
     }
 
     /// Starts when the window allows it.

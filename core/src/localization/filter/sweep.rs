@@ -7,6 +7,7 @@ use super::gate::{Innovation, chi_square};
 use super::layout::{ATTITUDE, POSITION, VELOCITY, plane, planes};
 use super::measurement::{MappedPlane, PathMeasurement, PathRows, Transmitter};
 use super::row::Row;
+use super::start::START_FIXES;
 use crate::geometry::Real;
 
 /// The GMT's pace between its stops, m/s: how fast the last trusted position ages.
@@ -85,6 +86,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.health.contested = verdict == SweepVerdict::Rejected;
         self.health.dead_reckoning = measurement.time_ns.saturating_sub(self.last_aid_ns) > DEAD_AFTER_NS;
         self.health.lost = self.running && self.sigma(POSITION) > self.gates().lost_m;
+        self.health.attitude_lost = self.running && self.sigma(ATTITUDE) > self.gates().attitude_lost_rad;
         self.renew_head();
         verdict
     }
@@ -97,8 +99,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.health.beacon_implausible = verdict != BeaconVerdict::Plausible;
         match (verdict, self.last_gmt) {
             (BeaconVerdict::Jumped, Some((since, mut gmt))) => {
-                let moved =
-                    measurement.time_ns.saturating_sub(since) as f64 * 1e-9 * GMT_PACE_M_PER_S;
+                let moved = measurement.time_ns.saturating_sub(since) as f64 * 1e-9 * GMT_PACE_M_PER_S;
                 gmt.sigma_m = libm::sqrt(gmt.sigma_m * gmt.sigma_m + moved * moved);
                 gmt
             }
@@ -122,17 +123,22 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 SweepVerdict::Waiting
             };
         }
+        let gates = self.gates();
+        // Beyond this no linear correction finds the attitude back: the window does.
+        if self.sigma(ATTITUDE) > gates.attitude_lost_rad && self.try_refix(START_FIXES) {
+            return SweepVerdict::Refixed;
+        }
         let Some(mut rows) = self.model.rows::<T>(&self.nominal, gmt, path, None) else {
             return SweepVerdict::Rejected;
         };
-        let gates = self.gates();
         let gate = if rows.len() == 5 { gates.five } else { gates.three };
         let mut chi2 = chi_square(&self.covariance, &rows);
-        if chi2 > gate && self.delay_stepped(&rows) {
-            if let Some(again) = self.model.rows::<T>(&self.nominal, gmt, path, None) {
-                rows = again;
-                chi2 = chi_square(&self.covariance, &rows);
-            }
+        if chi2 > gate
+            && self.delay_stepped(&rows)
+            && let Some(again) = self.model.rows::<T>(&self.nominal, gmt, path, None)
+        {
+            rows = again;
+            chi2 = chi_square(&self.covariance, &rows);
         }
         self.ratios.line_of_sight = (chi2 / gate) as f32;
         let innovation = Innovation::of(self.nominal.time_ns, &rows);
@@ -141,7 +147,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
             .last_innovation
             .is_some_and(|before| before.agrees(&innovation, self.sigma(VELOCITY), range));
         let sigma = self.sigma(POSITION);
-        let trusted = sigma < gates.trusted_m;
+        // Whether the filter was sure of itself when the contradiction began: what grows while it rejects does not count.
+        if self.contested == 0 {
+            self.sure = sigma < gates.trusted_m;
+        }
+        let trusted = self.sure;
         // With the angle of departure a path proves itself: of five numbers only three are needed for the position.
         let proven = rows.len() == 5;
         self.last_innovation = Some(innovation);
@@ -234,13 +244,20 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     /// The one plane that the path can have come from; `None` when there is none or more than one.
-    fn match_plane(&self, gmt: &Transmitter, path: &PathMeasurement, known: &[MappedPlane]) -> Option<MappedPlane> {
+    fn match_plane(
+        &self,
+        gmt: &Transmitter,
+        path: &PathMeasurement,
+        known: &[MappedPlane],
+    ) -> Option<MappedPlane> {
         let gates = self.gates();
         let (mut best, mut second) = (None, f64::INFINITY);
         let mut least = f64::INFINITY;
         for candidate in known {
             let held = self.slots.iter().position(|slot| slot.plane.id == candidate.id);
-            let plane_now = held.and_then(|k| self.slots.get(k)).map_or(candidate, |slot| &slot.plane);
+            let plane_now = held
+                .and_then(|k| self.slots.get(k))
+                .map_or(candidate, |slot| &slot.plane);
             // Both ends stand in front of the wall.
             if plane_now.height_m(&gmt.position_m) * plane_now.height_m(&self.nominal.position_m) <= 0.0 {
                 continue;
@@ -252,10 +269,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
             else {
                 continue;
             };
-            let far = |k: usize, limit: f64| {
-                rows.get(k)
-                    .is_some_and(|row| row.residual.to_f64().abs() > limit)
-            };
+            let far =
+                |k: usize, limit: f64| rows.get(k).is_some_and(|row| row.residual.to_f64().abs() > limit);
             if far(0, NEAR_PLANE.0) || far(1, NEAR_PLANE.1) || far(2, NEAR_PLANE.1) {
                 continue;
             }
@@ -270,7 +285,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 second = second.min(chi2);
             }
         }
-        let gate = if path.departure.is_some() { gates.five } else { gates.three };
+        let gate = if path.departure.is_some() {
+            gates.five
+        } else {
+            gates.three
+        };
         best.filter(|_| least <= gate && second > least + AMBIGUITY)
     }
 
