@@ -16,7 +16,6 @@ pub mod lscn;
 pub mod measurement;
 pub mod path_flight;
 pub mod paths;
-pub mod ply;
 pub mod progress;
 pub mod random;
 pub mod recording;

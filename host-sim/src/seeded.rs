@@ -45,8 +45,14 @@ pub enum Source {
     GmtRoute,
     /// Lost beacons.
     BeaconLoss,
+    /// Spikes of a faulty inertial sensor.
+    ImuFault = 0x5e80,
+    /// Events that are lost, doubled or late.
+    Transport,
+    /// Where a wrong fix is.
+    WrongFix,
     /// Calibration errors of the arrays of both ends, where paths are measured without samples.
-    RadioCalibration,
+    RadioCalibration = 0x5ea0,
     /// White errors of paths that are measured without samples.
     RadioNoise,
     /// Wrong paths taken for the line of sight.
