@@ -8,7 +8,7 @@
 use core::fmt;
 
 use super::features::{LinkGeometry, PAPER_INPUTS_PER_PATH, Received, paper_inputs};
-use super::network::{InferenceError, Network};
+use super::network::{Activations, InferenceError, Network};
 use super::probability::Probabilities;
 use super::shape::MAX_INPUTS;
 use super::{GEOMETRIC_INPUTS, GEOMETRIC_WITH_DEPARTURE_INPUTS, Kind, Model};
@@ -147,8 +147,10 @@ impl<'m> Classifier<'m> {
     pub fn path(&self, link: &LinkGeometry<'_>, received: &Received) -> Result<Probabilities, ClassifyError> {
         let features = link.features(received)?;
         Ok(match features.with_departure() {
-            Some(inputs) => self.with_departure.classify(inputs)?,
-            None => self.without_departure.classify(features.without_departure())?,
+            Some(inputs) => self.with_departure.classify(inputs, &mut Activations::new())?,
+            None => self
+                .without_departure
+                .classify(features.without_departure(), &mut Activations::new())?,
         })
     }
 }
@@ -199,6 +201,6 @@ impl<'m> PaperClassifier<'m> {
         let count = self.network.model().shape().inputs();
         let inputs = inputs.get_mut(..count).unwrap_or(&mut []);
         paper_inputs(paths, inputs);
-        Ok(Some(self.network.classify(inputs)?))
+        Ok(Some(self.network.classify(inputs, &mut Activations::new())?))
     }
 }
