@@ -79,7 +79,10 @@ impl Planes {
             })
             .collect();
         Self {
-            planes: planes.into_iter().map(|(normal, middle, _)| (normal, middle)).collect(),
+            planes: planes
+                .into_iter()
+                .map(|(normal, middle, _)| (normal, middle))
+                .collect(),
             of_face,
         }
     }
@@ -143,7 +146,10 @@ impl Prepared {
                 tree = Some((gmt, tracer.transmitter(gmt)));
             }
             let paths = tree.as_ref().map_or(Vec::new(), |(_, tree)| {
-                tree.trace(truth.uav.position_m.into()).iter().map(|path| true_path(path, planes)).collect()
+                tree.trace(truth.uav.position_m.into())
+                    .iter()
+                    .map(|path| true_path(path, planes))
+                    .collect()
             });
             sweeps.push(TrueSweep {
                 motion: truth.uav,

@@ -142,7 +142,8 @@ pub fn fly<T: Real, const N: usize>(flight: &Prepared, planes: &Planes, scenario
             Heard::Magnetic(_) => {}
             Heard::Sweep(sweep) => waiting = Some((at, sweep)),
             Heard::Beacon(beacon) => {
-                let Some((time_ns, sweep)) = waiting.take().filter(|(_, sweep)| *sweep == beacon.sweep) else {
+                let Some((time_ns, sweep)) = waiting.take().filter(|(_, sweep)| *sweep == beacon.sweep)
+                else {
                     continue;
                 };
                 let truth = &flight.sweeps[sweep as usize];
@@ -157,7 +158,14 @@ pub fn fly<T: Real, const N: usize>(flight: &Prepared, planes: &Planes, scenario
                 };
                 let verdict = filter.sweep(&measurement);
                 let visible = truth.sight().is_some() && !receiver.in_outage(sweep);
-                records.push(record(&filter, truth, sweep, visible, seen.reflections.len(), verdict));
+                records.push(record(
+                    &filter,
+                    truth,
+                    sweep,
+                    visible,
+                    seen.reflections.len(),
+                    verdict,
+                ));
             }
         }
     }
@@ -211,7 +219,8 @@ fn transmitter(beacon: &Beacon) -> Transmitter {
     Transmitter {
         position_m: beacon.position_m.into(),
         sigma_m: beacon.position_sigma_m,
-        attitude: Rotation::from_yaw_pitch_roll(heading, pitch, roll).unwrap_or_else(|_| Rotation::identity()),
+        attitude: Rotation::from_yaw_pitch_roll(heading, pitch, roll)
+            .unwrap_or_else(|_| Rotation::identity()),
     }
 }
 
@@ -230,7 +239,9 @@ fn record<T: Real, const N: usize>(
     let clock_m = wrap_delay_m(state.clock_offset_m - truth.clock_offset_m);
     let block = |i: usize| filter.covariance().block(i, i).map(|c| c.to_f64());
     let nees = |e: &Vector3<f64>, i: usize| {
-        block(i).try_inverse().map_or(f64::NAN, |inverse| (inverse * e).dot(e))
+        block(i)
+            .try_inverse()
+            .map_or(f64::NAN, |inverse| (inverse * e).dot(e))
     };
     let clock_variance = filter.covariance().at(CLOCK_OFFSET, CLOCK_OFFSET).to_f64();
     Record {
@@ -417,7 +428,12 @@ fn wrong_path(truth: &TrueSweep, wrong: &Wrong) -> Option<TruePath> {
     };
     let way = truth.gmt_m - truth.motion.position_m;
     match wrong {
-        Wrong::Path(place) => truth.paths.iter().filter(|path| path.order > 0).nth(*place).copied(),
+        Wrong::Path(place) => truth
+            .paths
+            .iter()
+            .filter(|path| path.order > 0)
+            .nth(*place)
+            .copied(),
         Wrong::Place(shift) => Some(straight(way - shift)),
         Wrong::Free(late_m, arrival, departure) => {
             let plain = straight(way);

@@ -79,16 +79,22 @@ impl Hardware {
                 .sum::<f64>()
                 / (42.0 * PI);
         }
-        let tilt_rad = core::array::from_fn(|_| core::array::from_fn(|_| random.normal() * errors.axis_deg * DEG));
+        let tilt_rad =
+            core::array::from_fn(|_| core::array::from_fn(|_| random.normal() * errors.axis_deg * DEG));
         let delay_m = core::array::from_fn(|_| {
             random.normal() * errors.array_delay_ps * 1e-12 * SPEED_OF_LIGHT_M_PER_S
         });
-        let face_bias = core::array::from_fn(|_| core::array::from_fn(|k| random.normal() * errors.face_bias[k]));
+        let face_bias =
+            core::array::from_fn(|_| core::array::from_fn(|k| random.normal() * errors.face_bias[k]));
         let ripple = core::array::from_fn(|_| {
             core::array::from_fn(|_| {
                 // Eight elements at half a wavelength resolve a quarter in cosine: half a wave over it at most.
                 let (size, turn) = (random.between(3.0, 8.0), random.between(0.0, TAU));
-                [size * libm::cos(turn), size * libm::sin(turn), random.between(0.0, TAU)]
+                [
+                    size * libm::cos(turn),
+                    size * libm::sin(turn),
+                    random.between(0.0, TAU),
+                ]
             })
         });
         Self {
@@ -132,11 +138,9 @@ impl Hardware {
         }
         let shift = h.try_inverse()? * b;
         let white = libm::hypot(errors.aoa_white_deg[0], errors.aoa_white_deg[1]) * DEG;
-        let seen = u.vector() + e1 * (shift.x + random.normal() * white) + e2 * (shift.y + random.normal() * white);
-        let c_tau_m = length_m
-            + link.clock_offset_m
-            + delay / total
-            + random.normal() * errors.delay_white_m;
+        let seen =
+            u.vector() + e1 * (shift.x + random.normal() * white) + e2 * (shift.y + random.normal() * white);
+        let c_tau_m = length_m + link.clock_offset_m + delay / total + random.normal() * errors.delay_white_m;
         let local = link.gmt_attitude.inverse() * departure;
         let face = (0..3).max_by(|&a, &b| {
             let along = |s: usize| self.faces.faces()[s].normal.dot(&local);

@@ -152,6 +152,8 @@ pub struct Gates {
     pub trusted_m: f64,
     /// Position sigma (norm, m) above which the filter counts as lost.
     pub lost_m: f64,
+    /// Attitude sigma (norm, rad) above which the attitude counts as lost and is found anew.
+    pub attitude_lost_rad: f64,
     /// Contested sweeps in a row before the pose is fixed anew: more than any run of equal outliers that is to be
     /// ridden out.
     pub refix_after: u32,
@@ -167,6 +169,7 @@ impl Default for Gates {
             one: 16.0,
             trusted_m: 0.4,
             lost_m: 3.0,
+            attitude_lost_rad: 0.35,
             refix_after: 6,
             refix_lost_after: 4,
         }

@@ -11,7 +11,7 @@ use crate::geometry::Real;
 
 /// Joint chi-square of the rows about the prediction: `r^T (H P H^T + R)^-1 r`. Infinite when the innovation covariance
 /// is not positive definite or a residual is not finite.
-pub fn chi_square<T: Real, const N: usize>(covariance: &Covariance<T, N>, rows: &[Row<T>]) -> f64 {
+pub(super) fn chi_square<T: Real, const N: usize>(covariance: &Covariance<T, N>, rows: &[Row<T>]) -> f64 {
     let mut s = [[0.0f64; PATH_ROWS]; PATH_ROWS];
     let rows = rows.get(..rows.len().min(PATH_ROWS)).unwrap_or(&[]);
     for (k, (line, row)) in s.iter_mut().zip(rows).enumerate() {
@@ -62,18 +62,18 @@ fn whitened_square(s: &mut [[f64; PATH_ROWS]; PATH_ROWS], z: &mut [f64; PATH_ROW
 
 /// Innovations of a line-of-sight sweep, kept until the next one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Innovation {
+pub(super) struct Innovation {
     /// UAV clock of the sweep, ns.
-    pub time_ns: u64,
+    pub(super) time_ns: u64,
     /// Delay, m.
-    pub delay_m: f64,
+    pub(super) delay_m: f64,
     /// Angles of arrival, rad.
-    pub aoa_rad: [f64; 2],
+    pub(super) aoa_rad: [f64; 2],
 }
 
 impl Innovation {
     /// That of a path's rows.
-    pub fn of<T: Real>(time_ns: u64, rows: &[Row<T>]) -> Self {
+    pub(super) fn of<T: Real>(time_ns: u64, rows: &[Row<T>]) -> Self {
         let at = |k: usize| rows.get(k).map_or(0.0, |row| row.residual.to_f64());
         Self {
             time_ns,
@@ -84,7 +84,7 @@ impl Innovation {
 
     /// Whether a later sweep errs in the same way: within 0.34 deg and 0.35 m and what an uncertain velocity explains
     /// (`sigma_m_per_s` at a range of `range_m`). Sweeps more than 3 s apart never agree.
-    pub fn agrees(&self, later: &Self, sigma_m_per_s: f64, range_m: f64) -> bool {
+    pub(super) fn agrees(&self, later: &Self, sigma_m_per_s: f64, range_m: f64) -> bool {
         let dt = later.time_ns.saturating_sub(self.time_ns) as f64 * 1e-9;
         let moved = (1.0 + 3.0 * sigma_m_per_s) * dt;
         let angle = 0.006 + moved / range_m.max(1.0);

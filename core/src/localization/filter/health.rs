@@ -17,6 +17,8 @@ pub struct Health {
     pub dead_reckoning: bool,
     /// Position sigma above the limit of [`super::Gates::lost_m`].
     pub lost: bool,
+    /// Attitude sigma above the limit of [`super::Gates::attitude_lost_rad`].
+    pub attitude_lost: bool,
 }
 
 impl Health {

@@ -29,12 +29,12 @@ pub const GYRO_Z: usize = 35;
 pub const PLANES: usize = 38;
 
 /// Faces of the GMT's mast.
-pub const FACES: usize = 3;
+pub(super) const FACES: usize = 3;
 /// Antenna arrays of the UAV.
-pub const ARRAYS: usize = 4;
+pub(super) const ARRAYS: usize = 4;
 
 /// States that [`super::Covariance::propagate`] mixes: the first 17.
-pub const MOVING: usize = 17;
+pub(super) const MOVING: usize = 17;
 
 /// Number of planes of a filter with `states` states.
 pub const fn planes(states: usize) -> usize {
@@ -42,6 +42,6 @@ pub const fn planes(states: usize) -> usize {
 }
 
 /// First state of plane `slot`.
-pub const fn plane(slot: usize) -> usize {
+pub(super) const fn plane(slot: usize) -> usize {
     PLANES + 3 * slot
 }

@@ -73,10 +73,10 @@ fn wide(v: &Vector3<f32>) -> Vector3<f64> {
 }
 
 /// Most rows of one path.
-pub const PATH_ROWS: usize = 5;
+pub(super) const PATH_ROWS: usize = 5;
 
 /// Rows of one path: delay, two angles of arrival, then two cosines of departure when measured.
-pub type PathRows<T> = heapless::Vec<Row<T>, PATH_ROWS>;
+pub(super) type PathRows<T> = heapless::Vec<Row<T>, PATH_ROWS>;
 
 /// Antenna geometry and noise figures: what all predictions share.
 #[derive(Clone, Debug)]

@@ -46,10 +46,10 @@ pub use row::{ROW_CAPACITY, Row};
 pub use scalar::TimingVerdict;
 pub use start::RestAlignment;
 pub use sweep::{SweepMeasurement, SweepVerdict};
-pub use window::{Solution, Window};
 
 use self::gate::Innovation;
 use self::scalar::Pending;
+use self::window::Window;
 use super::{ClockEstimate, ImuErrors, ImuIncrement, Pose};
 use crate::geometry::{Body, Direction, Position, Real, Rotation};
 use nalgebra::{Matrix3, Vector3};
@@ -63,6 +63,9 @@ pub const MAX_PLANES: usize = 4;
 pub type Filter38 = Filter<f32, 38>;
 /// The default: two mapped planes at a time.
 pub type Filter44 = Filter<f32, 44>;
+
+#[cfg(test)]
+mod tests;
 
 /// A plane in the state, and when it was last of use.
 #[derive(Clone, Copy, Debug)]
@@ -90,6 +93,7 @@ pub struct Filter<T: Real, const N: usize> {
     gyro_bias_known: bool,
     last_innovation: Option<Innovation>,
     contested: u32,
+    sure: bool,
     last_sight_ns: u64,
     last_aid_ns: u64,
     suspect_clock: Option<(u64, f64)>,
@@ -121,6 +125,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             gyro_bias_known: false,
             last_innovation: None,
             contested: 0,
+            sure: false,
             last_sight_ns: time_ns,
             last_aid_ns: time_ns,
             suspect_clock: None,

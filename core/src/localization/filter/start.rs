@@ -13,7 +13,7 @@ use crate::geometry::Real;
 use nalgebra::Vector3;
 
 /// Fixes that a start needs.
-const START_FIXES: usize = 5;
+pub(super) const START_FIXES: usize = 5;
 /// Standard deviations of a pose from a window: position m, velocity m/s, attitude rad (angles of arrival, arrays).
 const FIXED_SIGMA: (f64, f64, f64) = (0.3, 0.3, 0.008);
 

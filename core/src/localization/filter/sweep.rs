@@ -7,6 +7,7 @@ use super::gate::{Innovation, chi_square};
 use super::layout::{ATTITUDE, POSITION, VELOCITY, plane, planes};
 use super::measurement::{MappedPlane, PathMeasurement, PathRows, Transmitter};
 use super::row::Row;
+use super::start::START_FIXES;
 use crate::geometry::Real;
 
 /// The GMT's pace between its stops, m/s: how fast the last trusted position ages.
@@ -85,6 +86,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.health.contested = verdict == SweepVerdict::Rejected;
         self.health.dead_reckoning = measurement.time_ns.saturating_sub(self.last_aid_ns) > DEAD_AFTER_NS;
         self.health.lost = self.running && self.sigma(POSITION) > self.gates().lost_m;
+        self.health.attitude_lost = self.running && self.sigma(ATTITUDE) > self.gates().attitude_lost_rad;
         self.renew_head();
         verdict
     }
@@ -121,17 +123,22 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 SweepVerdict::Waiting
             };
         }
+        let gates = self.gates();
+        // Beyond this no linear correction finds the attitude back: the window does.
+        if self.sigma(ATTITUDE) > gates.attitude_lost_rad && self.try_refix(START_FIXES) {
+            return SweepVerdict::Refixed;
+        }
         let Some(mut rows) = self.model.rows::<T>(&self.nominal, gmt, path, None) else {
             return SweepVerdict::Rejected;
         };
-        let gates = self.gates();
         let gate = if rows.len() == 5 { gates.five } else { gates.three };
         let mut chi2 = chi_square(&self.covariance, &rows);
-        if chi2 > gate && self.delay_stepped(&rows) {
-            if let Some(again) = self.model.rows::<T>(&self.nominal, gmt, path, None) {
-                rows = again;
-                chi2 = chi_square(&self.covariance, &rows);
-            }
+        if chi2 > gate
+            && self.delay_stepped(&rows)
+            && let Some(again) = self.model.rows::<T>(&self.nominal, gmt, path, None)
+        {
+            rows = again;
+            chi2 = chi_square(&self.covariance, &rows);
         }
         self.ratios.line_of_sight = (chi2 / gate) as f32;
         let innovation = Innovation::of(self.nominal.time_ns, &rows);
@@ -140,7 +147,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
             .last_innovation
             .is_some_and(|before| before.agrees(&innovation, self.sigma(VELOCITY), range));
         let sigma = self.sigma(POSITION);
-        let trusted = sigma < gates.trusted_m;
+        // Whether the filter was sure of itself when the contradiction began: what grows while it rejects does not count.
+        if self.contested == 0 {
+            self.sure = sigma < gates.trusted_m;
+        }
+        let trusted = self.sure;
         // With the angle of departure a path proves itself: of five numbers only three are needed for the position.
         let proven = rows.len() == 5;
         self.last_innovation = Some(innovation);

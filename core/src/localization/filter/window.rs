@@ -15,7 +15,7 @@ use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::localization::ImuIncrement;
 
 /// Fixes kept.
-pub const WINDOW: usize = 6;
+pub(super) const WINDOW: usize = 6;
 /// Sweeps further apart do not belong together, s.
 const LONGEST_GAP_S: f64 = 2.6;
 /// A fix further than this from the common line is wrong, m.
@@ -69,27 +69,27 @@ struct Fix {
 
 /// What the window gives: pose at its last fix.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Solution {
+pub(super) struct Solution {
     /// Position, m.
-    pub position_m: Vector3<f64>,
+    pub(super) position_m: Vector3<f64>,
     /// Velocity, m/s.
-    pub velocity_m_per_s: Vector3<f64>,
+    pub(super) velocity_m_per_s: Vector3<f64>,
     /// Attitude R_wb.
-    pub attitude: Matrix3<f64>,
+    pub(super) attitude: Matrix3<f64>,
     /// Standard deviation of the attitude per axis, rad, without that of the accelerometer's bias.
-    pub attitude_sigma_rad: f64,
+    pub(super) attitude_sigma_rad: f64,
 }
 
 /// The last fixes and the motion between them.
 #[derive(Clone, Debug)]
-pub struct Window {
+pub(super) struct Window {
     fixes: heapless::Deque<Fix, WINDOW>,
     current: Segment,
 }
 
 impl Window {
     /// Without a fix.
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self {
             fixes: heapless::Deque::new(),
             current: Segment::empty(),
@@ -97,17 +97,12 @@ impl Window {
     }
 
     /// Forgets all fixes.
-    pub fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         *self = Self::new();
     }
 
-    /// Number of fixes.
-    pub fn len(&self) -> usize {
-        self.fixes.len()
-    }
-
     /// Takes in motion.
-    pub fn advance(&mut self, increment: &ImuIncrement) {
+    pub(super) fn advance(&mut self, increment: &ImuIncrement) {
         self.current = self.current.then(&Segment {
             dt_s: f64::from(increment.dt_s()),
             turn: rotation(&increment.delta_angle_rad.map(f64::from)),
@@ -121,7 +116,10 @@ impl Window {
 
     /// Takes in a fix at the end of the motion so far: where the UAV was, the direction to the GMT in world axes, and the
     /// same direction as the arrays saw it.
-    pub fn push(&mut self, position_m: Vector3<f64>, towards_gmt: Vector3<f64>, seen: Vector3<f64>) {
+    pub(super) fn push(&mut self, position_m: Vector3<f64>, towards_gmt: Vector3<f64>, seen: Vector3<f64>) {
+        if !(position_m + towards_gmt + seen).iter().all(|c| c.is_finite()) {
+            return;
+        }
         if self.fixes.is_full() {
             let _ = self.fixes.pop_front();
         }
@@ -136,7 +134,7 @@ impl Window {
     }
 
     /// Pose at the last fix from the last `count` fixes (3 to [`WINDOW`]); `None` when there are fewer or they disagree.
-    pub fn solve(&self, count: usize) -> Option<Solution> {
+    pub(super) fn solve(&self, count: usize) -> Option<Solution> {
         let skipped = self.fixes.len().checked_sub(count)?;
         if count < 3 {
             return None;
