@@ -28,6 +28,7 @@ pub mod array;
 pub mod block;
 mod checksum;
 pub mod constants;
+pub mod cslam;
 pub mod geometry;
 pub mod localization;
 pub mod lscn;

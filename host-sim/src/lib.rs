@@ -19,6 +19,7 @@ pub mod path_flight;
 pub mod paths;
 pub mod progress;
 pub mod random;
+pub mod raw_flight;
 pub mod recording;
 pub mod report;
 pub mod scene;

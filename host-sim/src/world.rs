@@ -39,6 +39,8 @@ pub struct World<'s> {
 /// What one sweep of the transmit beams left at the receiver, and the truth behind it.
 #[derive(Clone, Debug)]
 pub struct HeardSweep {
+    /// Number of the sweep.
+    pub number: u32,
     /// Blocks of the transmit beams.
     pub beams: Sweep,
     /// Blocks of the beam squint symbols that follow them (sequential scheme).
@@ -99,6 +101,7 @@ impl<'s> World<'s> {
             .squint(&link, &instant, sweep, SquintScheme::Sequential)
             .map_err(|e| failed(e.to_string()))?;
         Ok(HeardSweep {
+            number: sweep,
             beams,
             squint,
             truth,

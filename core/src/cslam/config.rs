@@ -8,6 +8,7 @@ use core::num::NonZeroU32;
 
 use super::gain::LinkBudget;
 use super::receive::Residuals;
+use super::rules::Rules;
 use crate::array::{Codebook, SquintConfig, SquintScheme, UavArrays};
 use crate::localization::bsm::BsmConfig;
 use crate::localization::filter::FilterConfig;
@@ -127,6 +128,8 @@ pub enum LinkStates<'m> {
     Geometric(Classifier<'m>),
     /// The paper's network, for the strongest path.
     Paper(PaperClassifier<'m>),
+    /// Rules of geometry, path by path.
+    Rules(Rules),
 }
 
 /// When a path is believed to be of first order, besides the gates of its point (link-state.md).
@@ -154,7 +157,7 @@ impl Default for Acceptance {
 impl<'m> Config<'m> {
     /// Our methods throughout.
     #[must_use]
-    pub fn best(classifier: Classifier<'m>) -> Self {
+    pub fn best(link_states: LinkStates<'m>) -> Self {
         Self {
             arrays: UavArrays::default(),
             codebook: Codebook::default(),
@@ -169,7 +172,7 @@ impl<'m> Config<'m> {
             localization: Localization::Filter(FilterConfig::default()),
             departures: Departures::SquintFit,
             bsm: BsmConfig::default(),
-            link_states: LinkStates::Geometric(classifier),
+            link_states,
             acceptance: Acceptance::default(),
             mapped: Mapped::Every,
             form: Form::Vector,

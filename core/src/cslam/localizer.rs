@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::config::{HpcConfig, Localization};
-use crate::array::{GmtArrays, UavArrays};
+use crate::array::GmtArrays;
 use crate::geometry::{Body, Direction, Gmt, Position, Rotation, World};
 use crate::localization::filter::{
     DELAY_PERIOD_M, Filter, Health, PathMeasurement, RestAlignment, SweepMeasurement, SweepVerdict,
@@ -131,7 +131,6 @@ impl<const STATES: usize> Localizer<STATES> {
 #[derive(Clone, Debug)]
 pub(super) struct Calibrated {
     config: HpcConfig,
-    arrays: UavArrays<f32>,
     faces: GmtArrays<f64>,
     errors: ImuErrors,
     /// Attitude since rest, of unknown yaw, until the first fix.
@@ -144,7 +143,6 @@ impl Calibrated {
     fn new(config: HpcConfig) -> Self {
         Self {
             config,
-            arrays: UavArrays::default(),
             faces: GmtArrays::default(),
             errors: ImuErrors::default(),
             waiting: None,

@@ -19,22 +19,22 @@ mod gain;
 mod localizer;
 mod receive;
 mod report;
+mod rules;
 mod sweep;
 
-pub use config::{Config, Departures, HpcConfig, LinkStates, Localization, Mapped};
+pub use config::{Acceptance, Config, Departures, HpcConfig, LinkStates, Localization, Mapped};
 pub use gain::LinkBudget;
 pub use receive::Residuals;
 pub use report::{Outcome, PathReport, SweepReport};
+pub use rules::Rules;
 
-use heapless::Vec;
 use nalgebra::Vector3;
 
 use self::localizer::Localizer;
 use self::sweep::Open;
 use crate::block::BeamBlock;
-use crate::geometry::{Gmt, Rotation, World};
+use crate::geometry::{Gmt, Real, Rotation, World};
 use crate::localization::bsm::BeamSquint;
-use crate::localization::filter::Transmitter;
 use crate::localization::imu::{Imu, ImuHealth, MagneticAid, RestAlignment, RestStatus};
 use crate::localization::{ImuSample, Pose};
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
@@ -92,6 +92,8 @@ pub struct Cslam<'m, E, const VOXELS: usize, const STATES: usize = 44> {
     map: PointCloud<VOXELS>,
     open: Option<Open>,
     last_beacon: Option<(u64, Beacon)>,
+    /// Clock offset by the last two-way exchange, m.
+    last_timing_m: Option<f64>,
     last_sight_ns: Option<u64>,
     counters: Counters,
 }
@@ -141,6 +143,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             map: PointCloud::with_edge(config.voxel_edge_m).ok_or(ConfigError::VoxelEdge)?,
             open: None,
             last_beacon: None,
+            last_timing_m: None,
             last_sight_ns: None,
             counters: Counters::default(),
             config,
@@ -172,7 +175,9 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         );
         // Refused headings are the rule: with line of sight there is something better.
         if let Ok(heading) = aid.heading(field_ut, &pose.attitude, tilt_sigma_rad, time_ns, self.last_sight_ns) {
-            self.localizer.heading(time_ns, heading.yaw_rad, heading.sigma_rad);
+            let r = pose.attitude.matrix();
+            let yaw_rad = r.m21.atan2_libm(r.m11) + heading.yaw_error_rad;
+            self.localizer.heading(time_ns, yaw_rad, heading.sigma_rad);
         }
     }
 
@@ -180,8 +185,9 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     pub fn timing(&mut self, time_ns: u64, clock_offset_s: f64) {
         self.elapse(time_ns);
         if clock_offset_s.is_finite() {
-            self.localizer
-                .two_way(time_ns, clock_offset_s * SPEED_OF_LIGHT_M_PER_S);
+            let offset_m = clock_offset_s * SPEED_OF_LIGHT_M_PER_S;
+            self.last_timing_m = Some(offset_m);
+            self.localizer.two_way(time_ns, offset_m);
         } else {
             count(&mut self.counters.timing_invalid);
         }
@@ -190,6 +196,10 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     /// A sweep begins. One that has not ended is given up.
     pub fn sweep(&mut self, time_ns: u64, sweep: u32) {
         self.elapse(time_ns);
+        // The pose of the sweep needs the motion up to here, not up to the end of some step before.
+        if let Some(step) = self.imu.finish_step() {
+            self.localizer.step(&step);
+        }
         if self.open.is_some() {
             count(&mut self.counters.abandoned);
             let _forgotten = self.estimator.finish();

@@ -32,6 +32,16 @@ impl Default for Residuals {
     }
 }
 
+/// Length of a way from its cyclic delay on the UAV's clock, m.
+pub(super) fn length_m(c_tau_m: f32, clock_offset_m: f64) -> f64 {
+    let wrapped = wrap_delay_m(f64::from(c_tau_m) - clock_offset_m);
+    if wrapped < SHORTEST_M {
+        wrapped + DELAY_PERIOD_M
+    } else {
+        wrapped
+    }
+}
+
 /// The two ends of the link as the pose has them.
 pub(super) fn ends(pose: &Pose, gmt_m: &nalgebra::Vector3<f64>) -> Result<Ends, InputError> {
     Ok(Ends {
@@ -49,12 +59,6 @@ pub(super) fn to_world(
     pose: &Pose,
     residuals: &Residuals,
 ) -> Path<World> {
-    let wrapped = wrap_delay_m(f64::from(estimated.path.c_tau_m) - pose.clock.offset_m);
-    let length_m = if wrapped < SHORTEST_M {
-        wrapped + DELAY_PERIOD_M
-    } else {
-        wrapped
-    };
     let square = |x: f32| x * x;
     let angle = square(residuals.angle_rad);
     let added = Matrix3::from_diagonal(&nalgebra::Vector3::new(
@@ -63,7 +67,7 @@ pub(super) fn to_world(
         angle,
     ));
     Path {
-        c_tau_m: length_m as f32,
+        c_tau_m: length_m(estimated.path.c_tau_m, pose.clock.offset_m) as f32,
         aoa: corrected,
         aod: estimated.path.aod,
         covariance: estimated.path.covariance + added,

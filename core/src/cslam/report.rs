@@ -25,8 +25,8 @@ pub enum Outcome {
     NotFirstOrder,
     /// Probably a first-order reflection, but a gate of the reflection point says no.
     Rejected(Rejection),
-    /// A point of the map.
-    Point(ReflectionPoint, Insertion),
+    /// A point of the map; `None` when it lies beyond the map's range.
+    Point(ReflectionPoint, Option<Insertion>),
 }
 
 /// A path and what was made of it.

@@ -4,18 +4,19 @@
 //! to the localizer; with the pose that comes back, they are classified again and solved, and what passes becomes points.
 
 use heapless::Vec;
-use nalgebra::Vector3;
 
 use super::config::{Departures, LinkStates, Mapped};
-use super::receive::{ends, to_world};
+use super::receive::{ends, length_m, to_world};
 use super::report::{Outcome, PathReport, SweepReport};
 use super::{CHANNELS, Cslam, PATHS, count};
 use crate::array::GmtArrays;
-use crate::geometry::{Body, Direction, Gmt, Position, World};
+use crate::array::half_wave_dipole;
+use crate::constants::SPEED_OF_LIGHT_M_PER_S;
+use crate::geometry::{Direction, Gmt, Rotation, World};
 use crate::localization::Pose;
 use crate::localization::bsm::{Bearing, Refusal, Sighting};
 use crate::localization::filter::{
-    DELAY_PERIOD_M, FaceDirection, PathMeasurement, SweepMeasurement, SweepVerdict, Transmitter, wrap_delay_m,
+    FaceDirection, PathMeasurement, SweepMeasurement, SweepVerdict, Transmitter,
 };
 use crate::lscn::{LinkGeometry, LinkState, Probabilities, Received};
 use crate::ltd::{EstimatedPath, PathEstimator};
@@ -159,7 +160,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 
     /// The estimated paths with their gains.
     fn heard(&self, paths: &[EstimatedPath]) -> Vec<Heard, PATHS> {
-        let mast = self.last_beacon.map(|(_, beacon)| beacon.attitude).unwrap_or_default();
+        let mast = self
+            .last_beacon
+            .map_or_else(Rotation::identity, |(_, beacon)| beacon.attitude);
         paths
             .iter()
             .map(|estimated| Heard {
@@ -177,7 +180,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let (heard_ns, beacon) = self.last_beacon?;
         let age_s = time_ns.saturating_sub(heard_ns) as f64 * 1e-9;
         let moved_m = age_s * GMT_PACE_M_PER_S;
-        let attitude = crate::geometry::Rotation::from_matrix(beacon.attitude.matrix().map(f64::from)).ok()?;
+        let attitude = Rotation::from_matrix(beacon.attitude.matrix().map(f64::from)).ok()?;
         let transmitter = Transmitter {
             position_m: beacon.position_m,
             sigma_m: libm::sqrt(beacon.sigma_m * beacon.sigma_m + moved_m * moved_m),
@@ -205,15 +208,20 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             .map(|(index, _)| index)
     }
 
-    /// Without a pose: the path that came first, if it came as strong as through free space.
+    /// Without a pose: the path that came first, if it came nearly as strong as through free space.
     fn first_unreflected(&self, heard: &[Heard]) -> Option<usize> {
+        let offset_m = self.last_timing_m?;
+        let length_m = |path: &Heard| length_m(path.estimated.path.c_tau_m, offset_m);
         let (index, first) = heard
             .iter()
             .enumerate()
-            .min_by(|(_, a), (_, b)| a.estimated.path.c_tau_m.total_cmp(&b.estimated.path.c_tau_m))?;
-        let range_m = first.estimated.path.c_tau_m;
-        let _ = range_m;
-        first.gain_db.map(|_| index)
+            .min_by(|(_, a), (_, b)| length_m(a).total_cmp(&length_m(b)))?;
+        let departure = first.estimated.path.aod?.direction;
+        let dipoles = half_wave_dipole(departure.vector()) * half_wave_dipole(first.estimated.path.aoa.vector());
+        let wavelength_m = (SPEED_OF_LIGHT_M_PER_S / self.config.waveform.carrier_hz) as f32;
+        let spread = wavelength_m / (4.0 * core::f32::consts::PI * (length_m(first) as f32).max(1.0));
+        let free_space_db = 20.0 * libm::log10f((spread * dipoles).max(f32::MIN_POSITIVE));
+        (first.gain_db? > free_space_db - UNREFLECTED_DB).then_some(index)
     }
 
     /// What beam squint needs to know of the line of sight.
@@ -276,6 +284,13 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                     })
                     .collect()
             }
+            LinkStates::Rules(rules) => received
+                .iter()
+                .map(|path| Judged {
+                    path: path.path,
+                    probabilities: Some(rules.path(&ends, &path.path)),
+                })
+                .collect(),
             LinkStates::Paper(classifier) => {
                 let link = classifier.link(&received).ok().flatten();
                 received
@@ -307,7 +322,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             Some(judged) => self.line_of_sight(judged),
             None => open.sighted,
         };
-        let line_of_sight = line.and_then(|index| heard.get(index)).map(|path| {
+        let line_of_sight = line.and_then(|index| heard.get(index)).and_then(|path| {
             let squint = bearing.filter(|_| line == open.sighted).map(face_direction);
             self.measurement(path, squint, gmt)
         });
@@ -320,7 +335,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             .flatten()
             .zip(heard)
             .filter(|(path, _)| self.config.mapped == Mapped::Every && first_order(path))
-            .map(|(_, heard)| self.measurement(heard, None, gmt))
+            .filter_map(|(_, heard)| self.measurement(heard, None, gmt))
             .collect();
         let verdict = self.localizer.sweep(
             open.sweep,
@@ -345,17 +360,16 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     }
 
     /// A path as the localizer takes it. Departure: beam squint where it listened to this path, else the sweep's beams.
-    fn measurement(&self, heard: &Heard, squint: Option<FaceDirection>, gmt: &Transmitter) -> PathMeasurement {
+    fn measurement(&self, heard: &Heard, squint: Option<FaceDirection>, gmt: &Transmitter) -> Option<PathMeasurement> {
         let path = &heard.estimated.path;
         let covariance = &path.covariance;
-        let wide = Direction::from_vector(path.aoa.vector().map(f64::from));
-        PathMeasurement {
+        Some(PathMeasurement {
             c_tau_m: f64::from(path.c_tau_m),
             c_tau_sigma_m: libm::sqrt(f64::from(covariance.m11.max(0.0))),
-            aoa: wide.unwrap_or_else(|_| Direction::from_vector(Vector3::z()).unwrap_or_default()),
+            aoa: Direction::from_vector(path.aoa.vector().map(f64::from)).ok()?,
             aoa_sigma_rad: libm::sqrt(f64::from(0.5 * (covariance.m22 + covariance.m33).max(0.0))),
             departure: squint.or_else(|| self.beam_departure(heard, gmt)),
-        }
+        })
     }
 
     /// The direction of departure by the sweep's beams, as its face has it.
@@ -392,7 +406,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             Err(error) => Outcome::Input(error),
             Ok(Verdict::Rejected(rejection)) => Outcome::Rejected(rejection),
             Ok(Verdict::Accepted(point)) => {
-                let insertion = self.map.insert(&point);
+                // What lies beyond the map's range is counted there.
+                let insertion = self.map.insert(&point).ok();
                 Outcome::Point(point, insertion)
             }
         }

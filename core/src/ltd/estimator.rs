@@ -321,6 +321,10 @@ impl<
         }
     }
 
+    fn front_end(&mut self) -> (&Correlator, &mut Workspace) {
+        (&self.correlator, &mut self.work)
+    }
+
     fn finish(&mut self) -> Vec<EstimatedPath, K> {
         let merged: Vec<Merged, K> = self.detections.merge(self.share);
         let paths = merged

@@ -59,4 +59,7 @@ pub trait PathEstimator<const C: usize, const K: usize> {
 
     /// Ends the sweep: its paths, strongest first. The estimator is empty afterwards.
     fn finish(&mut self) -> Vec<EstimatedPath, K>;
+
+    /// The front end that the beams went through, for other symbols between sweeps: what was in it does not matter any more.
+    fn front_end(&mut self) -> (&Correlator, &mut Workspace);
 }

@@ -276,6 +276,10 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
         }
     }
 
+    fn front_end(&mut self) -> (&Correlator, &mut Workspace) {
+        (&self.correlator, &mut self.work)
+    }
+
     fn finish(&mut self) -> Vec<EstimatedPath, K> {
         let mut paths: Vec<EstimatedPath, K> = Vec::new();
         let exponent = self.beams.iter().flatten().map(|kept| kept.exponent).max();

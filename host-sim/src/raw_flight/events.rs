@@ -1,0 +1,50 @@
+//! The sensors' events as the receiver takes them.
+
+use cslam_core::cslam::Beacon;
+use cslam_core::geometry::{Gmt, Rotation, World as WorldFrame};
+use cslam_core::localization::ImuSample;
+use nalgebra::Vector3;
+
+use crate::sensors;
+use crate::sensors::Event;
+use crate::world::{HeardSweep, World};
+
+/// How long the end of a sweep waits for its beacon, s.
+const PATIENCE_S: f64 = 0.02;
+
+/// Inertial sample, as its driver gives it.
+pub(super) fn imu_sample(time_ns: u64, sample: &sensors::ImuSample) -> ImuSample {
+    ImuSample {
+        time_ns,
+        rate_rad_per_s: sample.rate_rad_per_s().map(|c| c as f32),
+        specific_force_m_per_s2: sample.specific_force_m_per_s2().map(|c| c as f32),
+    }
+}
+
+/// Magnetic field in body axes, uT.
+pub(super) fn field_ut(sample: &sensors::MagnetometerSample) -> Vector3<f32> {
+    sample.field_ut().map(|c| c as f32)
+}
+
+/// What a beacon says; `None` when its angles are no attitude.
+pub(super) fn beacon(beacon: &sensors::Beacon) -> Option<Beacon> {
+    let [heading, pitch, roll] = beacon.heading_pitch_roll_rad.map(|c| c as f32);
+    let about = |x: f32, y: f32, z: f32| Rotation::<Gmt, Gmt>::from_rotation_vector(&Vector3::new(x, y, z)).ok();
+    let tilt = about(0.0, pitch, 0.0)?.after(&about(roll, 0.0, 0.0)?);
+    let turn = about(0.0, 0.0, heading)?.after(&tilt);
+    Some(Beacon {
+        sweep: beacon.sweep,
+        position_m: beacon.position_m.into(),
+        sigma_m: beacon.position_sigma_m,
+        attitude: Rotation::<Gmt, WorldFrame>::from_matrix(*turn.matrix()).ok()?,
+        sweeps_per_stop: beacon.sweeps_per_stop,
+    })
+}
+
+/// Whether the beacon of the sweep in hand will not come any more at `event`, UAV time `at_ns`.
+pub(super) fn is_overdue(heard: &HeardSweep, at_ns: u64, world: &World<'_>, event: &Event) -> bool {
+    let latency_s = world.flight().config().beacon.latency_s;
+    let start_s = world.flight().clock().reading_s(heard.truth.time_s);
+    let waited_s = at_ns as f64 * 1e-9 - start_s;
+    matches!(event, Event::Sweep { .. }) || waited_s > latency_s + PATIENCE_S
+}

@@ -1,0 +1,170 @@
+//! Keeps the log of a flight: the receiver's reports beside the world's truth.
+
+use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
+use cslam_core::cslam::{Outcome, PATHS, PathReport, SweepReport};
+use cslam_core::geometry::Matrix3;
+use cslam_core::localization::Pose;
+use cslam_core::localization::filter::SweepVerdict;
+use cslam_core::map::PointCloud;
+use nalgebra::{Rotation3, UnitQuaternion};
+
+use crate::flight_log::{
+    FlightLog, Header, LinkEstimate, MapVoxel, MeasuredPath, PointRecord, PoseEstimate, PoseTruth,
+    SweepEstimate, SweepRecord, SweepTruth,
+};
+use crate::sensors::Truth;
+use crate::world::{HeardSweep, World};
+
+/// A log in the making.
+pub(super) struct Logbook {
+    log: FlightLog,
+    gmt_index: u32,
+    last_gmt_m: Option<[f64; 3]>,
+}
+
+/// The GMT has moved on when it is this far from where it was, m.
+const MOVED_M: f64 = 0.5;
+
+impl Logbook {
+    pub(super) fn new(header: Header, voxel_edge_m: f32) -> Self {
+        Self {
+            log: FlightLog::new(header, f64::from(voxel_edge_m)),
+            gmt_index: 0,
+            last_gmt_m: None,
+        }
+    }
+
+    pub(super) fn count(&mut self, what: &str) {
+        *self.log.counters.entry(what.to_owned()).or_default() += 1;
+    }
+
+    /// Enters a sweep with its points.
+    pub(super) fn sweep(&mut self, world: &World<'_>, report: &SweepReport<PATHS>, heard: HeardSweep) {
+        let time_s = heard.truth.time_s;
+        // The beacon's own position, without its error: which stop it is does not depend on two centimetres.
+        let gmt_m: [f64; 3] = heard.truth.gmt_position_m.into();
+        let moved = self
+            .last_gmt_m
+            .is_some_and(|last| (0..3).map(|i| (gmt_m[i] - last[i]).powi(2)).sum::<f64>() > MOVED_M * MOVED_M);
+        if moved {
+            self.gmt_index += 1;
+        }
+        if moved || self.last_gmt_m.is_none() {
+            self.last_gmt_m = Some(gmt_m);
+        }
+        for (index, path) in report.paths.iter().enumerate() {
+            if let Outcome::Point(point, _) = path.outcome {
+                self.log.points.push(PointRecord {
+                    sweep: report.sweep,
+                    path: index as u8,
+                    time_s,
+                    gmt_index: self.gmt_index,
+                    position_m: point.position.to_array().map(f64::from),
+                    covariance_trace_m2: f64::from(point.covariance.trace()),
+                    first_order_probability: path.probabilities.map(|p| f64::from(p.first_order)),
+                    snr_db: Some(f64::from(path.estimated.snr_db)),
+                });
+            }
+            self.count(&verdict(path));
+        }
+        let taken = matches!(
+            report.verdict,
+            SweepVerdict::Accepted | SweepVerdict::Inflated | SweepVerdict::Refixed | SweepVerdict::Started
+        );
+        let estimate = SweepEstimate {
+            pose: report.pose.as_ref().map(pose_estimate),
+            gmt_position_m: gmt_m,
+            gmt_index: self.gmt_index,
+            paths: report.paths.iter().map(measured).collect(),
+            link: Some(LinkEstimate {
+                state: report.link as u8,
+                probabilities: report
+                    .paths
+                    .first()
+                    .and_then(|p| p.probabilities)
+                    .map(|p| p.to_array().map(f64::from)),
+            }),
+            los_used: taken,
+            innovations: Vec::new(),
+        };
+        let pose = pose_truth(&heard.truth);
+        let _ = world;
+        self.log.sweeps.push(SweepRecord {
+            sweep: report.sweep,
+            time_s,
+            estimate,
+            truth: SweepTruth {
+                pose,
+                gmt_position_m: gmt_m,
+                link: Some(heard.link),
+                matches: Vec::new(),
+            },
+        });
+    }
+
+    /// Closes the log with the receiver's map.
+    pub(super) fn close<const N: usize>(mut self, map: &PointCloud<N>) -> FlightLog {
+        self.log.map = map
+            .points()
+            .map(|point| MapVoxel {
+                position_m: point.position.to_array().map(f64::from),
+                covariance_trace_m2: f64::from(point.variance_m2),
+                hits: u32::from(point.hits),
+            })
+            .collect();
+        self.log
+    }
+}
+
+/// What became of a path, in words.
+fn verdict(path: &PathReport) -> String {
+    match path.outcome {
+        Outcome::NoPose => "no pose yet".into(),
+        Outcome::Unused => "not used in this mode".into(),
+        Outcome::Input(error) => error.to_string(),
+        Outcome::LineOfSight => "line of sight".into(),
+        Outcome::NotFirstOrder => "not one reflection".into(),
+        Outcome::Rejected(rejection) => rejection.to_string(),
+        Outcome::Point(..) => "ok".into(),
+    }
+}
+
+fn measured(path: &PathReport) -> MeasuredPath {
+    let estimated = &path.estimated.path;
+    MeasuredPath {
+        c_tau_m: f64::from(estimated.c_tau_m),
+        aoa_zenith_rad: f64::from(estimated.aoa.zenith_rad()),
+        aoa_azimuth_rad: f64::from(estimated.aoa.azimuth_rad()),
+        snr_db: Some(f64::from(path.estimated.snr_db)),
+        first_order_probability: path.probabilities.map(|p| f64::from(p.first_order)),
+        verdict: verdict(path),
+    }
+}
+
+fn rows(matrix: &Matrix3<f32>) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| f64::from(matrix[(i, j)])))
+}
+
+pub(super) fn pose_estimate(pose: &Pose) -> PoseEstimate {
+    let matrix = Rotation3::from_matrix_unchecked(pose.attitude.matrix().map(f64::from));
+    let q = UnitQuaternion::from_rotation_matrix(&matrix);
+    PoseEstimate {
+        position_m: (*pose.position.vector()).into(),
+        quaternion_wb: [q.w, q.i, q.j, q.k],
+        velocity_m_per_s: pose.velocity_m_per_s.map(f64::from).into(),
+        position_covariance_m2: rows(&pose.position_covariance_m2),
+        attitude_covariance_rad2: rows(&pose.attitude_covariance_rad2),
+        velocity_covariance_m2_per_s2: rows(&pose.velocity_covariance_m2_per_s2),
+        clock_offset_s: Some(pose.clock.offset_m / SPEED_OF_LIGHT_M_PER_S),
+        clock_sigma_s: Some(f64::from(pose.clock.offset_sigma_m) / SPEED_OF_LIGHT_M_PER_S),
+    }
+}
+
+fn pose_truth(truth: &Truth) -> PoseTruth {
+    PoseTruth {
+        position_m: truth.uav.position_m.into(),
+        quaternion_wb: truth.uav.quaternion_wb(),
+        velocity_m_per_s: truth.uav.velocity_m_per_s.into(),
+        clock_offset_s: truth.clock_offset_s,
+    }
+}
