@@ -146,11 +146,12 @@ impl<'m> Classifier<'m> {
     /// [`ClassifyError`] for a path that is no measurement.
     pub fn path(&self, link: &LinkGeometry<'_>, received: &Received) -> Result<Probabilities, ClassifyError> {
         let features = link.features(received)?;
+        let work = &mut Activations::new();
         Ok(match features.with_departure() {
-            Some(inputs) => self.with_departure.classify(inputs, &mut Activations::new())?,
+            Some(inputs) => self.with_departure.classify(inputs, work)?,
             None => self
                 .without_departure
-                .classify(features.without_departure(), &mut Activations::new())?,
+                .classify(features.without_departure(), work)?,
         })
     }
 }
