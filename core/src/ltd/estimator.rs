@@ -323,11 +323,11 @@ impl<
 
     fn finish(&mut self) -> Vec<EstimatedPath, K> {
         let merged: Vec<Merged, K> = self.detections.merge(self.share);
-        let paths = merged
-            .iter()
-            .enumerate()
-            .map(|(index, path)| self.estimated(index, path))
-            .collect();
+        let mut paths: Vec<EstimatedPath, K> = Vec::new();
+        for (index, path) in merged.iter().enumerate() {
+            // As many as were merged: there is room.
+            let _ = paths.push(self.estimated(index, path));
+        }
         self.detections.clear();
         (self.strongest, self.noise) = (0.0, 0.0);
         paths

@@ -259,8 +259,13 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
 impl<const A: usize, const C: usize> Beam<'_, A, C> {
     /// Indices of a group's members.
     fn members(&self, group: u8) -> Vec<usize, MEMBERS> {
-        let all = self.found.iter().enumerate().filter(|(_, f)| f.group == group);
-        all.map(|(index, _)| index).take(MEMBERS).collect()
+        let mut members = Vec::new();
+        for (index, found) in self.found.iter().enumerate() {
+            if found.group == group && members.push(index).is_err() {
+                break;
+            }
+        }
+        members
     }
 
     fn all<const L: usize>(&self, members: [usize; L]) -> Option<[Found<A>; L]> {
