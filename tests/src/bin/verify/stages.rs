@@ -215,7 +215,7 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "kernels",
-        what: "the path estimator's kernels on the emulated Cortex-M7: bits of the host, committed instruction counts",
+        what: "path estimation on the emulated Cortex-M7, kernels and whole sweeps: bits of the host, committed counts",
         needs: &["toolchain", "qemu", "defmt-print", "firmware"],
         work: Work::Steps(&[step(&[
             "test",
@@ -223,6 +223,7 @@ pub(crate) const STAGES: &[Stage] = &[
             "--workspace",
             ALL_TESTS,
             "--test=kernels",
+            "--test=sweeps",
         ])]),
     },
 ];
