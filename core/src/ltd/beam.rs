@@ -283,10 +283,20 @@ fn candidate<const C: usize>(
     let sigma = noise * libm::sqrtf(C as f32);
     let (alone, paired) = (1.0 / sigma, 1.0 / (core::f32::consts::SQRT_2 * sigma));
     let (mut best, mut most) = (None, CANDIDATE_SIGMAS);
-    let excess = |n: usize| profile[n & (SAMPLES - 1)] as f32 - mean;
-    let mut here = excess(taps.start);
+    let power = |n: usize| profile[n & (SAMPLES - 1)];
+    let excess = |power: u64| power as f32 - mean;
+    // Few taps come near: the others are passed over in integers, with a tenth of a standard deviation to spare.
+    let near = CANDIDATE_SIGMAS - 0.1;
+    let near_alone = (mean + near * sigma) as u64;
+    let near_paired = (2.0 * mean + near * core::f32::consts::SQRT_2 * sigma) as u64;
+    let mut next = power(taps.start);
     for n in taps {
-        let next = excess(n + 1);
+        let here = next;
+        next = power(n + 1);
+        if here <= near_alone && here.saturating_add(next) <= near_paired {
+            continue;
+        }
+        let (here, next) = (excess(here), excess(next));
         let sum = (here + next) * paired;
         let (score, tap) = if sum > here * alone && here > next {
             (sum, n)
@@ -298,7 +308,6 @@ fn candidate<const C: usize>(
         if score > most && !missed.contains(&(tap & (SAMPLES - 1))) {
             (best, most) = (Some(tap & (SAMPLES - 1)), score);
         }
-        here = next;
     }
     best.map(|tap| (tap, most / paired))
 }
