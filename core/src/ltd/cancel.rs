@@ -95,14 +95,14 @@ pub(super) fn change<const L: usize, const A: usize, const E: usize, const C: us
     // In two stretches where it runs over the period's end.
     let start = origin.wrapping_sub(reach) & (SAMPLES - 1);
     let ahead = count.min(SAMPLES - start);
+    let mut columns = [[[0_i32; 2]; L]; SAMPLES];
     for (j, ((step, lead), rows)) in model.arrays().zip(taps.as_chunks_mut::<E>().0).enumerate() {
-        let mut columns = [[[0_i32; 2]; L]; SAMPLES];
         for (l, source) in sources.iter().enumerate() {
             let (away, gain) = source.seen_from(origin, template.centre_turns());
             let delay = away - lead.dot(&source.u);
             let scaled = gain.get(j).copied().unwrap_or_default() * (1 << FRACTION_BITS) as f32;
             let column = columns.iter_mut().take(count).filter_map(|row| row.get_mut(l));
-            fill(template, first, delay, scaled, column);
+            fill(template, first, count, delay, scaled, column);
         }
         let phases: [[Iq; E]; L] = sources
             .each_ref()
@@ -127,12 +127,13 @@ fn q15(s: Complex<f32>) -> Iq {
     Iq::new(part(s.re), part(s.im))
 }
 
-/// Fills a column with the kernel times `gain`, cut to integers, at coordinates `first`, `first + 1`, ...: from the table near
+/// Fills a column with the kernel times `gain`, cut to integers, at coordinates `first`, `first + 1`, ..., `count` of them: from the table near
 /// the peak, by the closed form beyond, band centre put back. Phases advance by products and start anew every 32 taps, so
 /// that their rounding stays under 4e-6.
 fn fill<'a>(
     template: &Template,
     first: i32,
+    count: usize,
     delay: f32,
     gain: Complex<f32>,
     column: impl Iterator<Item = &'a mut [i32; 2]>,
@@ -144,18 +145,25 @@ fn fill<'a>(
     let centre_turn = phasor(centre);
     let zero = Complex::new(0.0, 0.0);
     let (mut band, mut period, mut twist) = (zero, zero, zero);
+    let near = |x: f32| x.abs() < (SPAN - 1) as f32;
+    // The closed form's phases are not needed where every tap is near.
+    let far = !(near(first as f32 - delay) && near((first + count as i32 - 1) as f32 - delay));
     for (i, value) in (0..).zip(column) {
         let x = (first + i) as f32 - delay;
         if i & 31 == 0 {
-            band = phasor(band_step * x);
-            period = phasor(period_step * x);
+            if far {
+                band = phasor(band_step * x);
+                period = phasor(period_step * x);
+            }
             twist = phasor(centre * (first + i) as f32);
         } else {
-            band *= band_turn;
-            period *= period_turn;
+            if far {
+                band *= band_turn;
+                period *= period_turn;
+            }
             twist *= centre_turn;
         }
-        let d = if x.abs() < (SPAN - 1) as f32 {
+        let d = if near(x) {
             template.at(x)[0]
         } else {
             band.im / (template.active() * period.im)

@@ -11,6 +11,7 @@ use super::beam::{Beam, Found, SINGLE_STEPS, Search};
 use super::cancel::{Change, Source};
 use super::cholesky::regular;
 use super::fit::{Fit, Place, REACH};
+use super::meter::{Meter, Stage, within};
 use super::window::{JOINT, Window};
 
 /// Paths nearer than this in delay form a group, whatever their directions: a single array sees only a cone, so even
@@ -33,7 +34,7 @@ const ATTEMPTS: usize = 3;
 /// Half the separation in delay at which two paths of one direction are started, taps.
 const SPLIT_TAPS: f32 = 0.2;
 
-impl<const A: usize, const E: usize> Search<'_, A, E> {
+impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
     /// The group to which a source is close: to all of its members.
     pub(super) fn neighbours<const C: usize>(&self, beam: &Beam<'_, A, C>, source: &Source<A>) -> Option<u8> {
         let close = |f: &Found<A>| {
@@ -56,11 +57,11 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
         noise: f32,
     ) -> bool {
         let members = beam.members(group);
-        match *members.as_slice() {
+        within(self.meter, Stage::JointFit, || match *members.as_slice() {
             [a] => self.extend::<1, 3, 2, 6, C>(beam, [a], source, noise),
             [a, b] => self.extend::<2, 6, 3, 9, C>(beam, [a, b], source, noise),
             _ => false,
-        }
+        })
     }
 
     /// Refits the members of a group.

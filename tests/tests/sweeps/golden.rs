@@ -1,7 +1,5 @@
 //! Golden sweeps: what the emulated chip makes of recorded sweeps is, bit for bit, what this machine makes of them.
 
-use std::fs;
-
 use cslam_core::block::BeamBlock;
 use cslam_core::ltd::{
     BeamReport, EstimatedPath, Estimator, EstimatorConfig, Iq, PaperEstimator, PathEstimator,
@@ -9,8 +7,8 @@ use cslam_core::ltd::{
 use cslam_core::waveform::SAMPLES;
 use cslam_firmware::front_end_check::{Block, CHANNELS};
 use cslam_firmware::sweep_check::{PATHS, run};
-use cslam_tests::emulated_board;
 
+use crate::chip;
 use crate::recordings::{self, Recording};
 
 type Best = Estimator<4, 8, CHANNELS, 72, 3, 8, 8, 360, PATHS>;
@@ -43,23 +41,7 @@ fn expected(recording: &Recording, estimator: &mut dyn PathEstimator<CHANNELS, P
 
 /// Lines of the chip.
 fn found(mode: &str, recording: &Recording) -> String {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let [samples, lines] = ["samples", "lines"].map(|name| folder.path().join(name));
-    fs::write(&samples, &recording.bytes).expect("a file");
-    let output = emulated_board("run", "sweeps-an500")
-        .args(["--", mode])
-        .args([&samples, &lines])
-        .env("CSLAM_TIMEOUT_S", "400")
-        .output()
-        .expect("cargo starts");
-    assert!(
-        output.status.success(),
-        "the run ended with {}:\n{}{}",
-        output.status,
-        String::from_utf8_lossy(&output.stdout),
-        String::from_utf8_lossy(&output.stderr)
-    );
-    fs::read_to_string(&lines).expect("the chip's lines")
+    chip::run(mode, recording, None).lines
 }
 
 /// The first line in which two texts differ, with its number, as each has it.

@@ -54,6 +54,21 @@ pub(crate) fn all() -> Recording {
     recording
 }
 
+/// Sweeps whose cost is counted: nine paths, all beams.
+pub(crate) fn nine_paths() -> Recording {
+    let mut recording = Recording::default();
+    let mut recorder = Recorder::new(Impairments::budget(), 9);
+    for (index, snr_db) in (0..).zip([0.0, 10.0, 20.0, 20.0, 20.0, 30.0]) {
+        let rays = recorder.nine(snr_db);
+        recording.add(
+            &format!("nine paths, {snr_db} dB"),
+            5,
+            &recorder.sweep(&rays, index),
+        );
+    }
+    recording
+}
+
 /// All beams.
 fn whole_sweeps(recording: &mut Recording) {
     let mut recorder = Recorder::new(Impairments::budget(), 1);

@@ -1,0 +1,57 @@
+//! Instruction counts against a committed table.
+
+use std::collections::BTreeMap;
+
+/// A count may rise by this much before a test fails; a change below it is the compiler's.
+pub const TOLERANCE: f64 = 0.02;
+
+/// Counts by name, from lines `name: instructions`; others, and comments, are passed over.
+pub fn counts(text: &str) -> BTreeMap<String, f64> {
+    text.lines()
+        .filter(|line| !line.starts_with('#'))
+        .filter_map(|line| line.rsplit_once(": "))
+        .filter_map(|(name, count)| Some((name.to_owned(), count.trim().parse().ok()?)))
+        .collect()
+}
+
+/// What is missing, new, or dearer than committed. `resolution`: a rise by less is none.
+pub fn rises(
+    committed: &BTreeMap<String, f64>,
+    measured: &BTreeMap<String, f64>,
+    resolution: f64,
+) -> Vec<String> {
+    let missing = committed
+        .keys()
+        .filter(|name| !measured.contains_key(*name))
+        .map(|name| format!("{name}: not measured"));
+    let others = measured
+        .iter()
+        .filter_map(|(name, &count)| match committed.get(name) {
+            None => Some(format!("{name}: {count}, not in the table")),
+            Some(&before) if count > before * (1.0 + TOLERANCE) + resolution => {
+                Some(format!("{name}: {count} instructions, committed {before}"))
+            }
+            Some(_) => None,
+        });
+    missing.chain(others).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rise_a_missing_and_a_new_count_are_found() {
+        let committed = counts("# made: 3\nfft 512: 14000\nlevel: 20000\nempty: 1\n");
+        assert!(rises(&committed, &counts("fft 512: 14200\nlevel: 15000\nempty: 4"), 8.0).is_empty());
+        let found = rises(&committed, &counts("fft 512: 14300\nempty: 1\nmore: 7"), 8.0);
+        assert_eq!(
+            found,
+            [
+                "level: not measured",
+                "fft 512: 14300 instructions, committed 14000",
+                "more: 7, not in the table"
+            ]
+        );
+    }
+}
