@@ -121,12 +121,17 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
                 }
             }
         }
-        let with: Fit<M, N, A> = self.best(&window, start, noise);
         let least = MEMBER_GAIN * noise / self.template.occupancy();
-        let gain = with.energy - without.energy;
+        let worth = least.max(self.calibration_share * without.energy);
         let inside = |places: &[Place]| places.iter().all(|p| p.delay_taps.abs() < JOINT as f32);
-        let sound = inside(&with.places) && regular(&with.hessian);
-        if gain > least && gain > self.calibration_share * without.energy && sound {
+        // One more member explains at most what is left.
+        let left = window.energy().0 - without.energy;
+        let with: Option<Fit<M, N, A>> = (left > worth).then(|| self.best(&window, start, noise));
+        if let Some(with) = with
+            && with.energy - without.energy > worth
+            && inside(&with.places)
+            && regular(&with.hessian)
+        {
             self.replace(beam, &members, &with, &old[0], noise);
             true
         } else if without.energy - kept.energy > least && inside(&without.places) && regular(&without.hessian)
@@ -200,7 +205,9 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         let (energy, samples) = window.energy();
         // Mean and standard deviation of noise that is oversampled by 1 / occupancy.
         let mean = samples as f32 * noise;
-        let most = mean + RESIDUAL_SIGMAS * noise * libm::sqrtf(samples as f32 / self.template.occupancy());
+        let spread = noise * libm::sqrtf(samples as f32 / self.template.occupancy());
+        // What the arrays' errors leave, no start explains.
+        let most = mean + RESIDUAL_SIGMAS * spread + self.calibration_share * energy;
         for attempt in 0..ATTEMPTS {
             if energy - best.energy < most {
                 break;

@@ -54,17 +54,21 @@ pub(crate) fn all() -> Recording {
     recording
 }
 
-/// Sweeps whose cost is counted: nine paths, all beams.
+/// Sweeps whose cost is counted: nine paths at 0, 10, 20, 30 dB in all beams, with calibrated arrays, then with the error
+/// budget's.
 pub(crate) fn nine_paths() -> Recording {
     let mut recording = Recording::default();
-    let mut recorder = Recorder::new(Impairments::budget(), 9);
-    for (index, snr_db) in (0..).zip([0.0, 10.0, 20.0, 20.0, 20.0, 30.0]) {
-        let rays = recorder.nine(snr_db);
-        recording.add(
-            &format!("nine paths, {snr_db} dB"),
-            5,
-            &recorder.sweep(&rays, index),
-        );
+    let calibrated = Impairments {
+        free_array_phase: true,
+        ..Impairments::none()
+    };
+    for impairments in [calibrated, Impairments::budget()] {
+        let mut recorder = Recorder::new(impairments, 9);
+        for (index, snr_db) in (0..).zip([0.0, 10.0, 20.0, 30.0]) {
+            let rays = recorder.nine(snr_db);
+            let name = format!("nine paths, {snr_db} dB");
+            recording.add(&name, 5, &recorder.sweep(&rays, index));
+        }
     }
     recording
 }
