@@ -26,14 +26,17 @@
 
 pub mod array;
 pub mod block;
+mod checksum;
 pub mod constants;
 pub mod geometry;
 pub mod localization;
+pub mod lscn;
 pub mod ltd;
 pub mod map;
 pub mod path;
 pub mod reflection;
 #[cfg(all(target_arch = "arm", feature = "armv7em"))]
 mod simd;
+mod sqrt;
 pub mod telemetry;
 pub mod waveform;

@@ -1,0 +1,195 @@
+//! Sweeps: what the receiver made of one sweep of the transmit beams, and the link that it heard.
+
+use serde::{Deserialize, Serialize};
+
+use super::{PoseEstimate, PoseRecord, PoseTruth};
+use crate::paths::Link;
+
+/// A path as the receiver measured it. Angles of arrival are in body axes and delays hold the clock offset: nothing of
+/// the pose is in them, so the error of the path and that of the pose can be told apart.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeasuredPath {
+    /// Speed of light times the delay as measured, clock offset included, m.
+    pub c_tau_m: f64,
+    /// Zenith angle of arrival in body axes, rad.
+    pub aoa_zenith_rad: f64,
+    /// Azimuth of arrival in body axes, rad.
+    pub aoa_azimuth_rad: f64,
+    /// SNR per element and active subcarrier, dB.
+    pub snr_db: Option<f64>,
+    /// Probability that it was reflected once; `None` when no classifier judged it.
+    pub first_order_probability: Option<f64>,
+    /// What became of it: `ok` for an accepted reflection point, else the reason in words.
+    pub verdict: String,
+}
+
+/// Kinds of measurement that correct the pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Measurement {
+    /// Delay of the line of sight.
+    LosDelay,
+    /// Angle of arrival of the line of sight.
+    LosAngle,
+    /// Direction of departure by beam squint.
+    Squint,
+    /// All of the line of sight, gated together.
+    Los,
+    /// Two-way timing.
+    Timing,
+    /// A reflection off a mapped plane.
+    Reflection,
+    /// Heading by the magnetometer.
+    Magnetometer,
+}
+
+impl Measurement {
+    /// Every kind.
+    pub const ALL: [Self; 7] = [
+        Self::LosDelay,
+        Self::LosAngle,
+        Self::Squint,
+        Self::Los,
+        Self::Timing,
+        Self::Reflection,
+        Self::Magnetometer,
+    ];
+
+    /// Name in files.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::LosDelay => "los_delay",
+            Self::LosAngle => "los_angle",
+            Self::Squint => "squint",
+            Self::Los => "los",
+            Self::Timing => "timing",
+            Self::Reflection => "reflection",
+            Self::Magnetometer => "magnetometer",
+        }
+    }
+
+    /// Name for people.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::LosDelay => "LOS delay",
+            Self::LosAngle => "LOS angle",
+            Self::Squint => "beam squint",
+            Self::Los => "LOS, joint",
+            Self::Timing => "two-way timing",
+            Self::Reflection => "reflection",
+            Self::Magnetometer => "magnetometer",
+        }
+    }
+}
+
+/// How far a measurement was from what the filter expected.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Innovation {
+    /// Kind.
+    pub measurement: Measurement,
+    /// Degrees of freedom.
+    pub dof: u32,
+    /// Normalised innovation squared: r^T S^-1 r.
+    pub nis: f64,
+    /// NIS over the gate: above 1 it is refused unless a vote says otherwise.
+    pub test_ratio: f64,
+    /// Whether the filter took it.
+    pub accepted: bool,
+}
+
+/// What the receiver holds of the link as a whole.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LinkEstimate {
+    /// 0 = outage, 1 = LOS, 2 = first-order, 3 = higher-order.
+    pub state: u8,
+    /// Probabilities of LOS, first-order, higher-order; `None` without a classifier.
+    pub probabilities: Option<[f64; 3]>,
+}
+
+/// The receiver's side of a sweep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SweepEstimate {
+    /// Pose with which the reflection points of the sweep were solved; `None` before the first one.
+    pub pose: Option<PoseEstimate>,
+    /// Position of the GMT as its beacon says, m.
+    pub gmt_position_m: [f64; 3],
+    /// Index of the GMT position: counts its stops as the receiver sees them.
+    pub gmt_index: u32,
+    /// Measured paths, strongest first.
+    pub paths: Vec<MeasuredPath>,
+    /// State of the link; `None` when the receiver does not classify.
+    pub link: Option<LinkEstimate>,
+    /// Whether a path was used as line of sight by the filter.
+    pub los_used: bool,
+    /// Measurements that the filter was offered since the sweep before.
+    pub innovations: Vec<Innovation>,
+}
+
+/// The world's side of a sweep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SweepTruth {
+    /// Pose and clock at the first beam.
+    pub pose: PoseTruth,
+    /// Position of the GMT's antenna, m.
+    pub gmt_position_m: [f64; 3],
+    /// Traced paths; `None` when the truth is not known. World frame, no clock offset.
+    pub link: Option<Link>,
+    /// For each measured path the index of the true path behind it, or `None`: filled by
+    /// [`match_paths`](crate::evaluation::matching::match_paths), or at once by whoever knows.
+    pub matches: Vec<Option<usize>>,
+}
+
+impl SweepTruth {
+    /// Whether there was line of sight.
+    pub fn los_visible(&self) -> bool {
+        self.link
+            .as_ref()
+            .is_some_and(|link| link.paths.iter().any(|p| p.order == Some(0)))
+    }
+
+    /// True state of the link: `None` when the truth is not known.
+    pub fn link_state(&self) -> Option<u8> {
+        link_state_of(self.link.as_ref()?)
+    }
+}
+
+/// State of a link: that of its strongest path by |gain|, 0 without a path; `None` when a path does not say its order.
+/// Without gains the list's own order counts, strongest first.
+pub fn link_state_of(link: &Link) -> Option<u8> {
+    let power = |gain: Option<[f64; 2]>| gain.map_or(f64::NEG_INFINITY, |[re, im]| re * re + im * im);
+    let Some(first) = link.paths.first() else {
+        return Some(0);
+    };
+    let strongest = link.paths.iter().skip(1).fold(first, |best, path| {
+        if power(path.gain) > power(best.gain) {
+            path
+        } else {
+            best
+        }
+    });
+    strongest.order.map(|order| order.min(2) + 1)
+}
+
+/// One sweep of the transmit beams.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SweepRecord {
+    /// Number of the sweep, from 0.
+    pub sweep: u32,
+    /// GMT time of the first beam, s.
+    pub time_s: f64,
+    /// What the receiver made of it.
+    pub estimate: SweepEstimate,
+    /// What was so.
+    pub truth: SweepTruth,
+}
+
+impl SweepRecord {
+    /// Estimate and truth of the pose at this sweep.
+    pub fn pose(&self) -> PoseRecord {
+        PoseRecord {
+            time_s: self.time_s,
+            estimate: self.estimate.pose,
+            truth: self.truth.pose,
+        }
+    }
+}
