@@ -15,6 +15,7 @@
 //! Network"; link-state.md; kernels.md section 4.
 
 mod bounce;
+mod classifier;
 pub(crate) mod dense;
 mod error;
 mod features;
@@ -26,6 +27,7 @@ mod probability;
 mod shape;
 mod write;
 
+pub use classifier::{Classifier, ClassifyError, LinkState, PaperClassifier, WrongModel};
 pub use error::ModelError;
 pub use features::{
     Features, GEOMETRIC_INPUTS, GEOMETRIC_NAMES, GEOMETRIC_WITH_DEPARTURE_INPUTS, LinkGeometry,
