@@ -1,11 +1,11 @@
-//! Instruction counts against a committed table.
+//! Tables of instruction counts: reading them, and finding what became dearer.
 
 use std::collections::BTreeMap;
 
 /// A count may rise by this much before a test fails; a change below it is the compiler's.
-pub const TOLERANCE: f64 = 0.02;
+const TOLERANCE: f64 = 0.02;
 
-/// Counts by name, from lines `name: instructions`; others, and comments, are passed over.
+/// Counts by name, from lines `name: instructions`; others are passed over.
 pub fn counts(text: &str) -> BTreeMap<String, f64> {
     text.lines()
         .filter(|line| !line.starts_with('#'))
@@ -14,12 +14,8 @@ pub fn counts(text: &str) -> BTreeMap<String, f64> {
         .collect()
 }
 
-/// What is missing, new, or dearer than committed. `resolution`: a rise by less is none.
-pub fn rises(
-    committed: &BTreeMap<String, f64>,
-    measured: &BTreeMap<String, f64>,
-    resolution: f64,
-) -> Vec<String> {
+/// What is missing, new, or dearer than committed.
+pub fn rises(committed: &BTreeMap<String, f64>, measured: &BTreeMap<String, f64>) -> Vec<String> {
     let missing = committed
         .keys()
         .filter(|name| !measured.contains_key(*name))
@@ -28,7 +24,8 @@ pub fn rises(
         .iter()
         .filter_map(|(name, &count)| match committed.get(name) {
             None => Some(format!("{name}: {count}, not in the table")),
-            Some(&before) if count > before * (1.0 + TOLERANCE) + resolution => {
+            // The counter resolves a few instructions: that much is no rise of an empty call.
+            Some(&before) if count > before * (1.0 + TOLERANCE) + 8.0 => {
                 Some(format!("{name}: {count} instructions, committed {before}"))
             }
             Some(_) => None,
@@ -41,10 +38,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_rise_a_missing_and_a_new_count_are_found() {
+    fn a_rise_a_missing_and_a_new_kernel_are_found() {
         let committed = counts("# made: 3\nfft 512: 14000\nlevel: 20000\nempty: 1\n");
-        assert!(rises(&committed, &counts("fft 512: 14200\nlevel: 15000\nempty: 4"), 8.0).is_empty());
-        let found = rises(&committed, &counts("fft 512: 14300\nempty: 1\nmore: 7"), 8.0);
+        assert!(rises(&committed, &counts("fft 512: 14200\nlevel: 15000\nempty: 4")).is_empty());
+        let found = rises(&committed, &counts("fft 512: 14300\nempty: 1\nmore: 7"));
         assert_eq!(
             found,
             [

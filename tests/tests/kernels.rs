@@ -10,9 +10,6 @@ use cslam_firmware::front_end_check::{BLOCKS, Block, CHANNELS, run};
 use cslam_tests::cost::{counts, rises};
 use cslam_tests::{emulated_board, root};
 
-/// The counter resolves a few instructions: that much is no rise of an empty call.
-const RESOLUTION: f64 = 8.0;
-
 /// What the chip printed: one run for all tests.
 fn output() -> &'static str {
     static OUTPUT: OnceLock<String> = OnceLock::new();
@@ -40,7 +37,7 @@ fn no_kernel_costs_more_than_committed() {
     for (name, count) in &measured {
         println!("{name}: {count}");
     }
-    let rises = rises(&counts(&table), &measured, RESOLUTION);
+    let rises = rises(&counts(&table), &measured);
     assert!(rises.is_empty(), "{}", rises.join("\n"));
 }
 

@@ -6,9 +6,6 @@ use cslam_tests::root;
 use crate::chip;
 use crate::recordings::nine_paths;
 
-/// Stages under a hundred thousand instructions are nobody's concern.
-const RESOLUTION: f64 = 100_000.0;
-
 #[test]
 fn no_stage_costs_more_than_committed() {
     let recording = nine_paths();
@@ -20,6 +17,6 @@ fn no_stage_costs_more_than_committed() {
     }
     let table =
         std::fs::read_to_string(root().join("tests/golden/ltd_sweep_cost.txt")).expect("the committed table");
-    let rises = rises(&counts(&table), &measured, RESOLUTION);
+    let rises = rises(&counts(&table), &measured);
     assert!(rises.is_empty(), "{}", rises.join("\n"));
 }

@@ -44,6 +44,8 @@ const THUMB: &str = "--target=thumbv7em-none-eabihf";
 /// Features of the tests' package: the verify driver and the emulated tests.
 const ALL_TESTS: &str = "--features=cslam-tests/verify,cslam-tests/emulated";
 const EMULATED_BOARD: &str = "--features=qemu-an500";
+/// The emulated board with the rivals of the networks' table.
+const ALL_BOARD: &str = "--features=qemu-an500,rivals";
 const LINK_CHECK: &str = "--features=stm32h743,link-check";
 
 /// Every stage, in order.
@@ -96,7 +98,7 @@ pub(crate) const STAGES: &[Stage] = &[
                 "--locked",
                 THUMB,
                 "-p=cslam-firmware",
-                EMULATED_BOARD,
+                ALL_BOARD,
                 "--",
                 "-Dwarnings",
             ]),
@@ -215,7 +217,7 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "kernels",
-        what: "path estimation on the emulated Cortex-M7, kernels and whole sweeps: bits of the host, committed counts",
+        what: "kernels, whole sweeps and networks on the emulated Cortex-M7: bits of the host, committed counts",
         needs: &["toolchain", "qemu", "defmt-print", "firmware"],
         work: Work::Steps(&[step(&[
             "test",
@@ -224,6 +226,7 @@ pub(crate) const STAGES: &[Stage] = &[
             ALL_TESTS,
             "--test=kernels",
             "--test=sweeps",
+            "--test=lscn",
         ])]),
     },
 ];
