@@ -61,6 +61,8 @@ pub struct SweepReport<const K: usize> {
     pub bearing: Result<Bearing, Refusal>,
     /// Pose at the start of the sweep, with the sweep taken in.
     pub pose: Option<Pose>,
+    /// The pose's clock offset with the whole delay periods that two-way timing tells, m; `None` without either.
+    pub clock_offset_m: Option<f64>,
     /// Flags of the filter.
     pub health: Health,
 }

@@ -16,7 +16,7 @@ use crate::geometry::{Direction, Gmt, Rotation, World};
 use crate::localization::Pose;
 use crate::localization::bsm::{Bearing, Refusal, Sighting};
 use crate::localization::filter::{
-    FaceDirection, PathMeasurement, SweepMeasurement, SweepVerdict, Transmitter,
+    FaceDirection, PathMeasurement, SweepMeasurement, SweepVerdict, Transmitter, wrap_delay_m,
 };
 use crate::lscn::{LinkGeometry, LinkState, Probabilities, Received};
 use crate::ltd::{EstimatedPath, PathEstimator};
@@ -153,6 +153,10 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             link,
             verdict,
             bearing,
+            clock_offset_m: pose.as_ref().and_then(|pose| {
+                let offset_m = pose.clock.offset_m;
+                Some(offset_m + whole_periods_m(self.last_timing_m? - offset_m))
+            }),
             pose,
             health: self.localizer.health(),
         })
@@ -412,6 +416,11 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             }
         }
     }
+}
+
+/// The multiple of a delay period that is nearest to a length, m.
+fn whole_periods_m(length_m: f64) -> f64 {
+    length_m - wrap_delay_m(length_m)
 }
 
 /// A bearing as the localizer takes it.

@@ -6,6 +6,9 @@ use cslam_core::geometry::Matrix3;
 use cslam_core::localization::Pose;
 use cslam_core::localization::filter::SweepVerdict;
 use cslam_core::map::PointCloud;
+use cslam_core::telemetry::{
+    Encoder, InputReport, MAX_FRAME, Message, PointReport, RejectionReport, Summary,
+};
 use nalgebra::{Rotation3, UnitQuaternion};
 
 use crate::flight_log::{
@@ -13,11 +16,14 @@ use crate::flight_log::{
     SweepEstimate, SweepRecord, SweepTruth,
 };
 use crate::sensors::Truth;
-use crate::world::{HeardSweep, World};
+use crate::world::HeardSweep;
 
 /// A log in the making.
 pub(super) struct Logbook {
     log: FlightLog,
+    encoder: Encoder,
+    packets: Vec<u8>,
+    summary: Summary,
     gmt_index: u32,
     last_gmt_m: Option<[f64; 3]>,
 }
@@ -29,6 +35,9 @@ impl Logbook {
     pub(super) fn new(header: Header, voxel_edge_m: f32) -> Self {
         Self {
             log: FlightLog::new(header, f64::from(voxel_edge_m)),
+            encoder: Encoder::new(),
+            packets: Vec::new(),
+            summary: Summary::default(),
             gmt_index: 0,
             last_gmt_m: None,
         }
@@ -38,8 +47,53 @@ impl Logbook {
         *self.log.counters.entry(what.to_owned()).or_default() += 1;
     }
 
+    /// Sends a packet to the ground.
+    fn send(&mut self, message: &Message) {
+        let mut frame = [0; MAX_FRAME];
+        match self.encoder.encode(message, &mut frame) {
+            Ok(bytes) => {
+                self.packets.extend_from_slice(bytes);
+                self.log.downlink.packets += 1;
+            }
+            Err(_) => self.count("packets that could not be encoded"),
+        }
+    }
+
+    /// Tells the ground what became of a path.
+    fn downlink(&mut self, sweep: u32, index: usize, outcome: &Outcome) {
+        let path = index as u8;
+        match outcome {
+            Outcome::Point(point, _) => {
+                self.summary.points += 1;
+                self.send(&Message::Point(PointReport {
+                    link: sweep,
+                    path,
+                    position_m: point.position.to_array(),
+                    sigma_m: point.sigma_m(),
+                }));
+            }
+            Outcome::Rejected(reason) => {
+                self.summary.rejected += 1;
+                self.send(&Message::Rejection(RejectionReport {
+                    link: sweep,
+                    path,
+                    reason: *reason,
+                }));
+            }
+            Outcome::Input(error) => {
+                self.summary.invalid += 1;
+                self.send(&Message::Input(InputReport {
+                    link: sweep,
+                    path,
+                    error: *error,
+                }));
+            }
+            Outcome::NoPose | Outcome::Unused | Outcome::LineOfSight | Outcome::NotFirstOrder => {}
+        }
+    }
+
     /// Enters a sweep with its points.
-    pub(super) fn sweep(&mut self, world: &World<'_>, report: &SweepReport<PATHS>, heard: HeardSweep) {
+    pub(super) fn sweep(&mut self, report: &SweepReport<PATHS>, heard: HeardSweep) {
         let time_s = heard.truth.time_s;
         // The beacon's own position, without its error: which stop it is does not depend on two centimetres.
         let gmt_m: [f64; 3] = heard.truth.gmt_position_m.into();
@@ -66,13 +120,14 @@ impl Logbook {
                 });
             }
             self.count(&verdict(path));
+            self.downlink(report.sweep, index, &path.outcome);
         }
         let taken = matches!(
             report.verdict,
             SweepVerdict::Accepted | SweepVerdict::Inflated | SweepVerdict::Refixed | SweepVerdict::Started
         );
         let estimate = SweepEstimate {
-            pose: report.pose.as_ref().map(pose_estimate),
+            pose: report.pose.as_ref().map(|pose| pose_estimate(pose, report.clock_offset_m)),
             gmt_position_m: gmt_m,
             gmt_index: self.gmt_index,
             paths: report.paths.iter().map(measured).collect(),
@@ -88,7 +143,6 @@ impl Logbook {
             innovations: Vec::new(),
         };
         let pose = pose_truth(&heard.truth);
-        let _ = world;
         self.log.sweeps.push(SweepRecord {
             sweep: report.sweep,
             time_s,
@@ -103,7 +157,13 @@ impl Logbook {
     }
 
     /// Closes the log with the receiver's map.
-    pub(super) fn close<const N: usize>(mut self, map: &PointCloud<N>) -> FlightLog {
+    pub(super) fn close<const N: usize>(mut self, map: &PointCloud<N>) -> (FlightLog, Vec<u8>) {
+        let counters = map.counters();
+        self.summary.map_points = map.len() as u32;
+        self.summary.map_dropped = counters.dropped.saturating_add(counters.out_of_range);
+        let summary = self.summary;
+        self.send(&Message::Summary(summary));
+        self.log.downlink.bytes = self.packets.len() as u64;
         self.log.map = map
             .points()
             .map(|point| MapVoxel {
@@ -112,7 +172,7 @@ impl Logbook {
                 hits: u32::from(point.hits),
             })
             .collect();
-        self.log
+        (self.log, self.packets)
     }
 }
 
@@ -145,7 +205,7 @@ fn rows(matrix: &Matrix3<f32>) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| f64::from(matrix[(i, j)])))
 }
 
-pub(super) fn pose_estimate(pose: &Pose) -> PoseEstimate {
+fn pose_estimate(pose: &Pose, clock_offset_m: Option<f64>) -> PoseEstimate {
     let matrix = Rotation3::from_matrix_unchecked(pose.attitude.matrix().map(f64::from));
     let q = UnitQuaternion::from_rotation_matrix(&matrix);
     PoseEstimate {
@@ -155,7 +215,7 @@ pub(super) fn pose_estimate(pose: &Pose) -> PoseEstimate {
         position_covariance_m2: rows(&pose.position_covariance_m2),
         attitude_covariance_rad2: rows(&pose.attitude_covariance_rad2),
         velocity_covariance_m2_per_s2: rows(&pose.velocity_covariance_m2_per_s2),
-        clock_offset_s: Some(pose.clock.offset_m / SPEED_OF_LIGHT_M_PER_S),
+        clock_offset_s: clock_offset_m.map(|offset_m| offset_m / SPEED_OF_LIGHT_M_PER_S),
         clock_sigma_s: Some(f64::from(pose.clock.offset_sigma_m) / SPEED_OF_LIGHT_M_PER_S),
     }
 }

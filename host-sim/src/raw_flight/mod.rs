@@ -30,13 +30,15 @@ pub const VOXELS: usize = 4096;
 ///
 /// # Errors
 /// [`InputError`] naming a sweep that cannot be synthesised.
+///
+/// Returns the log and every byte that went to the ground.
 pub fn fly<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     world: &World<'_>,
     receiver: &mut Cslam<'_, E, VOXELS, STATES>,
     header: Header,
     interrupted: &AtomicBool,
     mut swept: impl FnMut(&SweepReport<PATHS>),
-) -> Result<FlightLog, InputError> {
+) -> Result<(FlightLog, Vec<u8>), InputError> {
     let sweeps = u32::try_from(header.planned_sweeps).unwrap_or(u32::MAX).min(world.sweeps());
     let stop = AtomicBool::new(false);
     thread::scope(|scope| {
@@ -73,13 +75,13 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     sweeps: u32,
     ready: &Receiver<Ready>,
     mut go_on: impl FnMut(&SweepReport<PATHS>) -> bool,
-) -> Result<FlightLog, InputError> {
+) -> Result<(FlightLog, Vec<u8>), InputError> {
     let mut logbook = Logbook::new(header, receiver.map().edge_m());
     let mut hand: Option<HeardSweep> = None;
     // Ends the sweep in hand; whether to go on.
     let mut end = |receiver: &mut Cslam<'_, E, VOXELS, STATES>, logbook: &mut Logbook, heard: HeardSweep| {
         receiver.end_sweep().is_none_or(|report| {
-            logbook.sweep(world, &report, heard);
+            logbook.sweep(&report, heard);
             go_on(&report)
         })
     };

@@ -1,0 +1,193 @@
+//! `cslam fly`: one whole flight, from raw samples to the map, or over a path list.
+
+mod list;
+mod raw;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+
+use crate::evaluation::evaluate;
+use crate::flight_files::Outputs;
+use crate::flight_files::ply::Encoding;
+use crate::flight_log::FlightLog;
+use crate::input::{InputError, read_text};
+use crate::measurement::Sigmas;
+use crate::report::{Report, table};
+use crate::scene::Scene;
+use crate::world::WorldConfig;
+
+/// Sweeps a second (design section 7).
+const SWEEP_RATE_HZ: f64 = 2.0;
+
+/// Arguments of `cslam fly`.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Scene to fly through: outdoor, indoor, street, outdoor_a, city:SEED, or a file. With --paths: the scene that the
+    /// list was traced in [default: outdoor]
+    #[arg(long, value_name = "NAME|FILE")]
+    scene: Option<String>,
+    /// Fly over a path list (.jsonl or .jsonl.gz) instead, or over the `bundled` one: measured paths with errors of stated
+    /// size, no samples, no pose to estimate
+    #[arg(long, value_name = "FILE|bundled")]
+    paths: Option<PathBuf>,
+    /// Configuration file (TOML); --print-config shows what it may hold
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Print the configuration in force as TOML and end
+    #[arg(long)]
+    print_config: bool,
+    /// Seed of the flight and of all errors
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Fly at most this many sweeps
+    #[arg(long, value_name = "N")]
+    steps: Option<usize>,
+    /// Whose methods
+    #[arg(long, value_enum, default_value_t = Mode::Best)]
+    mode: Mode,
+    #[command(flatten)]
+    stages: raw::Stages,
+    /// Directory for the results, made when missing
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+    /// Encoding of the point clouds
+    #[arg(long, value_enum, default_value_t = Ply::Ascii)]
+    ply: Ply,
+    /// Print the report as one JSON object on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Mode {
+    /// Ours in every stage
+    Best,
+    /// The paper's in every stage
+    Paper,
+}
+
+impl Mode {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Best => "best",
+            Self::Paper => "paper",
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Ply {
+    /// Text
+    Ascii,
+    /// Little endian
+    Binary,
+}
+
+impl From<Ply> for Encoding {
+    fn from(ply: Ply) -> Self {
+        match ply {
+            Ply::Ascii => Self::Ascii,
+            Ply::Binary => Self::Binary,
+        }
+    }
+}
+
+/// The configuration file.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Config {
+    /// Flights over a path list: standard deviations of the measurement errors. The receiver knows them, not the errors.
+    errors: Sigmas,
+    /// Flights from raw samples: the flight, its sensors and its channel.
+    world: WorldConfig,
+}
+
+impl Default for Args {
+    fn default() -> Self {
+        Self {
+            scene: None,
+            paths: None,
+            config: None,
+            print_config: false,
+            seed: 1,
+            steps: None,
+            mode: Mode::Best,
+            stages: raw::Stages::default(),
+            out: "out".into(),
+            ply: Ply::Ascii,
+            json: false,
+        }
+    }
+}
+
+/// A flight, or as much of it as was flown before an interrupt.
+struct Flown {
+    log: FlightLog,
+    scene: Option<Scene>,
+    packets: Vec<u8>,
+}
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
+    let config = read_config(args.config.as_deref())?;
+    if args.print_config {
+        print!("{}", toml::to_string(&config)?);
+        return Ok(());
+    }
+    let start = Instant::now();
+    let mut flown = match &args.paths {
+        Some(file) => list::run(args, &config, file)?,
+        None => raw::run(args, &config)?,
+    };
+    let elapsed_s = start.elapsed().as_secs_f64();
+    let evaluation = evaluate(&mut flown.log, flown.scene.as_ref());
+    let report = Report::new(&flown.log, &evaluation, elapsed_s);
+    let outputs = Outputs {
+        log: &flown.log,
+        scene: flown.scene.as_ref(),
+        evaluation: &evaluation,
+        report: &report,
+        packets: &flown.packets,
+    };
+    outputs.write(&args.out, args.ply.into())?;
+    if args.json {
+        println!("{}", serde_json::to_string(&report)?);
+        eprintln!("{}", table(&report));
+    } else {
+        println!("{}", table(&report));
+    }
+    eprintln!("wrote {} to {}", Outputs::NAMES.join(", "), args.out.display());
+    Ok(())
+}
+
+/// Before the flight: a directory that cannot be made must not cost one.
+fn make_directory(out: &Path) -> Result<(), InputError> {
+    fs::create_dir_all(out).map_err(|e| InputError::in_file(out, format!("cannot be made a directory: {e}")))
+}
+
+/// A flag that Ctrl-C raises: the flight ends there, and what was flown is written.
+fn interrupted_flag() -> Arc<AtomicBool> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    // A second handler in one process is an error of no consequence here: the first one stays.
+    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    interrupted
+}
+
+fn read_config(file: Option<&Path>) -> Result<Config, InputError> {
+    let Some(file) = file else {
+        return Ok(Config::default());
+    };
+    let config: Config =
+        toml::from_str(&read_text(file)?).map_err(|e| InputError::in_file(file, e.message().to_owned()))?;
+    config
+        .errors
+        .check()
+        .map_err(|message| InputError::in_file(file, format!("errors.{message}")))?;
+    Ok(config)
+}

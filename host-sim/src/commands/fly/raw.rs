@@ -1,0 +1,164 @@
+//! A flight from raw samples: the world plays, the receiver that flies listens.
+
+use clap::ValueEnum;
+use cslam_core::cslam::{
+    Acceptance, CHANNELS, Config as Receiver, Cslam, Departures, HpcConfig, LinkStates, Localization, Mapped, PATHS,
+    Rules,
+};
+use cslam_core::localization::filter::FilterConfig;
+use cslam_core::localization::hpc;
+use cslam_core::ltd::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator};
+use cslam_core::reflection::{Form, Gates};
+
+use super::{Args, Config, Flown, Mode};
+use crate::flight_log::Header;
+use crate::input::InputError;
+use crate::progress;
+use crate::raw_flight::{self, VOXELS};
+use crate::scene::Scene;
+use crate::world::World;
+
+/// Scene of a bare run.
+const DEFAULT_SCENE: &str = "outdoor";
+
+/// One stage at a time away from the mode: ablations.
+#[derive(clap::Args, Clone, Copy, Debug, Default)]
+pub(super) struct Stages {
+    /// Path estimation, if not the mode's
+    #[arg(long, value_enum, help_heading = "One stage away from the mode (flights from raw samples)")]
+    estimator: Option<Mode>,
+    /// Localization, if not the mode's
+    #[arg(long, value_enum, help_heading = "One stage away from the mode (flights from raw samples)")]
+    localization: Option<LocalizationChoice>,
+    /// Direction of departure of the line of sight, if not the mode's
+    #[arg(long, value_enum, help_heading = "One stage away from the mode (flights from raw samples)")]
+    departures: Option<DepartureChoice>,
+    /// Paths that may become points, if not the mode's
+    #[arg(long, value_enum, help_heading = "One stage away from the mode (flights from raw samples)")]
+    mapped: Option<MappedChoice>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum LocalizationChoice {
+    /// Error-state filter
+    Filter,
+    /// The paper's periodic calibration, velocity from the fixes
+    Hpc,
+    /// The same to the letter, velocity running free
+    HpcLiteral,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum DepartureChoice {
+    /// Beam squint, maximum likelihood
+    Fit,
+    /// Beam squint, parabola
+    Parabola,
+    /// Beam squint, strongest subcarrier
+    Pick,
+    /// The sweep's beams
+    Beams,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum MappedChoice {
+    /// Every path
+    Every,
+    /// The strongest path
+    Strongest,
+}
+
+/// Flies through a scene.
+pub(super) fn run(args: &Args, config: &Config) -> anyhow::Result<Flown> {
+    let scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
+    if args.steps == Some(0) {
+        return Err(InputError::new("nothing to fly: --steps is 0").into());
+    }
+    super::make_directory(&args.out)?;
+    let world = World::new(&scene, config.world.clone(), args.seed)?;
+    let receiver = receiver_config(args);
+    let estimation = EstimatorConfig::default();
+    let log = match args.stages.estimator.unwrap_or(args.mode) {
+        Mode::Best => fly(args, &world, receiver, Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&estimation)),
+        Mode::Paper => fly(args, &world, receiver, PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation)),
+    }?;
+    let (log, packets) = log;
+    Ok(Flown {
+        log,
+        scene: Some(scene),
+        packets,
+    })
+}
+
+fn fly<E: PathEstimator<CHANNELS, PATHS>>(
+    args: &Args,
+    world: &World<'_>,
+    config: Receiver<'_>,
+    estimator: E,
+) -> anyhow::Result<(crate::flight_log::FlightLog, Vec<u8>)> {
+    let period_s = world.flight().plan().schedule().sweep_period_s;
+    let planned = usize::try_from(world.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
+    let header = Header {
+        mode: args.mode.name().into(),
+        scene: args.scene.clone().unwrap_or_else(|| DEFAULT_SCENE.into()),
+        seed: args.seed,
+        planned_sweeps: planned,
+        sweep_period_s: period_s,
+        delay_cycle_m: Some(cslam_core::localization::filter::DELAY_PERIOD_M),
+    };
+    let mut receiver: Box<Cslam<'_, E, VOXELS>> = Box::new(Cslam::new(config, estimator)?);
+    let interrupted = super::interrupted_flag();
+    let bar = progress::bar(planned as u64, "flying");
+    let flown = raw_flight::fly(world, &mut receiver, header, &interrupted, |_| bar.inc(1))?;
+    bar.finish_and_clear();
+    Ok(flown)
+}
+
+/// The receiver of a mode, with the stages that were asked to differ.
+fn receiver_config(args: &Args) -> Receiver<'static> {
+    let mut config = Receiver::best(LinkStates::Rules(Rules::default()));
+    if args.mode == Mode::Paper {
+        config = Receiver {
+            localization: Localization::Hpc(HpcConfig::default()),
+            departures: Departures::SquintPick,
+            acceptance: Acceptance {
+                first_order: 0.0,
+                excess_m: 0.0,
+                excess_sigmas: 0.0,
+            },
+            mapped: Mapped::Strongest,
+            form: Form::Paper,
+            gates: Gates::open(),
+            ..config
+        };
+    }
+    let stages = &args.stages;
+    if let Some(choice) = stages.localization {
+        let with = |mode| {
+            Localization::Hpc(HpcConfig {
+                mode,
+                ..HpcConfig::default()
+            })
+        };
+        config.localization = match choice {
+            LocalizationChoice::Filter => Localization::Filter(FilterConfig::default()),
+            LocalizationChoice::Hpc => with(hpc::Mode::VelocityFromFixes),
+            LocalizationChoice::HpcLiteral => with(hpc::Mode::Literal),
+        };
+    }
+    if let Some(choice) = stages.departures {
+        config.departures = match choice {
+            DepartureChoice::Fit => Departures::SquintFit,
+            DepartureChoice::Parabola => Departures::SquintParabola,
+            DepartureChoice::Pick => Departures::SquintPick,
+            DepartureChoice::Beams => Departures::Beams,
+        };
+    }
+    if let Some(choice) = stages.mapped {
+        config.mapped = match choice {
+            MappedChoice::Every => Mapped::Every,
+            MappedChoice::Strongest => Mapped::Strongest,
+        };
+    }
+    config
+}
