@@ -20,13 +20,13 @@ const LONGEST_M: f32 = 1.0;
 /// Iterations at most. The sixth is usually the last.
 const ITERATIONS: usize = 16;
 /// Steps under this share of a standard deviation (squared, all parameters) end the iteration.
-const SETTLED: f32 = 1e-4;
+pub(super) const SETTLED: f32 = 1e-4;
 /// Energies are not compared when the step promises less than this share of them: they would differ by rounding. That near,
 /// two full steps are taken without a look.
-const ROUNDING: f32 = 4e-6;
-const BLIND_STEPS: u32 = 2;
+pub(super) const ROUNDING: f32 = 4e-6;
+pub(super) const BLIND_STEPS: u32 = 2;
 /// A fit whose next step is shorter than half a standard deviation is good enough when the iterations are used up.
-const NEAR_ENOUGH: f32 = 0.25;
+pub(super) const NEAR_ENOUGH: f32 = 0.25;
 /// Iterations after which symbols may be left out or taken in.
 const CHOICES: usize = 8;
 /// Most gain of a symbol, against the best heard one.

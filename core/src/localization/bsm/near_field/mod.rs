@@ -14,7 +14,7 @@ pub use sweep::{Focus, FocusSweep};
 
 use nalgebra::{Complex, Matrix2, Vector2};
 
-use super::fit::invert;
+use super::fit::{BLIND_STEPS, NEAR_ENOUGH, ROUNDING, SETTLED, invert};
 use super::pattern::Spin;
 use super::reception::{Reception, Spectrum};
 use super::{Refusal, Sighting};
@@ -155,36 +155,32 @@ impl<const N: usize, const A: usize, const E: usize, const C: usize, const ACTIV
         let mut q = 1.0 / f64::from(self.pick(sine as f32)?.range_m);
         let mut delay_m = 0.0_f32;
         let mut normal = self.normal(spectrum, q, sine, delay_m);
-        let (mut damping, mut settled) = (1e-3, false);
+        let (mut damping, mut blind, mut length) = (1e-3, 0, f32::INFINITY);
         for _ in 0..ITERATIONS {
             let mut matrix = normal.hessian;
             matrix.m11 *= 1.0 + damping;
             matrix.m22 *= 1.0 + damping;
             let Some(inverse) = invert(&matrix) else { break };
             let step = inverse * normal.gradient;
-            let length = normal.gradient.dot(&step);
-            if length.is_nan() || damping > 1e4 {
-                break;
-            }
-            if length < 1e-4 && damping < 0.1 {
-                settled = true;
+            length = normal.gradient.dot(&step);
+            if length.is_nan() || damping > 1e4 || (length < SETTLED && damping < 0.1) || blind == BLIND_STEPS
+            {
                 break;
             }
             let scale = (longest / step.x.abs()).min(1.0 / step.y.abs()).min(1.0);
             let (next_q, next_m) = (q + f64::from(step.x * scale), delay_m + step.y * scale);
             let next = self.normal(spectrum, next_q, sine, next_m);
-            if next.energy > normal.energy {
+            let near = length < ROUNDING * normal.energy && damping < 0.1;
+            if near || next.energy > normal.energy {
                 (q, delay_m, normal) = (next_q, next_m, next);
                 damping *= 0.2;
-            } else if normal.energy - next.energy < 2e-6 * normal.energy && length < 1.0 {
-                settled = true;
-                break;
+                blind += u32::from(near);
             } else {
                 damping = (damping * 8.0).max(1e-2);
             }
         }
         let inverse = invert(&normal.hessian).ok_or(Refusal::Unsettled)?;
-        if !settled || q <= 0.0 {
+        if length.is_nan() || length > NEAR_ENOUGH || q <= 0.0 {
             return Err(Refusal::Unsettled);
         }
         let range_m = (1.0 / q) as f32;
