@@ -309,7 +309,9 @@ impl<const P: usize> PlaneMap<P> {
             .map(|p| (GATE_SIGMAS * libm::sqrtf(noise.variance_m2(p))).min(MOST_GATE_M))
             .sum();
         let chance = 1.5 * gate_m / radius_m;
-        let least = (self.config.over_chance * chance).max(LEAST_SHARE * neighbours.len() as f32);
+        let least = (self.config.over_chance * chance)
+            .max(LEAST_SHARE * neighbours.len() as f32)
+            .max(f32::from(self.config.least_support));
         if (count as f32) < least {
             return None;
         }

@@ -88,14 +88,18 @@ fn level_lines_and_clutter_are_no_walls() {
     // A sequence that spreads evenly has planes of its own; this one has not.
     let mut state = 1_u32;
     let mut random = || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        // Xorshift (Marsaglia 2003).
+        state ^= state << 13;
+        state ^= state >> 17;
+        state ^= state << 5;
         20.0 * (state >> 8) as f32 / 16_777_216.0
     };
     for _ in 0..300 {
         let [x, y, z] = [random(), random(), random()];
         put(&mut clutter, x, y, z);
     }
-    assert!(found(&clutter, 200).surfaces().is_empty());
+    let planes = found(&clutter, 200);
+    assert!(planes.surfaces().is_empty(), "{:?}", planes.surfaces());
 }
 
 #[test]
