@@ -30,8 +30,8 @@ struct Tally {
     normalised: [Vec<f64>; 3],
     offset_m: Vec<f64>,
     tilt_deg: Vec<f64>,
-    /// Paths of the second half of the flight that were matched to the plane they came from, to one they did not come from, to
-    /// more than one, to none.
+    /// Paths of the second half of the flight that were matched to the plane they came from, to one they did not come
+    /// from, to more than one, to none.
     right: usize,
     mistaken: usize,
     ambiguous: usize,
@@ -174,5 +174,14 @@ fn illuminated_walls_become_planes_with_honest_covariance() {
     println!(
         "matched right {} wrong {} ambiguous {} none {}; of {} off known planes {}",
         tally.right, tally.mistaken, tally.ambiguous, tally.unmatched, tally.known, tally.known_right
+    );
+    assert!(4 * tally.found > 3 * tally.illuminated, "{tally:?}");
+    assert!(10 * tally.wrong < tally.planes, "{tally:?}");
+    assert!(nees.iter().all(|n| *n < 1.7) && offset_m < 0.02, "{tally:?}");
+    // A wrong match would move the pose; a missed one costs nothing but itself.
+    assert!(200 * tally.mistaken <= tally.right, "{tally:?}");
+    assert!(
+        50 * (tally.known - tally.known_right) <= tally.known && tally.known > 100,
+        "{tally:?}"
     );
 }

@@ -1,8 +1,9 @@
 //! Cramer-Rao bound of beam squint localization.
 //!
-//! Symbol m at subcarrier k gives element i of array j the mean `g_mj r_m(s_x, s_z; f_k) exp(-j 2 pi f_k (c tau - p_j.u)/c)` in
-//! white noise, with the symbol's known pattern r and a free gain g for every symbol and array. Parameters are
-//! (s_x, s_z, c tau in m). Arrival and lever arms count as known, so only the array's power towards the UAV matters.
+//! Symbol m at subcarrier k gives element i of array j the mean `g_mj r_m(s_x, s_z; f_k) exp(-j 2 pi f_k (c tau -
+//! p_j.u)/c)` in white noise, with the symbol's known pattern r and a free gain g for every symbol and array.
+//! Parameters are (s_x, s_z, c tau in m). Arrival and lever arms count as known, so only the array's power towards the
+//! UAV matters.
 
 use cslam_core::array::{SquintSymbol, centred, phasor};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
@@ -74,7 +75,8 @@ impl Hearing<'_> {
         fisher.try_inverse()
     }
 
-    /// The same from a numerical Fisher matrix over all parameters, the gains included: difference quotients of the mean.
+    /// The same from a numerical Fisher matrix over all parameters, the gains included: difference quotients of the
+    /// mean.
     pub fn numerical_bound(&self) -> Option<Matrix3<f64>> {
         let arrays = self.snr.len();
         let parameters = 3 + 2 * arrays * self.symbols.len();

@@ -63,8 +63,8 @@ fn field<const N: usize>(
     sum.iter().map(|z| z * scale).collect()
 }
 
-/// Standard deviation of the range, m, by the numerical Fisher matrix over range and delay with the gain eliminated. `snr`: per active
-/// subcarrier, all receive elements, behind a transmit pattern of gain one.
+/// Standard deviation of the range, m, by the numerical Fisher matrix over range and delay with the gain eliminated.
+/// `snr`: per active subcarrier, all receive elements, behind a transmit pattern of gain one.
 fn bound_m<const N: usize>(sweep: &FocusSweep<N>, spacing_m: f64, range_m: f64, sine: f64, snr: f64) -> f64 {
     let waveform = Waveform::default();
     let step = 1e-4 * range_m;

@@ -4,9 +4,9 @@
 //! normal equations fall apart into two by two for the direction and one for the delay: their errors are uncorrelated.
 //! With unit weights in the noise's standard deviation the inverse of the matrix is the Cramer-Rao bound.
 //!
-//! A gain that is wholly free makes false optima: in a null of its pattern a symbol of the right phase can claim to be a faint
-//! image of a giant signal. All symbols have the same transmitter and the same way, so a symbol that asks for more
-//! than twice the gain of the best heard one is left out.
+//! A gain that is wholly free makes false optima: in a null of its pattern a symbol of the right phase can claim to be
+//! a faint image of a giant signal. All symbols have the same transmitter and the same way, so a symbol that asks for
+//! more than twice the gain of the best heard one is left out.
 
 use nalgebra::{Complex, Matrix2, Vector2};
 
@@ -21,8 +21,8 @@ const LONGEST_M: f32 = 1.0;
 const ITERATIONS: usize = 16;
 /// Steps under this share of a standard deviation (squared, all parameters) end the iteration.
 pub(super) const SETTLED: f32 = 1e-4;
-/// Energies are not compared when the step promises less than this share of them: they would differ by rounding. That near,
-/// two full steps are taken without a look.
+/// Energies are not compared when the step promises less than this share of them: they would differ by rounding. That
+/// near, two full steps are taken without a look.
 pub(super) const ROUNDING: f32 = 4e-6;
 pub(super) const BLIND_STEPS: u32 = 2;
 /// A fit whose next step is shorter than half a standard deviation is good enough when the iterations are used up.

@@ -1,8 +1,8 @@
 //! Which plane did a reflection come from?
 //!
-//! Each plane predicts the path that it would have made: from the GMT's image, over its delay, its arrival, and the departure that
-//! the mirror turns. The plane whose prediction the measurement meets within their joint uncertainty is the one, if it
-//! is the only one; two that explain it about equally well are a reason to use neither.
+//! Each plane predicts the path that it would have made: from the GMT's image, over its delay, its arrival, and the
+//! departure that the mirror turns. The plane whose prediction the measurement meets within their joint uncertainty is
+//! the one, if it is the only one; two that explain it about equally well are a reason to use neither.
 
 use heapless::Vec;
 use nalgebra::{SMatrix, Vector3};
@@ -63,8 +63,8 @@ fn predict(plane: &Plane, gmt: &Vector3<f32>, uav: &Vector3<f32>) -> Predicted {
 }
 
 impl<const P: usize> PlaneMap<P> {
-    /// Finds the plane that a path of one reflection came from. Its `c_tau_m` is free of the clock offset, its covariance holds
-    /// attitude and clock ([`Path::to_world`]).
+    /// Finds the plane that a path of one reflection came from. Its `c_tau_m` is free of the clock offset, its
+    /// covariance holds attitude and clock ([`Path::to_world`]).
     #[must_use]
     pub fn associate(&self, ends: &Ends, path: &Path<World>) -> Association {
         let gate = GATES[usize::from(path.aod.is_some())];

@@ -1,9 +1,9 @@
 //! Planes from the point cloud, a little at a time.
 //!
-//! Every call does a bounded piece of work: it fits the next plane anew to the points that lie on it now (the map moves while
-//! points are fused), and looks at a few points that no plane explains yet: each is a seed, and the upright planes
-//! through it and each of its neighbours, and the level one, are hypotheses. The best one becomes a plane when enough of the
-//! neighbourhood lies on it, more than chance would put there.
+//! Every call does a bounded piece of work: it fits the next plane anew to the points that lie on it now (the map moves
+//! while points are fused), and looks at a few points that no plane explains yet: each is a seed, and the upright
+//! planes through it and each of its neighbours, and the level one, are hypotheses. The best one becomes a plane when
+//! enough of the neighbourhood lies on it, more than chance would put there.
 
 use heapless::Vec;
 
@@ -21,7 +21,8 @@ const GATE_SIGMAS: f32 = 2.5;
 const MOST_GATE_M: f32 = 0.4;
 /// Planes whose normals are closer than this (cosine of 5 degrees) and that lie in each other are the same.
 const PARALLEL: f32 = 0.996;
-/// Share of the points of a neighbourhood that lie on its plane at least. So many hypotheses are tried that clutter would find one.
+/// Share of the points of a neighbourhood that lie on its plane at least. So many hypotheses are tried that clutter
+/// would find one.
 const LEAST_SHARE: f32 = 0.3;
 /// Fits of a new plane before it is judged.
 const SETTLING: usize = 4;
@@ -171,8 +172,8 @@ impl<const P: usize> PlaneMap<P> {
         let _ = self.surfaces.push(surface);
     }
 
-    /// One piece of work: about `(SETTLING + seeds + 2)` passes over the cloud. `seen_from`: a place in free space, such as the
-    /// UAV's, towards which new planes face.
+    /// One piece of work: about `(SETTLING + seeds + 2)` passes over the cloud. `seen_from`: a place in free space,
+    /// such as the UAV's, towards which new planes face.
     pub fn update<const N: usize>(&mut self, cloud: &PointCloud<N>, seen_from: &Position<World>) {
         self.refit(cloud);
         for _ in 0..self.config.seeds {
@@ -191,7 +192,8 @@ impl<const P: usize> PlaneMap<P> {
         }
     }
 
-    /// Fits the next plane to its points as they are now; gives it up when too few are left or when it lies in another one.
+    /// Fits the next plane to its points as they are now; gives it up when too few are left or when it lies in another
+    /// one.
     fn refit<const N: usize>(&mut self, cloud: &PointCloud<N>) {
         if self.turn >= self.surfaces.len() {
             self.turn = 0;

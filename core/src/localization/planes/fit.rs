@@ -24,8 +24,8 @@ pub struct PlaneNoise {
     pub plumb_sigma_rad: f32,
     /// Error of a point along the normal beside its own variance, m.
     pub point_sigma_m: f32,
-    /// Error that all points of a plane share, such as the pose's and the clock's: a shift, m, and a tilt, rad. It does not average
-    /// out.
+    /// Error that all points of a plane share, such as the pose's and the clock's: a shift, m, and a tilt, rad. It does
+    /// not average out.
     pub shared_sigma_m: f32,
     /// See [`Self::shared_sigma_m`].
     pub shared_tilt_rad: f32,
@@ -46,8 +46,8 @@ impl Default for PlaneNoise {
 impl PlaneNoise {
     /// Variance of a point along the normal of the plane that it lies on, m^2.
     ///
-    /// The point's covariance is known by its trace, and most of that lies in the plane: an error of the angle moves the point along
-    /// the ellipsoid of equal delay, which the mirror touches. A twentieth is left for the normal.
+    /// The point's covariance is known by its trace, and most of that lies in the plane: an error of the angle moves
+    /// the point along the ellipsoid of equal delay, which the mirror touches. A twentieth is left for the normal.
     pub(super) fn variance_m2(&self, point: &MapPoint) -> f32 {
         self.point_sigma_m * self.point_sigma_m + point.variance_m2 / 20.0
     }
@@ -72,7 +72,8 @@ struct Sums {
     support: u16,
 }
 
-/// Fits a plane to points, starting from one near it: one linear step. None of less than three points or of points in a heap.
+/// Fits a plane to points, starting from one near it: one linear step. None of less than three points or of points in a
+/// heap.
 ///
 /// `points` is gone through twice: for the centre, then for the fit about it.
 pub(super) fn fit<'a>(
@@ -160,7 +161,8 @@ pub(super) fn fit<'a>(
     })
 }
 
-/// An upright plane through two points, or a level one through the first where there is no second. None of points over each other.
+/// An upright plane through two points, or a level one through the first where there is no second. None of points over
+/// each other.
 pub(super) fn through(a: &MapPoint, b: Option<&MapPoint>) -> Option<Plane> {
     let normal = match b {
         None => Vector3::z(),

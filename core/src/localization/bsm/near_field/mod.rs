@@ -1,9 +1,11 @@
-//! Near field: a large row of elements focuses, so its symbol can sweep range as well, and range needs no common clock then.
+//! Near field: a large row of elements focuses, so its symbol can sweep range as well, and range needs no common clock
+//! then.
 //!
-//! A wave to range r at sine s of the angle off the normal is `d_n = sqrt(r^2 + y_n^2 - 2 r y_n s) - r` longer from the element
-//! at y_n than from the centre. With focus A at the first frequency f1 and B at the last f2, delays
+//! A wave to range r at sine s of the angle off the normal is `d_n = sqrt(r^2 + y_n^2 - 2 r y_n s) - r` longer from the
+//! element at y_n than from the centre. With focus A at the first frequency f1 and B at the last f2, delays
 //! `t_n = [f2 d_n(B) - f1 d_n(A)] / (c (f2 - f1))` and phases `phi_n = 2 pi f1 (d_n(A)/c - t_n)` (signal.md section 6), the weight
-//! of element n at frequency f is `exp(j 2 pi [(f - f1) t_n + f1 d_n(A)/c])`, and the focus moves from A to B over the band:
+//! of element n at frequency f is `exp(j 2 pi [(f - f1) t_n + f1 d_n(A)/c])`, and the focus moves from A to B over the
+//! band:
 //! `f/r` runs evenly from `f1/r_A` to `f2/r_B` when both lie in the same direction.
 //!
 //! The direction has to be known, from the far-field sweeps of [`super::BeamSquint`].
@@ -131,8 +133,9 @@ impl<const N: usize, const A: usize, const E: usize, const C: usize, const ACTIV
         let at = |k: f64| self.sweep.focus_m(f1 + (f2 - f1) * k / (ACTIVE as f64 - 1.0));
         let range_m = at(k as f64) as f32;
         let step = (1.0 / at(k as f64 + 0.5) - 1.0 / at(k as f64 - 0.5)) as f32;
-        // Subcarriers compete where the lobe has fallen by less than the noise of a power. Elements y, evenly spread over +-Y, are
-        // y^2 pi f q / c off: their variance over the lobe's half width, where y = Y is half a turn off, is pi^2 4/45.
+        // Subcarriers compete where the lobe has fallen by less than the noise of a power. Elements y, evenly spread
+        // over +-Y, are y^2 pi f q / c off: their variance over the lobe's half width, where y = Y is half a turn off,
+        // is pi^2 4/45.
         let lobe = self.sweep.lobe_per_m(f64::from(sine)) as f32;
         let bend = core::f32::consts::PI * core::f32::consts::PI * 4.0 / 45.0 / (lobe * lobe);
         let noise = libm::sqrtf(2.0 * spectrum.noise / power);
