@@ -34,11 +34,8 @@ fn a_bare_run_flies_and_writes_everything() {
     let directory = tempfile::tempdir().expect("a directory");
     let output = fly(directory.path(), &[]);
     let stdout = String::from_utf8(output.stdout).expect("text");
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    let stderr = String::from_utf8(output.stderr).expect("text");
+    assert!(output.status.success(), "{stderr}");
     assert!(stdout.contains("accepted reflection points"), "{stdout}");
     let out = directory.path().join("out");
     let report = report(&out);
@@ -48,6 +45,22 @@ fn a_bare_run_flies_and_writes_everything() {
     assert!(vertices(&out.join("map_truth.ply")) > 100);
     let packets = fs::metadata(out.join("packets.bin")).expect("written").len();
     assert_eq!(report["telemetry"]["bytes"], packets);
+    let accepted = report["map"]["accepted"].as_u64().expect("a number");
+    let refused: u64 = report["verdicts"]
+        .as_object()
+        .expect("reasons")
+        .values()
+        .filter_map(|n| n.as_u64())
+        .sum();
+    assert_eq!(accepted + refused, 1700, "every path has one fate");
+    let wrote = stderr
+        .lines()
+        .find_map(|l| l.strip_prefix("wrote "))
+        .expect("what was written");
+    let (names, _) = wrote.split_once(" to ").expect("where to");
+    assert!(names.contains("flight.mcap") && names.contains("report.html"));
+    assert!(names.split(", ").all(|name| out.join(name).is_file()), "{names}");
+    assert_eq!(vertices(&out.join("points.ply")), accepted);
     // Every measurement is a packet, and one more closes the stream.
     assert_eq!(report["telemetry"]["packets"], 1701);
     let rmse_m = report["map"]["point_rmse_m"].as_f64().expect("known");
@@ -141,6 +154,7 @@ fn bad_input_is_one_line_and_exit_2() {
         (["--paths", "empty.jsonl"], "nothing to fly"),
         (["--paths", "absent.jsonl"], "absent.jsonl: cannot be read"),
         (["--out", "file/below"], "cannot be made a directory"),
+        (["--scene", "nowhere"], "nowhere"),
     ] {
         let output = fly(directory.path(), &[&["fly"], &args[..]].concat());
         let stderr = String::from_utf8(output.stderr).expect("text");

@@ -52,7 +52,7 @@ pub(super) fn clock(errors: &[PoseError]) -> ClockFigures {
 pub(super) fn consistency(log: &FlightLog, errors: &[PoseError]) -> Consistency {
     let estimates: Vec<_> = log
         .trajectory()
-        .into_iter()
+        .iter()
         .filter_map(|record| record.estimate)
         .collect();
     let both = || estimates.iter().zip(errors);

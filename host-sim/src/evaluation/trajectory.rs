@@ -87,7 +87,7 @@ pub fn attitude_error_rad(estimate: &PoseEstimate, truth: &PoseTruth) -> Vector3
 pub(super) fn errors(log: &FlightLog) -> Vec<PoseError> {
     let visible = visible_spans(log);
     let mut all = Vec::new();
-    for record in log.trajectory() {
+    for record in log.trajectory().iter() {
         let (Some(estimate), truth) = (record.estimate, record.truth) else {
             continue;
         };
@@ -138,8 +138,9 @@ pub(super) fn judge(log: &FlightLog, errors: &[PoseError]) -> TrajectoryFigures 
     };
     let known: Vec<PoseRecord> = log
         .trajectory()
-        .into_iter()
+        .iter()
         .filter(|p| p.estimate.is_some())
+        .copied()
         .collect();
     let (next, second) = (relative(&known, 1), relative(&known, poses_a_second(&known)));
     let spread = Spread::of(&position);

@@ -9,7 +9,7 @@ const HEADER: &str = "# time_s x_m y_m z_m qx qy qz qw: T_world_body, world ENU,
 /// The poses that the receiver estimated.
 pub(super) fn estimate(out: &mut impl Write, log: &FlightLog) -> io::Result<()> {
     writeln!(out, "{HEADER}")?;
-    for record in log.trajectory() {
+    for record in log.trajectory().iter() {
         if let Some(pose) = record.estimate {
             line(out, record.time_s, pose.position_m, pose.quaternion_wb)?;
         }
@@ -20,7 +20,7 @@ pub(super) fn estimate(out: &mut impl Write, log: &FlightLog) -> io::Result<()> 
 /// The true poses, also from before the receiver's first one.
 pub(super) fn truth(out: &mut impl Write, log: &FlightLog) -> io::Result<()> {
     writeln!(out, "{HEADER}")?;
-    for record in log.trajectory() {
+    for record in log.trajectory().iter() {
         line(
             out,
             record.time_s,

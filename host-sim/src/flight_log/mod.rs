@@ -12,6 +12,7 @@ mod point;
 mod pose;
 mod sweep;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
@@ -66,7 +67,7 @@ pub struct FlightLog {
     pub map: Vec<MapVoxel>,
     /// Edge of the map's voxels, m.
     pub voxel_edge_m: f64,
-    /// What became of measurements that are no points, and whatever else the receiver counts: name, number.
+    /// Whatever the receiver counts besides the verdicts of its paths: name, number.
     pub counters: BTreeMap<String, u64>,
     /// What went to the ground.
     pub downlink: Downlink,
@@ -98,11 +99,11 @@ impl FlightLog {
     }
 
     /// The poses, or those of the sweeps when none were logged between them.
-    pub fn trajectory(&self) -> Vec<PoseRecord> {
+    pub fn trajectory(&self) -> Cow<'_, [PoseRecord]> {
         if self.poses.is_empty() {
             self.sweeps.iter().map(SweepRecord::pose).collect()
         } else {
-            self.poses.clone()
+            Cow::Borrowed(&self.poses)
         }
     }
 

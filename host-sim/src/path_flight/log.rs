@@ -50,11 +50,6 @@ pub fn log<const N: usize>(
         });
     }
     log.map = map.points().map(MapVoxel::from).collect();
-    log.counters = heard
-        .reasons
-        .iter()
-        .map(|(reason, count)| ((*reason).to_owned(), u64::from(*count)))
-        .collect();
     log.downlink = Downlink {
         packets: u64::from(heard.packets),
         bytes: sent_bytes as u64,

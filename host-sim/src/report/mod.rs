@@ -33,8 +33,10 @@ pub struct Report {
     pub elapsed_s: f64,
     /// Paths measured.
     pub measurements: usize,
-    /// What became of paths that are no points, and whatever else the receiver counts: name, number.
+    /// Why measured paths became no points: reason, number.
     pub verdicts: BTreeMap<String, u64>,
+    /// Whatever else the receiver counts: name, number.
+    pub counters: BTreeMap<String, u64>,
     /// What became of every measured path, by what it truly was.
     pub fates: Vec<Fate>,
     /// Figures of the trajectory.
@@ -68,6 +70,18 @@ impl Report {
     /// The report of a flight that took `elapsed_s` to compute.
     pub fn new(log: &FlightLog, evaluation: &Evaluation, elapsed_s: f64) -> Self {
         let (flight_s, bytes) = (log.flight_s(), log.downlink.bytes);
+        let mut verdicts = BTreeMap::new();
+        for path in log
+            .sweeps
+            .iter()
+            .flat_map(|s| &s.estimate.paths)
+            .filter(|p| p.verdict != "ok")
+        {
+            *verdicts.entry(path.verdict.clone()).or_default() += 1;
+        }
+        // A receiver may count its verdicts too: once is enough.
+        let mut counters = log.counters.clone();
+        counters.retain(|name, _| name != "ok" && !verdicts.contains_key(name));
         Self {
             mode: log.header.mode.clone(),
             scene: log.header.scene.clone(),
@@ -77,7 +91,8 @@ impl Report {
             flight_s,
             elapsed_s,
             measurements: log.sweeps.iter().map(|s| s.estimate.paths.len()).sum(),
-            verdicts: log.counters.clone(),
+            verdicts,
+            counters,
             fates: evaluation.fates.clone(),
             trajectory: evaluation.trajectory.clone(),
             clock: evaluation.clock,

@@ -3,7 +3,7 @@
 use super::Report;
 use crate::table::Table;
 
-/// The report as text: the flight, then why paths were not mapped.
+/// The report as text: the flight, then why paths were not mapped, then other counters.
 pub fn table(report: &Report) -> String {
     let title = format!(
         "flight over {} ({} mode, seed {})",
@@ -17,7 +17,14 @@ pub fn table(report: &Report) -> String {
     for (reason, count) in &report.verdicts {
         verdicts.row([reason.clone(), count.to_string()]);
     }
-    format!("{flight}\n{verdicts}")
+    if report.counters.is_empty() {
+        return format!("{flight}\n{verdicts}");
+    }
+    let mut counters = Table::new(["also counted", ""]);
+    for (name, count) in &report.counters {
+        counters.row([name.clone(), count.to_string()]);
+    }
+    format!("{flight}\n{verdicts}\n{counters}")
 }
 
 /// Lines of the main table; figures that are not known are left out.

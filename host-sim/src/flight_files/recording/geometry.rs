@@ -70,7 +70,8 @@ pub(super) fn pose(at: Placed, time_ns: u64) -> PoseInFrame {
 
 /// The whole trajectory, estimated or true.
 pub(super) fn path(log: &FlightLog, truth: bool, time_ns: u64) -> PosesInFrame {
-    let poses = log.trajectory().into_iter().filter_map(|record| {
+    let poses = log.trajectory();
+    let poses = poses.iter().filter_map(|record| {
         if truth {
             return Some(placed((record.truth.position_m, record.truth.quaternion_wb)));
         }

@@ -154,14 +154,17 @@ pub(crate) fn write(out: &mut impl Write, outputs: &Outputs<'_>) -> io::Result<(
             format!(r#"<label><input type="checkbox" data-layer="{name}" checked><i class="key k-{name}"></i>{label}</label>"#)
         })
         .collect();
-    let map_keys = [
-        ("k-off0", "map point within 0.2 m of a true surface"),
-        ("k-off1", "within 0.5 m"),
-        ("k-off2", "farther off"),
-    ];
+    let map_keys: &[(&str, &str)] = match outputs.scene {
+        Some(_) => &[
+            ("k-off0", "map point within 0.2 m of a true surface"),
+            ("k-off1", "within 0.5 m"),
+            ("k-off2", "farther off"),
+        ],
+        None => &[("k-off0", "map point")],
+    };
     let views = format!(
         r#"<div class="layers" role="group" aria-label="Show in plan and view"><span>Show</span>{layers}</div><div class="views">{}{}</div>"#,
-        figure("Plan", &map_keys, &plan::svg(outputs)),
+        figure("Plan", map_keys, &plan::svg(outputs)),
         figure("In three dimensions", &[], VIEW)
     );
     let grid = |content: String| {

@@ -268,7 +268,7 @@ fn rest(report: &Report) -> String {
     ];
     rows.extend(
         report
-            .verdicts
+            .counters
             .iter()
             .map(|(name, count)| vec![name.clone(), count.to_string()]),
     );
