@@ -30,9 +30,9 @@ fn vertices(file: &Path) -> u64 {
 }
 
 #[test]
-fn a_bare_run_flies_and_writes_everything() {
+fn a_flight_over_a_list_writes_everything() {
     let directory = tempfile::tempdir().expect("a directory");
-    let output = fly(directory.path(), &[]);
+    let output = fly(directory.path(), &["fly", "--paths", "bundled"]);
     let stdout = String::from_utf8(output.stdout).expect("text");
     let stderr = String::from_utf8(output.stderr).expect("text");
     assert!(output.status.success(), "{stderr}");
@@ -77,7 +77,9 @@ fn the_seed_decides_every_byte() {
         assert!(
             fly(
                 directory.path(),
-                &["fly", "--out", out, "--seed", seed, "--steps", "300"]
+                &[
+                    "fly", "--paths", "bundled", "--out", out, "--seed", seed, "--steps", "300"
+                ]
             )
             .status
             .success()
@@ -100,6 +102,8 @@ fn without_errors_points_are_exact_and_the_paper_maps_the_strongest_path_only() 
             directory.path(),
             &[
                 "fly",
+                "--paths",
+                "bundled",
                 "--config",
                 "zero.toml",
                 "--mode",
@@ -162,4 +166,37 @@ fn bad_input_is_one_line_and_exit_2() {
         assert_eq!(stderr.trim_end().lines().count(), 1, "{stderr}");
         assert!(stderr.contains(expected), "{stderr}");
     }
+}
+
+/// Thirty sweeps from raw samples: the start, and the first walls.
+#[test]
+fn a_flight_from_raw_samples_finds_its_pose_and_repeats_bit_for_bit() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let run = |out: &str, more: &[&str]| {
+        let args = [&["fly", "--steps", "30", "--out", out], more].concat();
+        let output = fly(directory.path(), &args);
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        report(&directory.path().join(out))
+    };
+    let best = run("best", &[]);
+    assert_eq!((&best["sweeps"], &best["scene"]), (&30.into(), &"outdoor".into()));
+    let figure =
+        |report: &serde_json::Value, part: &str, key: &str| report[part][key].as_f64().expect("known");
+    assert!(figure(&best, "trajectory", "position_rmse_m") < 0.3);
+    assert!(figure(&best, "clock", "rmse_ns") < 1.0);
+    assert!(figure(&best, "map", "accepted") >= 5.0);
+    assert!(figure(&best, "map", "precision_first_order") > 0.9);
+    // The same seed, the same bytes; and the paper's way through all stages is another flight.
+    run("again", &[]);
+    let read = |out: &str, name: &str| fs::read(directory.path().join(out).join(name)).expect("written");
+    for name in ["packets.bin", "map.ply", "trajectory.tum", "flight.mcap"] {
+        assert!(read("best", name) == read("again", name), "{name}");
+    }
+    let paper = run("paper", &["--mode", "paper"]);
+    assert_eq!(paper["mode"], "paper");
+    assert!(read("best", "trajectory.tum") != read("paper", "trajectory.tum"));
 }

@@ -33,11 +33,11 @@ use nalgebra::Vector3;
 use self::localizer::Localizer;
 use self::sweep::Open;
 use crate::block::BeamBlock;
+use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Gmt, Real, Rotation, World};
 use crate::localization::bsm::BeamSquint;
 use crate::localization::imu::{Imu, ImuHealth, MagneticAid, RestAlignment, RestStatus};
 use crate::localization::{ImuSample, Pose};
-use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::ltd::{BeamReport, PathEstimator};
 use crate::map::PointCloud;
 
@@ -119,7 +119,9 @@ impl core::fmt::Display for ConfigError {
 
 impl core::error::Error for ConfigError {}
 
-impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize> Cslam<'m, E, VOXELS, STATES> {
+impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
+    Cslam<'m, E, VOXELS, STATES>
+{
     /// A receiver at rest that knows nothing yet.
     ///
     /// # Errors
@@ -174,7 +176,13 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             0.5 * (pose.attitude_covariance_rad2.m11 + pose.attitude_covariance_rad2.m22).max(0.0),
         );
         // Refused headings are the rule: with line of sight there is something better.
-        if let Ok(heading) = aid.heading(field_ut, &pose.attitude, tilt_sigma_rad, time_ns, self.last_sight_ns) {
+        if let Ok(heading) = aid.heading(
+            field_ut,
+            &pose.attitude,
+            tilt_sigma_rad,
+            time_ns,
+            self.last_sight_ns,
+        ) {
             let r = pose.attitude.matrix();
             let yaw_rad = r.m21.atan2_libm(r.m11) + heading.yaw_error_rad;
             self.localizer.heading(time_ns, yaw_rad, heading.sigma_rad);

@@ -2,11 +2,11 @@
 
 use heapless::Vec;
 
-use crate::ltd::EstimatedPath;
 use crate::localization::Pose;
 use crate::localization::bsm::{Bearing, Refusal};
 use crate::localization::filter::{Health, SweepVerdict};
 use crate::lscn::{LinkState, Probabilities};
+use crate::ltd::EstimatedPath;
 use crate::map::Insertion;
 use crate::reflection::{InputError, ReflectionPoint, Rejection};
 

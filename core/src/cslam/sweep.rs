@@ -74,7 +74,9 @@ const NEARLY_AT_ONCE_M: f32 = 4.0;
 /// The GMT's pace between its stops, m/s: how fast its last known position ages.
 const GMT_PACE_M_PER_S: f64 = 0.3;
 
-impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize> Cslam<'_, E, VOXELS, STATES> {
+impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
+    Cslam<'_, E, VOXELS, STATES>
+{
     /// Ends the beams of the sweep in hand: its paths are estimated, and one of them may be listened to by beam squint.
     pub(super) fn close_beams(&mut self) {
         if self.open.as_ref().is_none_or(|open| open.paths.is_some()) {
@@ -171,10 +173,12 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             .iter()
             .map(|estimated| Heard {
                 estimated: *estimated,
-                gain_db: self
-                    .config
-                    .budget
-                    .path_gain_db(estimated, &self.config.arrays, &self.config.codebook, &mast),
+                gain_db: self.config.budget.path_gain_db(
+                    estimated,
+                    &self.config.arrays,
+                    &self.config.codebook,
+                    &mast,
+                ),
             })
             .collect()
     }
@@ -221,7 +225,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             .enumerate()
             .min_by(|(_, a), (_, b)| length_m(a).total_cmp(&length_m(b)))?;
         let departure = first.estimated.path.aod?.direction;
-        let dipoles = half_wave_dipole(departure.vector()) * half_wave_dipole(first.estimated.path.aoa.vector());
+        let dipoles =
+            half_wave_dipole(departure.vector()) * half_wave_dipole(first.estimated.path.aoa.vector());
         let wavelength_m = (SPEED_OF_LIGHT_M_PER_S / self.config.waveform.carrier_hz) as f32;
         let spread = wavelength_m / (4.0 * core::f32::consts::PI * (length_m(first) as f32).max(1.0));
         let free_space_db = 20.0 * libm::log10f((spread * dipoles).max(f32::MIN_POSITIVE));
@@ -248,7 +253,10 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     }
 
     fn face(&self, beam: u16) -> usize {
-        self.config.codebook.beam(usize::from(beam)).map_or(0, |beam| beam.face)
+        self.config
+            .codebook
+            .beam(usize::from(beam))
+            .map_or(0, |beam| beam.face)
     }
 
     fn bearing(&self) -> Result<Bearing, Refusal> {
@@ -364,7 +372,12 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     }
 
     /// A path as the localizer takes it. Departure: beam squint where it listened to this path, else the sweep's beams.
-    fn measurement(&self, heard: &Heard, squint: Option<FaceDirection>, gmt: &Transmitter) -> Option<PathMeasurement> {
+    fn measurement(
+        &self,
+        heard: &Heard,
+        squint: Option<FaceDirection>,
+        gmt: &Transmitter,
+    ) -> Option<PathMeasurement> {
         let path = &heard.estimated.path;
         let covariance = &path.covariance;
         Some(PathMeasurement {
@@ -403,7 +416,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             return Outcome::Unused;
         };
         let acceptance = self.config.acceptance;
-        if probabilities.state() != LinkState::FirstOrder || probabilities.first_order < acceptance.first_order {
+        if probabilities.state() != LinkState::FirstOrder
+            || probabilities.first_order < acceptance.first_order
+        {
             return Outcome::NotFirstOrder;
         }
         match solve(ends, &judged.path, self.config.form, &self.config.gates) {

@@ -29,7 +29,8 @@ pub(super) fn field_ut(sample: &sensors::MagnetometerSample) -> Vector3<f32> {
 /// What a beacon says; `None` when its angles are no attitude.
 pub(super) fn beacon(beacon: &sensors::Beacon) -> Option<Beacon> {
     let [heading, pitch, roll] = beacon.heading_pitch_roll_rad.map(|c| c as f32);
-    let about = |x: f32, y: f32, z: f32| Rotation::<Gmt, Gmt>::from_rotation_vector(&Vector3::new(x, y, z)).ok();
+    let about =
+        |x: f32, y: f32, z: f32| Rotation::<Gmt, Gmt>::from_rotation_vector(&Vector3::new(x, y, z)).ok();
     let tilt = about(0.0, pitch, 0.0)?.after(&about(roll, 0.0, 0.0)?);
     let turn = about(0.0, 0.0, heading)?.after(&tilt);
     Some(Beacon {

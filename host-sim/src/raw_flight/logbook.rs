@@ -97,9 +97,9 @@ impl Logbook {
         let time_s = heard.truth.time_s;
         // The beacon's own position, without its error: which stop it is does not depend on two centimetres.
         let gmt_m: [f64; 3] = heard.truth.gmt_position_m.into();
-        let moved = self
-            .last_gmt_m
-            .is_some_and(|last| (0..3).map(|i| (gmt_m[i] - last[i]).powi(2)).sum::<f64>() > MOVED_M * MOVED_M);
+        let moved = self.last_gmt_m.is_some_and(|last| {
+            (0..3).map(|i| (gmt_m[i] - last[i]).powi(2)).sum::<f64>() > MOVED_M * MOVED_M
+        });
         if moved {
             self.gmt_index += 1;
         }
@@ -127,7 +127,10 @@ impl Logbook {
             SweepVerdict::Accepted | SweepVerdict::Inflated | SweepVerdict::Refixed | SweepVerdict::Started
         );
         let estimate = SweepEstimate {
-            pose: report.pose.as_ref().map(|pose| pose_estimate(pose, report.clock_offset_m)),
+            pose: report
+                .pose
+                .as_ref()
+                .map(|pose| pose_estimate(pose, report.clock_offset_m)),
             gmt_position_m: gmt_m,
             gmt_index: self.gmt_index,
             paths: report.paths.iter().map(measured).collect(),

@@ -39,7 +39,9 @@ pub fn fly<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     interrupted: &AtomicBool,
     mut swept: impl FnMut(&SweepReport<PATHS>),
 ) -> Result<(FlightLog, Vec<u8>), InputError> {
-    let sweeps = u32::try_from(header.planned_sweeps).unwrap_or(u32::MAX).min(world.sweeps());
+    let sweeps = u32::try_from(header.planned_sweeps)
+        .unwrap_or(u32::MAX)
+        .min(world.sweeps());
     let stop = AtomicBool::new(false);
     thread::scope(|scope| {
         let (sender, ready) = sync_channel(AHEAD);

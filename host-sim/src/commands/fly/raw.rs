@@ -2,8 +2,8 @@
 
 use clap::ValueEnum;
 use cslam_core::cslam::{
-    Acceptance, CHANNELS, Config as Receiver, Cslam, Departures, HpcConfig, LinkStates, Localization, Mapped, PATHS,
-    Rules,
+    Acceptance, CHANNELS, Config as Receiver, Cslam, Departures, HpcConfig, LinkStates, Localization, Mapped,
+    PATHS, Rules,
 };
 use cslam_core::localization::filter::FilterConfig;
 use cslam_core::localization::hpc;
@@ -25,16 +25,32 @@ const DEFAULT_SCENE: &str = "outdoor";
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
 pub(super) struct Stages {
     /// Path estimation, if not the mode's
-    #[arg(long, value_enum, help_heading = "One stage away from the mode (flights from raw samples)")]
+    #[arg(
+        long,
+        value_enum,
+        help_heading = "One stage away from the mode (flights from raw samples)"
+    )]
     estimator: Option<Mode>,
     /// Localization, if not the mode's
-    #[arg(long, value_enum, help_heading = "One stage away from the mode (flights from raw samples)")]
+    #[arg(
+        long,
+        value_enum,
+        help_heading = "One stage away from the mode (flights from raw samples)"
+    )]
     localization: Option<LocalizationChoice>,
     /// Direction of departure of the line of sight, if not the mode's
-    #[arg(long, value_enum, help_heading = "One stage away from the mode (flights from raw samples)")]
+    #[arg(
+        long,
+        value_enum,
+        help_heading = "One stage away from the mode (flights from raw samples)"
+    )]
     departures: Option<DepartureChoice>,
     /// Paths that may become points, if not the mode's
-    #[arg(long, value_enum, help_heading = "One stage away from the mode (flights from raw samples)")]
+    #[arg(
+        long,
+        value_enum,
+        help_heading = "One stage away from the mode (flights from raw samples)"
+    )]
     mapped: Option<MappedChoice>,
 }
 
@@ -79,8 +95,18 @@ pub(super) fn run(args: &Args, config: &Config) -> anyhow::Result<Flown> {
     let receiver = receiver_config(args);
     let estimation = EstimatorConfig::default();
     let log = match args.stages.estimator.unwrap_or(args.mode) {
-        Mode::Best => fly(args, &world, receiver, Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&estimation)),
-        Mode::Paper => fly(args, &world, receiver, PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation)),
+        Mode::Best => fly(
+            args,
+            &world,
+            receiver,
+            Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&estimation),
+        ),
+        Mode::Paper => fly(
+            args,
+            &world,
+            receiver,
+            PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation),
+        ),
     }?;
     let (log, packets) = log;
     Ok(Flown {
