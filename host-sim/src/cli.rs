@@ -27,6 +27,12 @@ enum Command {
     ///
     /// Times the work as a user gets it, everything included. Figures hold for this machine and its load only.
     Bench(commands::bench::Args),
+    /// Make a data set for the link-state classifier: ray-traced links as NumPy columns
+    ///
+    /// Every transmitter with every free point of a receiver grid, or a seeded sample of these links. The paper's
+    /// protocol is --scene outdoor --rate 1, once with --set train and once with --set validation: 28.8 and 14.4 million
+    /// links. Links hold the truth; measurement errors are drawn when a network is trained. docs/link-state.md
+    Dataset(commands::dataset::Args),
     /// Fly: measure, solve, map and send (the default)
     ///
     /// The UAV hears the GMT on one link after the other, solves the reflection point of each path, judges it, and
@@ -60,6 +66,12 @@ enum Command {
     /// Line of sight and specular reflections, one link a line in the paths format, strongest path first, an empty list
     /// where nothing arrives. With --check, compares with a reference list instead.
     Trace(commands::trace::Args),
+    /// Train a link-state network on data sets
+    ///
+    /// Draws measurement errors, computes the flight code's features, trains, and scales the probabilities on the
+    /// validation sets. Writes a float model as safetensors, ready for quantisation, and the training curves. The same
+    /// seed gives the same weights, bit for bit, for any number of threads. docs/link-state.md
+    Train(commands::train::Args),
 }
 
 /// Runs the command line. Exit code 0 on success, 1 on an internal failure, 2 on bad input.
@@ -68,12 +80,14 @@ pub fn main() -> ExitCode {
     let result = match cli.command {
         Some(Command::Accuracy(args)) => commands::accuracy::run(&args),
         Some(Command::Bench(args)) => commands::bench::run(&args),
+        Some(Command::Dataset(args)) => commands::dataset::run(&args),
         Some(Command::Imu(args)) => commands::imu::run(&args),
         Some(Command::Record(args)) => commands::record::run(&args),
         Some(Command::Replay(args)) => commands::replay::run(&args),
         Some(Command::Solve(args)) => commands::solve::run(&args),
         Some(Command::Synth(args)) => commands::synth::run(&args),
         Some(Command::Trace(args)) => commands::trace::run(&args),
+        Some(Command::Train(args)) => commands::train::run(&args),
         Some(Command::Fly(args)) => commands::fly::run(&args),
         None => commands::fly::run(&commands::fly::Args::default()),
     };

@@ -2,6 +2,7 @@
 
 pub(crate) mod accuracy;
 pub(crate) mod bench;
+pub(crate) mod dataset;
 pub(crate) mod fly;
 pub(crate) mod imu;
 pub(crate) mod record;
@@ -9,3 +10,4 @@ pub(crate) mod replay;
 pub(crate) mod solve;
 pub(crate) mod synth;
 pub(crate) mod trace;
+pub(crate) mod train;
