@@ -26,6 +26,7 @@
 
 pub mod array;
 pub mod block;
+mod checksum;
 pub mod constants;
 pub mod geometry;
 pub mod localization;
@@ -36,5 +37,6 @@ pub mod path;
 pub mod reflection;
 #[cfg(all(target_arch = "arm", feature = "armv7em"))]
 mod simd;
+mod sqrt;
 pub mod telemetry;
 pub mod waveform;

@@ -9,6 +9,9 @@
 #![no_std]
 
 pub mod front_end_check;
+pub mod lscn_check;
 pub mod measurement;
+mod random;
 pub mod receiver;
 pub mod ring;
+pub mod sweep_check;

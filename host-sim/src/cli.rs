@@ -33,6 +33,11 @@ enum Command {
     /// protocol is --scene outdoor --rate 1, once with --set train and once with --set validation: 28.8 and 14.4 million
     /// links. Links hold the truth; measurement errors are drawn when a network is trained. docs/link-state.md
     Dataset(commands::dataset::Args),
+    /// Estimate the paths in recordings, with exactly the estimator that flies
+    ///
+    /// Every recording leads to one link of the paths format with beam, SNR and covariance of each path. Where the recording
+    /// has the UAV's attitude, angles of arrival are in the world frame and the output feeds `cslam solve`.
+    Estimate(commands::estimate::Args),
     /// Fly: measure, solve, map and send (the default)
     ///
     /// The UAV hears the GMT on one link after the other, solves the reflection point of each path, judges it, and
@@ -81,6 +86,7 @@ pub fn main() -> ExitCode {
         Some(Command::Accuracy(args)) => commands::accuracy::run(&args),
         Some(Command::Bench(args)) => commands::bench::run(&args),
         Some(Command::Dataset(args)) => commands::dataset::run(&args),
+        Some(Command::Estimate(args)) => commands::estimate::run(&args),
         Some(Command::Imu(args)) => commands::imu::run(&args),
         Some(Command::Record(args)) => commands::record::run(&args),
         Some(Command::Replay(args)) => commands::replay::run(&args),

@@ -45,6 +45,12 @@ pub enum Source {
     GmtRoute,
     /// Lost beacons.
     BeaconLoss,
+    /// Spikes of a faulty inertial sensor.
+    ImuFault = 0x5e80,
+    /// Events that are lost, doubled or late.
+    Transport,
+    /// Where a wrong fix is.
+    WrongFix,
 }
 
 /// A seeded generator of uniform and normal numbers: a [`Stream`] of its own for every source.

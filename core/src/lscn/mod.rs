@@ -1,11 +1,40 @@
 //! Link state classification (LSCN): how probable it is that a path is the line of sight, one reflection, or more.
 //!
-//! The networks look at [`features`](LinkGeometry) of measured paths. Source: link-state.md.
+//! Small dense networks with rectified linear units look at [`features`](LinkGeometry) of measured paths and run in
+//! integers. A model is a file: [`Model`] checks it and reads it in place, [`Network`] runs it, [`write()`] makes it.
+//!
+//! ```text
+//! f32 features --offset, scale, round--> int8 --dense, requantise, clamp 0..127--> int8 ... --dense--> i32 sums
+//!              --scale of the row--> f32 logits --temperature, softmax--> Probabilities
+//! ```
+//! Between the rounded inputs and the sums everything is integer arithmetic with one stated rounding a layer; the
+//! operations in `f32` are `+ - * /`, square roots and [`libm`]. A host and a chip compute the same bits.
+//!
+//! Two topologies ([`Shape`]): a chain of dense layers, and the paper's, in which the first layer sees the strongest path
+//! alone and its outputs are joined by the other inputs. Sources: paper.tex, section "Link State Classification Neural
+//! Network"; link-state.md; kernels.md section 4.
 
 mod bounce;
+mod classifier;
+pub(crate) mod dense;
+mod error;
 mod features;
+pub mod format;
+pub mod kernels;
+mod model;
+mod network;
+mod probability;
+mod shape;
+mod write;
 
+pub use classifier::{Classifier, ClassifyError, LinkState, PaperClassifier, WrongModel};
+pub use error::ModelError;
 pub use features::{
     Features, GEOMETRIC_INPUTS, GEOMETRIC_NAMES, GEOMETRIC_WITH_DEPARTURE_INPUTS, LinkGeometry,
     PAPER_INPUTS_PER_PATH, PAPER_NAMES, Received, paper_inputs,
 };
+pub use model::{InputScale, Model};
+pub use network::{Activations, InferenceError, Network};
+pub use probability::Probabilities;
+pub use shape::{Kind, MAX_INPUTS, MAX_LAYERS, MAX_WIDTH, STATES, Shape};
+pub use write::{Description, Outputs, Rows, WriteError, write};

@@ -8,10 +8,12 @@
 use heapless::Vec;
 
 use super::cancel::{Change, Source, change};
+use super::cholesky::{regular, spread};
 use super::detector::Detector;
-use super::fit::{Fit, Place, REACH, fit, solve};
+use super::fit::{Fit, Place, REACH, fit};
 use super::grid::AngleGrid;
 use super::model::ArrayModel;
+use super::screen::least_excess;
 use super::stages::Channel;
 use super::template::Template;
 use super::window::{SINGLE, Window};
@@ -59,6 +61,8 @@ pub(super) struct Search<'a, const A: usize, const E: usize> {
     pub(super) threshold: f32,
     /// Share of a path's energy that errors of the arrays' calibration leave beside it.
     pub(super) calibration_share: f32,
+    /// Whether candidates that cannot reach the floor are passed over by their power alone.
+    pub(super) screening: bool,
 }
 
 /// The beam under search: residual taps, their profile, and what was found.
@@ -78,20 +82,24 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
                 break;
             }
             let noise = self.settle(beam);
-            let Some(tap) = candidate::<C>(beam.profile, 0..SAMPLES, noise, &missed) else {
+            let Some((tap, excess)) = candidate::<C>(beam.profile, 0..SAMPLES, noise, &missed) else {
                 break;
             };
-            let found = self.single(beam, tap, noise);
-            let energy = found.source.power() * C as f32;
-            if energy < floor {
+            if self.screening && excess < least_excess(floor, noise, C as f32) {
+                // The strongest candidate cannot reach the floor, so none does.
                 break;
             }
-            if energy < self.threshold * noise {
+            let found = self.single(beam, tap, noise);
+            let energy = found.map(|f| f.source.power() * C as f32);
+            if energy.is_some_and(|energy| energy < floor) {
+                break;
+            }
+            let Some(found) = found.filter(|_| energy >= Some(self.threshold * noise)) else {
                 if missed.push(tap).is_err() {
                     break;
                 }
                 continue;
-            }
+            };
             match self.neighbours(beam, &found.source) {
                 Some(group) => {
                     if !self.join(beam, group, &found.source, noise) {
@@ -116,8 +124,8 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
         self.settle(beam)
     }
 
-    /// Scores one path that shows at `tap`.
-    fn single<const C: usize>(&self, beam: &Beam<'_, A, C>, tap: usize, noise: f32) -> Found<A> {
+    /// Scores one path that shows at `tap`. None where its place cannot be told: one array alone sees only a cone.
+    fn single<const C: usize>(&self, beam: &Beam<'_, A, C>, tap: usize, noise: f32) -> Option<Found<A>> {
         let window = self.window::<C, SINGLE>(beam, tap, -REACH, REACH);
         let delay_taps = vertex(beam.profile, tap);
         let snapshot = window.snapshot(self.template, delay_taps);
@@ -125,7 +133,7 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
         let fit: Fit<1, 3, A> =
             self.fit::<1, 3, C, SINGLE>(&window, [Place { delay_taps, u }], noise, SINGLE_STEPS);
         // A group of its own.
-        self.found(&fit, 0, tap, noise, beam.found.len() as u8)
+        regular(&fit.hessian).then(|| self.found(&fit, 0, tap, noise, beam.found.len() as u8))
     }
 
     pub(super) fn fit<const L: usize, const D: usize, const C: usize, const W: usize>(
@@ -205,11 +213,12 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
         };
         let start = first.source.origin.wrapping_sub(TRIAL_REACH) & (SAMPLES - 1);
         let noise = self.detector.noise(beam.profile);
-        if let Some(tap) = candidate::<C>(beam.profile, start..start + 2 * TRIAL_REACH + 1, noise, &[]) {
-            let second = self.single(beam, tap, noise);
-            if self.neighbours(beam, &second.source) == Some(first.group) {
-                self.join(beam, first.group, &second.source, noise);
-            }
+        let around = start..start + 2 * TRIAL_REACH + 1;
+        if let Some((tap, _)) = candidate::<C>(beam.profile, around, noise, &[])
+            && let Some(second) = self.single(beam, tap, noise)
+            && self.neighbours(beam, &second.source) == Some(first.group)
+        {
+            self.join(beam, first.group, &second.source, noise);
         }
     }
 
@@ -260,26 +269,14 @@ impl<const A: usize> Source<A> {
     }
 }
 
-/// Three columns of the inverse Hessian that belong to path `index`.
-fn spread<const D: usize>(hessian: &[[f32; D]; D], index: usize) -> [[f32; 3]; 3] {
-    core::array::from_fn(|column| {
-        let mut unit = [0.0; D];
-        if let Some(one) = unit.get_mut(3 * index + column) {
-            *one = 1.0;
-        }
-        let solved = solve(hessian, &unit, 0.0);
-        core::array::from_fn(|row| solved.get(3 * index + row).copied().unwrap_or(0.0))
-    })
-}
-
 /// Tap that stands out most, alone or with its neighbour (a path half-way between two shows in both), if it does so by
-/// [`CANDIDATE_SIGMAS`]. `taps` may run over the period's end.
+/// [`CANDIDATE_SIGMAS`], and what no two neighbouring taps exceed the noise's mean by. `taps` may run over the period's end.
 fn candidate<const C: usize>(
     profile: &[u64; SAMPLES],
     taps: core::ops::Range<usize>,
     noise: f32,
     missed: &[usize],
-) -> Option<usize> {
+) -> Option<(usize, f32)> {
     // Under noise a tap has mean C and standard deviation sqrt C noise variances; neighbours are nearly independent (their
     // correlation is D(1)^2 = 0.05).
     let mean = C as f32 * noise;
@@ -303,7 +300,7 @@ fn candidate<const C: usize>(
         }
         here = next;
     }
-    best
+    best.map(|tap| (tap, most / paired))
 }
 
 /// Vertex of the parabola through a tap's power and its neighbours', taps from that tap, -0.5..=0.5.

@@ -94,7 +94,6 @@ pub(super) fn change<const L: usize, const A: usize, const E: usize, const C: us
     let count = (2 * reach + 1).min(SAMPLES);
     let first = -(reach as i32);
     let start = origin.wrapping_sub(reach);
-    let sign = if change == Change::Subtract { -1 } else { 1 };
     for (j, ((step, lead), rows)) in model.arrays().zip(taps.as_chunks_mut::<E>().0).enumerate() {
         let mut columns = [[[0_i32; 2]; SAMPLES]; L];
         for (column, source) in columns.iter_mut().zip(sources) {
@@ -106,24 +105,25 @@ pub(super) fn change<const L: usize, const A: usize, const E: usize, const C: us
                 *value = [v.re as i32, v.im as i32];
             }
         }
-        // Q15; the cast cuts towards zero, and 1 stays 32 768 in an i32.
-        let phases: [[[i32; 2]; E]; L] = sources.each_ref().map(|source| {
-            steering::<E>(step.dot(&source.u)).map(|s| [(s.re * 32_768.0) as i32, (s.im * 32_768.0) as i32])
-        });
+        let phases: [[Iq; E]; L] = sources
+            .each_ref()
+            .map(|source| steering::<E>(step.dot(&source.u)).map(q15));
         for (e, row) in rows.iter_mut().enumerate() {
             for i in 0..count {
-                let (mut re, mut im) = (0_i32, 0_i32);
+                let (mut re, mut im) = (HALF, HALF);
                 for (column, phases) in columns.iter().zip(&phases) {
-                    let ([x, y], [c, s]) = (column[i & (SAMPLES - 1)], phases[e]);
-                    re = re.wrapping_add(high(x, c)).wrapping_sub(high(y, s));
-                    im = im.wrapping_add(high(x, s)).wrapping_add(high(y, c));
+                    let ([x, y], w) = (column[i & (SAMPLES - 1)], phases[e]);
+                    re = re.wrapping_add(high(x, w.re())).wrapping_add(high(y, -w.im()));
+                    im = im.wrapping_add(high(x, w.im())).wrapping_add(high(y, w.re()));
                 }
+                let model = Iq::new(limited(re), limited(im));
                 let n = start.wrapping_add(i) & (SAMPLES - 1);
                 let old = row[n];
-                let new = Iq::new(
-                    moved(old.re(), sign * rounded(re)),
-                    moved(old.im(), sign * rounded(im)),
-                );
+                let mut clips = 0;
+                let new = match change {
+                    Change::Subtract => old.saturating_sub(model, &mut clips),
+                    Change::Add => old.saturating_add(model, &mut clips),
+                };
                 row[n] = new;
                 profile[n] = profile[n]
                     .wrapping_add(u64::from(new.power()))
@@ -133,20 +133,24 @@ pub(super) fn change<const L: usize, const A: usize, const E: usize, const C: us
     }
 }
 
+/// Q15 of a phase factor, parts within +-32 767; the cast cuts towards zero.
+fn q15(s: Complex<f32>) -> Iq {
+    let part = |x: f32| (x * 32_768.0).clamp(-32_767.0, 32_767.0) as i16;
+    Iq::new(part(s.re), part(s.im))
+}
+
 /// `x w / 2^16` of a 32-bit number and a Q15 factor, floor (SMULWB).
-fn high(x: i32, w: i32) -> i32 {
+fn high(x: i32, w: i16) -> i32 {
     ((i64::from(x) * i64::from(w)) >> 16) as i32
 }
 
-/// LSB of an amplitude with [`FRACTION_BITS`] - 1 bits behind the point, round half up. The same integer is subtracted and
-/// added back, so that adding back undoes a subtraction exactly.
-fn rounded(x: i32) -> i32 {
-    (x + (1 << (FRACTION_BITS - 2))) >> (FRACTION_BITS - 1)
-}
+/// Half an LSB of an amplitude with [`FRACTION_BITS`] - 1 bits behind the point.
+const HALF: i32 = 1 << (FRACTION_BITS - 2);
 
-/// Sample plus a change, saturating.
-fn moved(sample: i16, by: i32) -> i16 {
-    (i32::from(sample) + by).clamp(i32::from(i16::MIN), i32::from(i16::MAX)) as i16
+/// LSB of an amplitude to which [`HALF`] was added (so round half up), limited to int16. The same integer is subtracted and
+/// added back, so that adding back undoes a subtraction exactly.
+fn limited(x: i32) -> i16 {
+    (x >> (FRACTION_BITS - 1)).clamp(i32::from(i16::MIN), i32::from(i16::MAX)) as i16
 }
 
 /// The kernel with its band centre put back, at coordinates `first`, `first + 1`, ...: from the table near the peak, by the

@@ -20,7 +20,16 @@ use crate::waveform::{SAMPLES, Waveform};
 pub const FOLDED_TAPS: usize = SAMPLES / 2;
 
 /// Stages scale by 2^-12 in all, a tap is defined with 1/512.
-const TAP_EXPONENT: i32 = 12 - 9;
+pub(super) const TAP_EXPONENT: i32 = 12 - 9;
+
+/// What the cheap stage saw of a beam.
+#[derive(Clone, Copy, Debug)]
+pub struct Folded<'a> {
+    /// Sum over the channels of |h|^2 at each delay modulo 256 taps, squared LSB of a tap.
+    pub profile: &'a [u64; FOLDED_TAPS],
+    /// A sum left half the range in some pass, so that lanes may have clipped: the profile may fall short.
+    pub strained: bool,
+}
 
 /// Transform and correlation with one waveform, by one set of kernels.
 #[derive(Clone, Debug)]
@@ -142,22 +151,22 @@ impl<K: Kernels> Correlator<K> {
         beam: &Levelled<'_, CHANNELS>,
         channels: &[u8],
         work: &'a mut Workspace,
-    ) -> &'a [u64; FOLDED_TAPS] {
+    ) -> Folded<'a> {
         let Tables { second, third, last } = &self.tables;
         let (second, third, last) = (first_half(second), first_half(third), first_half(last));
         let mut powers: FoldedPowers = [[0; 4]; 64];
         let Workspace { ping, pong, .. } = work;
+        let mut strained = false;
         for channel in channels {
             let Some(samples) = beam.samples().get(usize::from(*channel)) else {
                 continue;
             };
-            // A clipped lane here shows again, and is counted, in the full correlation.
             K::first_folded(samples, ping);
-            K::second(ping, pong, second);
-            K::third(pong, ping, third);
-            K::correlate(ping, pong, last);
-            K::inverse_third(pong, ping, third);
-            K::inverse_second(ping, pong, second);
+            strained |= K::second(ping, pong, second);
+            strained |= K::third(pong, ping, third);
+            strained |= K::correlate(ping, pong, last);
+            strained |= K::inverse_third(pong, ping, third);
+            strained |= K::inverse_second(ping, pong, second);
             K::power_folded(pong, &mut powers);
         }
         for (position, row) in powers.iter().enumerate() {
@@ -165,7 +174,10 @@ impl<K: Kernels> Correlator<K> {
                 work.folded[(tap_at(position) + 64 * column) & 255] = power;
             }
         }
-        &work.folded
+        Folded {
+            profile: &work.folded,
+            strained,
+        }
     }
 }
 

@@ -18,7 +18,7 @@ fn survival(shape: usize, y: f64) -> f64 {
 }
 
 /// `y` at which [`survival`] equals `probability`, by bisection to the last bit that f64 resolves.
-fn quantile(shape: usize, probability: f64) -> f64 {
+pub(super) fn quantile(shape: usize, probability: f64) -> f64 {
     // exp(-y) stays normal up to 700; a shape above 300 would need another formula.
     let (mut low, mut high) = (0.0, 700.0);
     for _ in 0..64 {

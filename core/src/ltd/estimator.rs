@@ -5,12 +5,13 @@ use nalgebra::Matrix3;
 
 use super::PathEstimator;
 use super::beam::{Beam, Found, SOURCES, Search};
-use super::correlator::{Correlator, Workspace};
+use super::correlator::{Correlator, TAP_EXPONENT, Workspace};
 use super::departure::{Departures, Look};
 use super::detector::Detector;
 use super::grid::AngleGrid;
 use super::merge::{Detection, Detections, Merged};
 use super::model::ArrayModel;
+use super::screen::Screen;
 use super::template::Template;
 use crate::array::{Codebook, UavArrays};
 use crate::block::BeamBlock;
@@ -40,6 +41,10 @@ pub struct EstimatorConfig<
     pub false_alarms_per_sweep: f64,
     /// Paths weaker than the strongest one by more than this are not reported, dB.
     pub dynamic_range_db: f32,
+    /// Whether a beam, and a candidate in it, is passed over as soon as it shows that it holds no path within the dynamic range of
+    /// the strongest one so far. Costs a path at the very floor one look in a hundred, and nothing more than 3 dB above it;
+    /// begins when the strongest path's SNR, mean over the elements, exceeds about 18 dB.
+    pub screening: bool,
     /// Standard deviation of the phase error that calibration leaves on a receive element, rad. Beside a path it leaves this
     /// square of its energy; what is weaker is not taken for a second path close to it.
     pub element_phase_sigma_rad: f32,
@@ -58,6 +63,7 @@ impl Default for EstimatorConfig {
             gmt_attitude: Rotation::identity(),
             false_alarms_per_sweep: 1e-2,
             dynamic_range_db: 34.0,
+            screening: true,
             element_phase_sigma_rad: 0.035,
             beam_gain_sigma_db: 0.5,
         }
@@ -83,7 +89,8 @@ pub struct EstimatedPath {
 pub struct BeamReport {
     /// Paths found in it.
     pub paths: u8,
-    /// The whole beam carries less power than the weakest path worth reporting: it was not searched.
+    /// The beam was not searched: it carries less power than the weakest path worth reporting, or the cheap stage saw that no
+    /// such path is in it.
     pub weak: bool,
     /// Lanes that clipped in the transform, see [`super::BeamTaps::clips`].
     pub clips: u32,
@@ -109,6 +116,7 @@ pub struct Estimator<
     template: Template,
     grid: AngleGrid<A>,
     detector: Detector,
+    screen: Option<Screen<C>>,
     /// Noise variances that the fit of a path must explain.
     threshold: f32,
     calibration_share: f32,
@@ -123,6 +131,8 @@ pub struct Estimator<
     found: Vec<Found<A>, SOURCES>,
     detections: Detections<MOST>,
     strongest: f32,
+    /// Noise variance of a tap in the last beam searched, amplitude units squared.
+    noise: f32,
 }
 
 impl<
@@ -149,6 +159,7 @@ impl<
             model,
             detector: Detector::new(C, config.false_alarms_per_sweep, BEAMS * config.waveform.active),
             threshold: threshold(config.false_alarms_per_sweep, BEAMS),
+            screen: config.screening.then(Screen::new::<E>),
             correlator: Correlator::new(&config.waveform),
             departures: Departures::new(&config.codebook, gain_sigma),
             gmt_attitude: config.gmt_attitude,
@@ -159,6 +170,7 @@ impl<
             found: Vec::new(),
             detections: Detections::new(),
             strongest: 0.0,
+            noise: 0.0,
         }
     }
 
@@ -256,11 +268,25 @@ impl<
         let levelled = self.correlator.level(block);
         // A tap gathers Na times the power of a sample at most: a weaker beam cannot hold a path worth reporting.
         let most = f64::from(self.template.active()) * levelled.mean_power();
+        let weak = BeamReport {
+            weak: true,
+            ..BeamReport::default()
+        };
         if most < f64::from(self.share * self.strongest) {
-            return BeamReport {
-                weak: true,
-                ..BeamReport::default()
-            };
+            return weak;
+        }
+        let exponent = levelled.exponent().saturating_add(TAP_EXPONENT);
+        let to_lsb = libm::scalbnf(1.0, exponent.saturating_mul(-2));
+        let floor = self.share * self.strongest * to_lsb;
+        if let Some(screen) = &self.screen
+            && screen.can_tell(floor, self.noise * to_lsb)
+        {
+            let folded = self
+                .correlator
+                .detect(&levelled, screen.channels(), &mut self.work);
+            if screen.is_empty(&folded, floor) {
+                return weak;
+            }
         }
         let taps = self.correlator.correlate(levelled, &mut self.work);
         let (clips, unexamined) = (taps.clips(), taps.unexamined());
@@ -278,14 +304,15 @@ impl<
             detector: &self.detector,
             threshold: self.threshold,
             calibration_share: self.calibration_share,
+            screening: self.screen.is_some(),
         };
-        let floor = self.share * self.strongest * libm::scalbnf(1.0, -2 * exponent);
         let mut under = Beam {
             taps: samples,
             profile: &mut self.profile,
             found: &mut self.found,
         };
         let noise = search.run(&mut under, floor);
+        self.noise = noise * libm::scalbnf(1.0, exponent.saturating_mul(2));
         BeamReport {
             paths: self.keep(noise, exponent, beam),
             weak: false,
@@ -302,7 +329,7 @@ impl<
             .map(|(index, path)| self.estimated(index, path))
             .collect();
         self.detections.clear();
-        self.strongest = 0.0;
+        (self.strongest, self.noise) = (0.0, 0.0);
         paths
     }
 }

@@ -9,6 +9,7 @@
 
 use nalgebra::{Complex, Vector3};
 
+use super::cholesky::solve;
 use super::model::{ArrayModel, place, steering};
 use super::template::Template;
 use super::window::Window;
@@ -337,57 +338,6 @@ fn accumulate<const L: usize, const D: usize>(
     }
 }
 
-/// Solves `(H + damping diag H) x = g` by Cholesky. A direction without information gets no step.
-#[allow(
-    clippy::needless_range_loop,
-    reason = "triangles of indices read best as such"
-)]
-pub(super) fn solve<const D: usize>(hessian: &[[f32; D]; D], gradient: &[f32; D], damping: f32) -> [f32; D] {
-    let mut factor = *hessian;
-    for i in 0..D {
-        factor[i][i] += damping * factor[i][i];
-    }
-    let mut x = *gradient;
-    for i in 0..D {
-        let floor = 1e-6 * factor[i][i];
-        for j in 0..=i {
-            let mut sum = factor[i][j];
-            for k in 0..j {
-                sum -= factor[i][k] * factor[j][k];
-            }
-            factor[i][j] = if i == j {
-                // Zero marks a direction that the others explain.
-                if sum > floor { libm::sqrtf(sum) } else { 0.0 }
-            } else if factor[j][j] > 0.0 {
-                sum / factor[j][j]
-            } else {
-                0.0
-            };
-        }
-    }
-    for i in 0..D {
-        for k in 0..i {
-            x[i] -= factor[i][k] * x[k];
-        }
-        x[i] = if factor[i][i] > 0.0 {
-            x[i] / factor[i][i]
-        } else {
-            0.0
-        };
-    }
-    for i in (0..D).rev() {
-        for k in i + 1..D {
-            x[i] -= factor[k][i] * x[k];
-        }
-        x[i] = if factor[i][i] > 0.0 {
-            x[i] / factor[i][i]
-        } else {
-            0.0
-        };
-    }
-    x
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -526,20 +476,5 @@ mod tests {
                     .iter()
                     .all(|p| p.delay_taps.is_finite() && p.u.norm().is_finite())
         );
-    }
-
-    #[test]
-    fn solver_ignores_what_has_no_information() {
-        let x = solve(
-            &[[4.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 2.0]],
-            &[8.0, 1.0, 3.0],
-            0.0,
-        );
-        assert!(
-            (x[0] - 2.0).abs() < 1e-6 && x[1] == 0.0 && (x[2] - 1.5).abs() < 1e-6,
-            "{x:?}"
-        );
-        let x = solve(&[[4.0, 2.0], [2.0, 5.0]], &[10.0, 13.0], 0.0);
-        assert!((x[0] - 1.5).abs() < 1e-6 && (x[1] - 2.0).abs() < 1e-6, "{x:?}");
     }
 }

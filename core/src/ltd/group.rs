@@ -9,6 +9,7 @@ use heapless::Vec;
 
 use super::beam::{Beam, Found, SINGLE_STEPS, Search};
 use super::cancel::{Change, Source};
+use super::cholesky::regular;
 use super::fit::{Fit, Place, REACH};
 use super::window::{JOINT, Window};
 
@@ -123,10 +124,12 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
         let least = MEMBER_GAIN * noise / self.template.occupancy();
         let gain = with.energy - without.energy;
         let inside = |places: &[Place]| places.iter().all(|p| p.delay_taps.abs() < JOINT as f32);
-        if gain > least && gain > self.calibration_share * without.energy && inside(&with.places) {
+        let sound = inside(&with.places) && regular(&with.hessian);
+        if gain > least && gain > self.calibration_share * without.energy && sound {
             self.replace(beam, &members, &with, &old[0], noise);
             true
-        } else if without.energy - kept.energy > least && inside(&without.places) {
+        } else if without.energy - kept.energy > least && inside(&without.places) && regular(&without.hessian)
+        {
             self.replace(beam, &members, &without, &old[0], noise);
             true
         } else {
@@ -173,6 +176,10 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
         let window = self.joint_window(beam, origin, &start);
         let steps = if L == 1 { SINGLE_STEPS } else { JOINT_STEPS };
         let fit: Fit<L, D, A> = self.fit(&window, start, noise, steps);
+        if !regular(&fit.hessian) {
+            self.change(beam, &old, Change::Subtract);
+            return;
+        }
         self.replace(beam, &members, &fit, &old[0], noise);
         for (index, old) in members.into_iter().zip(old) {
             if let Some(found) = beam.found.get_mut(index) {

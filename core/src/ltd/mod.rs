@@ -15,6 +15,7 @@
 
 mod beam;
 mod cancel;
+mod cholesky;
 mod correlator;
 mod departure;
 mod detector;
@@ -29,13 +30,14 @@ mod merge;
 mod model;
 mod paper;
 mod phase;
+mod screen;
 pub(crate) mod stages;
 pub(crate) mod tables;
 mod taps;
 mod template;
 mod window;
 
-pub use correlator::{Correlator, FOLDED_TAPS, Workspace};
+pub use correlator::{Correlator, FOLDED_TAPS, Folded, Workspace};
 pub use detector::{Detector, Peak};
 pub use estimator::{BeamReport, EstimatedPath, Estimator, EstimatorConfig};
 pub use iq::Iq;

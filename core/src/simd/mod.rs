@@ -16,6 +16,7 @@
 
 use core::arch::asm;
 
+use crate::lscn::dense::{self, Quad, record_length};
 use crate::ltd::stages::{Channel, EIGHTH, FoldedPowers, MINUS_EIGHTH, Powers};
 use crate::ltd::tables::{Tail, Twiddles};
 
@@ -23,6 +24,8 @@ use crate::ltd::tables::{Tail, Twiddles};
 mod instructions;
 #[macro_use]
 mod columns;
+#[macro_use]
+mod layer;
 
 /// Half an LSB at bit 16.
 const ROUND_16: u32 = 1 << 15;
@@ -394,4 +397,51 @@ pub(crate) fn energy(input: &Channel) -> u64 {
         );
     }
     (u64::from(high) << 32) | u64::from(low)
+}
+
+/// Square root, correctly rounded.
+#[inline(always)]
+pub(crate) fn sqrt(x: f32) -> f32 {
+    let root;
+    // SAFETY: one instruction on registers.
+    unsafe { asm!("vsqrt.f32 {}, {}", lateout(sreg) root, in(sreg) x, options(pure, nomem, nostack)) };
+    root
+}
+
+/// See `lscn::dense::dense`.
+#[inline(never)]
+pub(crate) fn dense(records: &[u8], input: &[Quad], output: &mut [Quad]) -> [i32; 4] {
+    let groups = output.len().min(records.len() / record_length(input.len()));
+    if groups == 0 || input.is_empty() || !records.as_ptr().addr().is_multiple_of(4) {
+        return dense::dense(records, input, output);
+    }
+    let mut sums = [0; 4];
+    let [r0, r1, r2, r3] = &mut sums;
+    // SAFETY: each of `groups` turns reads one record (16 bytes, 32 for each quad of `input`, 16 bytes) at a multiple of
+    // four bytes, all of `input` and writes one quad of `output`. Registers are declared or restored, the stack pointer is
+    // back at the end.
+    unsafe {
+        asm!(
+            "push {{r6, r7}}
+             vmov s0, s1, r10, r0
+             vmov s2, r1
+             2:",
+            four_rows!(),
+            requantise_rows!(),
+            "vmov r4, s2
+             cmp lr, r4
+             bne 2b
+             pop {{r6, r7}}",
+            inout("r0") input.len() => *r0,
+            inout("r1") output.as_ptr().wrapping_add(groups) => *r1,
+            out("r2") *r2,
+            out("r3") *r3,
+            inout("r10") input.as_ptr() => _,
+            inout("r11") records.as_ptr() => _,
+            inout("lr") output.as_mut_ptr() => _,
+            out("r4") _, out("r5") _, out("r8") _, out("r9") _, out("r12") _,
+            out("s0") _, out("s1") _, out("s2") _,
+        );
+    }
+    sums
 }

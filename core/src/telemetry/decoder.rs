@@ -1,6 +1,7 @@
 //! Bytes to messages, whatever happened to the bytes.
 
-use super::{CRC, CRC_LENGTH, MAX_FRAME, MAX_PACKET, Message, TelemetryError, VERSION, cobs};
+use super::{CRC_LENGTH, MAX_FRAME, MAX_PACKET, Message, TelemetryError, VERSION, cobs};
+use crate::checksum::CRC;
 
 /// A decoded packet.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,7 @@
 //! Messages to frames.
 
-use super::{CRC, CRC_LENGTH, MAX_FRAME, MAX_PACKET, Message, TelemetryError, VERSION, cobs};
+use super::{CRC_LENGTH, MAX_FRAME, MAX_PACKET, Message, TelemetryError, VERSION, cobs};
+use crate::checksum::CRC;
 
 /// Numbers packets and frames them.
 #[derive(Clone, Debug, Default)]

@@ -15,8 +15,6 @@ mod encoder;
 mod error;
 mod message;
 
-use crc::{CRC_32_ISO_HDLC, Crc, Table};
-
 pub use decoder::{Decoder, Packet};
 pub use encoder::Encoder;
 pub use error::TelemetryError;
@@ -32,4 +30,3 @@ pub const MAX_PACKET: usize = 64;
 pub const MAX_FRAME: usize = MAX_PACKET + 2;
 
 const CRC_LENGTH: usize = 4;
-static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);

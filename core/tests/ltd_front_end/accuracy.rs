@@ -121,17 +121,17 @@ fn the_folded_profile_is_that_of_the_even_subcarriers() {
     let beam = correlator.level(at_unit_scale(&mut block));
     let scale = 4_f64.powi(beam.exponent() + 3);
     let mut work = Workspace::new();
-    let profile = correlator.detect(&beam, &channels, &mut work);
+    let profile = correlator.detect(&beam, &channels, &mut work).profile;
     let peak = reference.iter().copied().fold(0.0, f64::max);
     for (n, (&power, exact)) in profile.iter().zip(&reference).enumerate() {
         let error = (power as f64 * scale - exact).abs() / (peak * exact).sqrt();
         assert!(error < 0.02, "tap {n}: {} for {exact}", power as f64 * scale);
     }
     // A channel that is not there adds nothing.
-    let with_absent = *correlator.detect(&beam, &[2, 200], &mut Workspace::new());
+    let with_absent = *correlator.detect(&beam, &[2, 200], &mut Workspace::new()).profile;
     assert_eq!(
         with_absent,
-        *correlator.detect(&beam, &[2], &mut Workspace::new())
+        *correlator.detect(&beam, &[2], &mut Workspace::new()).profile
     );
 }
 

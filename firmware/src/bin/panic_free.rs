@@ -116,7 +116,7 @@ fn listen(correlator: &Correlator, samples: &mut Block, work: &mut Workspace) {
         exponent: black_box(0),
     });
     black_box(beam.mean_power());
-    black_box(detector.peak(correlator.detect(&beam, black_box(&SUBSET), work)));
+    black_box(detector.peak(correlator.detect(&beam, black_box(&SUBSET), work).profile));
     let taps = correlator.correlate(beam, work);
     black_box(detector.peak(taps.profile()));
     let mut window = black_box([Complex::new(0.0, 0.0); 9]);

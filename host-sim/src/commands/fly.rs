@@ -8,22 +8,27 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use cslam_core::reflection::Form;
-use cslam_core::telemetry::Summary;
 use cslam_firmware::measurement::{PathRecord, Record};
 use cslam_firmware::receiver::{BoardMap, ReceiveError, Receiver, board_gates};
 use serde::{Deserialize, Serialize};
 
-use crate::evaluation;
-use crate::flight_files;
+use crate::evaluation::{downlink, evaluate};
+use crate::flight_files::Outputs;
+use crate::flight_files::ply::Encoding;
+use crate::flight_log::Header;
 use crate::input::{InputError, read_text};
 use crate::measurement::Sigmas;
-use crate::path_flight::measure;
+use crate::path_flight::{self, Sweep, measure};
 use crate::paths::{self, Link};
 use crate::progress;
-use crate::report::{Report, TelemetryFigures, table};
+use crate::report::{Report, table};
+use crate::scene::Scene;
 
 /// Sweeps a second (design section 7).
 const SWEEP_RATE_HZ: f64 = 2.0;
+
+/// The scene that the bundled path list was traced in.
+const BUNDLED_SCENE: &str = "outdoor_a";
 
 /// Arguments of `cslam fly`.
 #[derive(clap::Args, Debug)]
@@ -31,6 +36,9 @@ pub(crate) struct Args {
     /// Paths file to fly over (.jsonl or .jsonl.gz); without it, the bundled outdoor list
     #[arg(long, value_name = "FILE")]
     paths: Option<PathBuf>,
+    /// Scene that the paths were traced in, to compare the map with its surfaces; that of the bundled list is known
+    #[arg(long, value_name = "NAME|FILE")]
+    scene: Option<String>,
     /// Configuration file (TOML); --print-config shows what it may hold
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -49,6 +57,9 @@ pub(crate) struct Args {
     /// Directory for the results, made when missing
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
+    /// Encoding of the point clouds
+    #[arg(long, value_enum, default_value_t = Ply::Ascii)]
+    ply: Ply,
     /// Print the report as one JSON object on standard output
     #[arg(long)]
     json: bool,
@@ -60,6 +71,23 @@ enum Mode {
     Best,
     /// Strongest path only, the paper's closed form
     Paper,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Ply {
+    /// Text
+    Ascii,
+    /// Little endian
+    Binary,
+}
+
+impl From<Ply> for Encoding {
+    fn from(ply: Ply) -> Self {
+        match ply {
+            Ply::Ascii => Self::Ascii,
+            Ply::Binary => Self::Binary,
+        }
+    }
 }
 
 /// The configuration file.
@@ -74,12 +102,14 @@ impl Default for Args {
     fn default() -> Self {
         Self {
             paths: None,
+            scene: None,
             config: None,
             print_config: false,
             seed: 1,
             steps: None,
             mode: Mode::Best,
             out: "out".into(),
+            ply: Ply::Ascii,
             json: false,
         }
     }
@@ -91,10 +121,17 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         print!("{}", toml::to_string(&config)?);
         return Ok(());
     }
-    let (scene, mut links) = match &args.paths {
-        Some(file) => (file.display().to_string(), paths::read(file)?),
-        None => ("outdoor_a".to_owned(), paths::bundled()?),
+    // The surfaces behind a list are known for the bundled one, or when they are named.
+    let (list_name, mut links, list_scene) = match &args.paths {
+        Some(file) => (file.display().to_string(), paths::read(file)?, None),
+        None => (BUNDLED_SCENE.to_owned(), paths::bundled()?, Some(BUNDLED_SCENE)),
     };
+    let scene = args
+        .scene
+        .as_deref()
+        .or(list_scene)
+        .map(Scene::load)
+        .transpose()?;
     links.truncate(args.steps.unwrap_or(usize::MAX));
     if links.is_empty() {
         return Err(InputError::new("nothing to fly: the path list is empty, or --steps is 0").into());
@@ -107,42 +144,33 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let flight = fly(&links, &config, args)?;
     let elapsed_s = start.elapsed().as_secs_f64();
 
-    let flown = &links[..flight.sweeps];
-    let heard = evaluation::decode(&flight.packets);
-    let strongest_only = args.mode == Mode::Paper;
-    let figures = evaluation::compare(&heard.points, flight.summary.map_points, flown, strongest_only);
-    let flight_s = flight.sweeps as f64 / SWEEP_RATE_HZ;
-    let bytes = flight.packets.len();
-    let summary = &flight.summary;
-    let report = Report {
-        mode: if strongest_only { "paper" } else { "best" },
-        scene: &scene,
+    let heard = downlink::decode(&flight.packets);
+    let header = Header {
+        mode: if args.mode == Mode::Paper { "paper" } else { "best" }.into(),
+        scene: list_name,
         seed: args.seed,
-        interrupted: flight.sweeps < links.len(),
-        sweeps: flight.sweeps,
-        flight_s,
-        elapsed_s,
-        measurements: summary.points + summary.rejected + summary.invalid,
-        verdicts: &heard.reasons,
-        map: &figures,
-        telemetry: TelemetryFigures {
-            packets: heard.packets,
-            bytes,
-            bytes_per_point: (!heard.points.is_empty()).then(|| bytes as f64 / heard.points.len() as f64),
-            bytes_per_s: bytes as f64 / flight_s,
-        },
+        planned_sweeps: links.len(),
+        sweep_period_s: 1.0 / SWEEP_RATE_HZ,
+        delay_cycle_m: None,
     };
-    flight_files::write(&args.out, &flight.map, &flight.packets, flown, &report)?;
+    let mut log = path_flight::log(header, &flight.flown, &heard, flight.packets.len(), &flight.map);
+    let evaluation = evaluate(&mut log, scene.as_ref());
+    let report = Report::new(&log, &evaluation, elapsed_s);
+    let outputs = Outputs {
+        log: &log,
+        scene: scene.as_ref(),
+        evaluation: &evaluation,
+        report: &report,
+        packets: &flight.packets,
+    };
+    outputs.write(&args.out, args.ply.into())?;
     if args.json {
         println!("{}", serde_json::to_string(&report)?);
         eprintln!("{}", table(&report));
     } else {
         println!("{}", table(&report));
     }
-    eprintln!(
-        "wrote map.ply, map_truth.ply, packets.bin, report.json to {}",
-        args.out.display()
-    );
+    eprintln!("wrote {} to {}", Outputs::NAMES.join(", "), args.out.display());
     Ok(())
 }
 
@@ -160,14 +188,14 @@ fn read_config(file: Option<&Path>) -> Result<Config, InputError> {
 }
 
 /// A flight, or as much of it as was flown before an interrupt.
-struct Flight {
+struct Flight<'a> {
     map: Box<BoardMap>,
-    summary: Summary,
     packets: Vec<u8>,
-    sweeps: usize,
+    /// What was measured on each link.
+    flown: Vec<(&'a Link, Sweep)>,
 }
 
-fn fly(links: &[Link], config: &Config, args: &Args) -> anyhow::Result<Flight> {
+fn fly<'a>(links: &'a [Link], config: &Config, args: &Args) -> anyhow::Result<Flight<'a>> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     // A second handler in one process is an error of no consequence here: the first one stays.
@@ -182,7 +210,7 @@ fn fly(links: &[Link], config: &Config, args: &Args) -> anyhow::Result<Flight> {
     let mut receiver = Receiver::new(&mut map, form, board_gates());
     let mut packets = Vec::new();
     let bar = progress::bar(links.len() as u64, "flying");
-    let (mut sweeps, mut sent) = (0, 0);
+    let (mut flown, mut sent) = (Vec::with_capacity(links.len()), 0);
     for (index, link) in links.iter().enumerate() {
         if interrupted.load(Ordering::Relaxed) {
             bar.abandon();
@@ -201,18 +229,12 @@ fn fly(links: &[Link], config: &Config, args: &Args) -> anyhow::Result<Flight> {
             receive(&mut receiver, Record::Path(record), &mut packets)?;
             sent += 1;
         }
-        sweeps += 1;
+        flown.push((link, sweep));
         bar.inc(1);
     }
     bar.finish_and_clear();
     receive(&mut receiver, Record::End { sent }, &mut packets)?;
-    let summary = receiver.summary();
-    Ok(Flight {
-        map,
-        summary,
-        packets,
-        sweeps,
-    })
+    Ok(Flight { map, packets, flown })
 }
 
 /// Through the bytes of a record, as the chip gets it.

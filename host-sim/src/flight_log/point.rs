@@ -1,5 +1,6 @@
 //! Reflection points and the map made of them.
 
+use cslam_core::map::MapPoint;
 use serde::{Deserialize, Serialize};
 
 /// An accepted reflection point: the receiver's side only. The truth is found through its sweep and path, by
@@ -33,4 +34,14 @@ pub struct MapVoxel {
     pub covariance_trace_m2: f64,
     /// Number of reflections fused.
     pub hits: u32,
+}
+
+impl From<&MapPoint> for MapVoxel {
+    fn from(point: &MapPoint) -> Self {
+        Self {
+            position_m: point.position.to_array().map(f64::from),
+            covariance_trace_m2: f64::from(point.variance_m2),
+            hits: u32::from(point.hits),
+        }
+    }
 }

@@ -17,9 +17,9 @@ pub struct MeasuredPath {
     pub aoa_azimuth_rad: f64,
     /// SNR per element and active subcarrier, dB.
     pub snr_db: Option<f64>,
-    /// Probability that it was reflected once; `None` when nothing says so.
+    /// Probability that it was reflected once; `None` when no classifier judged it.
     pub first_order_probability: Option<f64>,
-    /// What became of it: `ok`, or the reason in words.
+    /// What became of it: `ok` for an accepted reflection point, else the reason in words.
     pub verdict: String,
 }
 

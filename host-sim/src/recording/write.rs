@@ -6,6 +6,7 @@ use std::path::Path;
 use anyhow::Context;
 
 use super::{EVENT_FILES, FORMAT, FileEntry, HEADERS, MANIFEST, Manifest, VERSION, crc32};
+use crate::input::InputError;
 use crate::sensors::{Event, SensedFlight, Stamped, Truth};
 
 /// Columns of `truth.csv`. Quaternion Hamilton, body to world; clock: UAV less GMT.
@@ -20,13 +21,18 @@ const TRUTH_RATE_HZ: u32 = 100;
 /// did, and must do so for all sweeps or for none.
 ///
 /// # Errors
-/// When a file cannot be written, naming it, and whatever `samples` returns.
+/// When a file cannot be written, naming it, when the flight has late events, and whatever `samples` returns.
 pub fn write(
     directory: &Path,
     scene: &str,
     flight: &SensedFlight,
     mut samples: impl FnMut(u32, &Truth) -> anyhow::Result<bool>,
 ) -> anyhow::Result<Manifest> {
+    if flight.config().faults.reorders() {
+        let message =
+            "faults.transport: late events cannot be recorded, a recording is in the order of time stamps";
+        return Err(InputError::new(message).into());
+    }
     std::fs::create_dir_all(directory)
         .with_context(|| format!("{} cannot be created", directory.display()))?;
     let mut with_samples = 0;

@@ -6,6 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::ClockStep;
 use crate::seeded::{Seeded, Source};
 
 /// Errors of the UAV clock. The default is a TCXO, budget of design section 6.
@@ -100,6 +101,8 @@ const STEP_S: f64 = 0.01;
 pub struct Clock {
     /// (offset s, fractional frequency) at k `STEP_S`.
     grid: Vec<(f64, f64)>,
+    /// (time s, step s) of each step.
+    steps: Vec<(f64, f64)>,
 }
 
 impl Clock {
@@ -124,12 +127,24 @@ impl Clock {
             offset += (drift + ramp * STEP_S * 0.5 + kick * 0.5) * STEP_S + white * random.normal();
             drift += ramp * STEP_S + kick;
         }
-        Self { grid }
+        Self {
+            grid,
+            steps: Vec::new(),
+        }
+    }
+
+    /// The same clock with steps added.
+    #[must_use]
+    pub fn with_steps(mut self, steps: &[ClockStep]) -> Self {
+        self.steps
+            .extend(steps.iter().map(|s| (s.at_s, s.step_ns * 1e-9)));
+        self
     }
 
     /// Offset (UAV clock less GMT clock), s, at GMT time `time_s`.
     pub fn offset_s(&self, time_s: f64) -> f64 {
-        self.interpolate(time_s, |point| point.0)
+        let steps = self.steps.iter().filter(|(at_s, _)| time_s >= *at_s);
+        self.interpolate(time_s, |point| point.0) + steps.map(|(_, step_s)| step_s).sum::<f64>()
     }
 
     /// Fractional frequency, s/s, at GMT time `time_s`; white FM apart.

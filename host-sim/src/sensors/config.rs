@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{BeaconConfig, ClockConfig, ImuConfig, MagnetometerConfig, TimingConfig};
+use super::{BeaconConfig, ClockConfig, FaultsConfig, ImuConfig, MagnetometerConfig, TimingConfig};
 use crate::input::InputError;
 
 /// Errors of all sensors. The default is the budget of design section 6.
@@ -19,6 +19,8 @@ pub struct SensorsConfig {
     pub timing: TimingConfig,
     /// UAV clock.
     pub clock: ClockConfig,
+    /// What fails; nothing by default.
+    pub faults: FaultsConfig,
 }
 
 impl SensorsConfig {
@@ -30,6 +32,7 @@ impl SensorsConfig {
             beacon: BeaconConfig::ideal(),
             timing: TimingConfig::ideal(),
             clock: ClockConfig::ideal(),
+            faults: FaultsConfig::default(),
         }
     }
 
@@ -44,6 +47,7 @@ impl SensorsConfig {
             .and_then(|()| self.beacon.check())
             .and_then(|()| self.timing.check())
             .and_then(|()| self.clock.check())
+            .and_then(|()| self.faults.check())
             .map_err(InputError::new)
     }
 }

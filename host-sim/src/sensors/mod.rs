@@ -3,13 +3,14 @@
 //! Each sensor has a configuration (defaults at the budget of design section 6, `ideal()` for none of the errors) and a
 //! small state. [`SensedFlight`] joins them with a planned flight: its [`events`](SensedFlight::events) are all that a
 //! receiver may see, in order and stamped by the UAV clock; its [`truth`](SensedFlight::truth) is for the channel and
-//! for evaluation.
+//! for evaluation. What fails in a flight is configured too: [`faults`].
 
 mod beacon;
 mod clock;
 mod config;
 mod drift;
 mod events;
+pub mod faults;
 mod fifo;
 mod imu;
 mod magnetometer;
@@ -23,6 +24,7 @@ pub use config::SensorsConfig;
 use config::{at_most_one, divides_a_second, not_negative};
 pub use drift::BiasDrift;
 pub use events::{Event, Events, Stamped};
+pub use faults::{ClockStep, FaultsConfig, Faulty};
 pub use fifo::{
     ACCELERATION_CODE_MAX, ACCELERATION_PER_CODE_M_PER_S2, ImuSample, PACKET_LEN, RATE_CODE_MAX,
     RATE_PER_CODE_RAD_PER_S,

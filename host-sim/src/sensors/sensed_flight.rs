@@ -2,7 +2,8 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::{Clock, Events, SensorsConfig, true_gmt_attitude};
+use super::faults::wrong_fix_m;
+use super::{Clock, Events, Faulty, SensorsConfig, true_gmt_attitude};
 use crate::flight::{FlightPlan, Motion};
 use crate::input::InputError;
 
@@ -42,7 +43,7 @@ impl SensedFlight {
     /// [`InputError`] naming a figure of the configuration that is out of range.
     pub fn new(plan: FlightPlan, config: SensorsConfig, seed: u64) -> Result<Self, InputError> {
         config.check()?;
-        let clock = Clock::new(&config.clock, seed, plan.duration_s());
+        let clock = Clock::new(&config.clock, seed, plan.duration_s()).with_steps(&config.faults.clock);
         let gmt_attitude = true_gmt_attitude(&config.beacon, seed);
         Ok(Self {
             plan,
@@ -73,9 +74,16 @@ impl SensedFlight {
         &self.clock
     }
 
-    /// All that the receiver gets besides radio samples, in the order of the UAV clock.
-    pub fn events(&self) -> Events<'_> {
-        Events::new(self)
+    /// All that the receiver gets besides radio samples, with the faults of the configuration, in the order in which it
+    /// arrives: that of the UAV clock, unless a fault makes events late.
+    pub fn events(&self) -> Faulty<Events<'_>> {
+        Faulty::new(Events::new(self), &self.config.faults, self.seed)
+    }
+
+    /// By how much the paths of a sweep speak of another place than that of the UAV, m, world frame: whoever makes its
+    /// measurements adds it to the position. Zero unless the configuration has a wrong fix there.
+    pub fn wrong_fix_m(&self, sweep: u32) -> Vector3<f64> {
+        wrong_fix_m(&self.config.faults, sweep, self.seed)
     }
 
     /// The world at GMT time `time_s`.

@@ -76,11 +76,11 @@ fn costs<K: Kernels>(set: &str, correlator: &Correlator<K>, block: &mut Block, w
         correlator.level(check::as_captured(black_box(block), NOMINAL))
     });
     let detector = Detector::new(SUBSET.len(), 1e-2, 72 * 256);
-    let profile = report(set, "detect, 8 channels folded", || {
+    let folded = report(set, "detect, 8 channels folded", || {
         correlator.detect(black_box(&beam), &SUBSET, work)
     });
     black_box(report(set, "median and peak, 256 taps", || {
-        detector.peak(black_box(profile))
+        detector.peak(black_box(folded.profile))
     }));
     let taps = report(set, "correlate, 32 channels", || {
         correlator.correlate(black_box(beam), work)

@@ -4,6 +4,10 @@
 //! errors, drawn from a stream of their own per sweep; the receiver sees only the erroneous values and knows only their
 //! standard deviations.
 
+mod log;
+
+pub use log::log;
+
 use cslam_core::geometry::{Direction, Matrix3, Position, Vector3, World};
 use cslam_core::path::{Departure, Path};
 use cslam_core::reflection::{Ends, InputError};

@@ -1,0 +1,153 @@
+//! The true surfaces of a scene: the nearest face to a point and its distance.
+
+use bvh::aabb::{Aabb, Bounded};
+use bvh::bounding_hierarchy::BHShape;
+use bvh::bvh::Bvh;
+use bvh::point_query::PointDistance;
+use nalgebra::{Point3, Vector3};
+
+use crate::scene::{Face, Scene};
+
+/// Boxes of flat faces are this much larger on every side, m: a box without volume would break the tree's heuristic.
+const BOX_PADDING_M: f64 = 1e-6;
+
+/// A search tree over the faces of a scene.
+pub struct Surfaces<'s> {
+    faces: Vec<SearchFace<'s>>,
+    tree: Bvh<f64, 3>,
+}
+
+/// A face on its way into the tree.
+struct SearchFace<'s> {
+    face: &'s Face,
+    number: u32,
+    bounds: Aabb<f64, 3>,
+    node: usize,
+}
+
+impl Bounded<f64, 3> for SearchFace<'_> {
+    fn aabb(&self) -> Aabb<f64, 3> {
+        self.bounds
+    }
+}
+
+impl BHShape<f64, 3> for SearchFace<'_> {
+    fn set_bh_node_index(&mut self, node: usize) {
+        self.node = node;
+    }
+
+    fn bh_node_index(&self) -> usize {
+        self.node
+    }
+}
+
+impl PointDistance<f64, 3> for SearchFace<'_> {
+    fn distance_squared(&self, point: Point3<f64>) -> f64 {
+        face_distance_m(self.face, &point.coords).powi(2)
+    }
+}
+
+impl<'s> Surfaces<'s> {
+    /// Builds the tree.
+    pub fn new(scene: &'s Scene) -> Self {
+        let searchable = |(face, number): (&'s Face, u32)| {
+            let mut bounds = Aabb::empty();
+            for vertex in face.vertices() {
+                bounds.grow_mut(&Point3::from(vertex.add_scalar(BOX_PADDING_M)));
+                bounds.grow_mut(&Point3::from(vertex.add_scalar(-BOX_PADDING_M)));
+            }
+            SearchFace {
+                face,
+                number,
+                bounds,
+                node: 0,
+            }
+        };
+        let mut faces: Vec<_> = scene.faces().iter().zip(0..).map(searchable).collect();
+        let tree = Bvh::build(&mut faces);
+        Self { faces, tree }
+    }
+
+    /// Index in the scene of the face nearest to a point, and its distance, m.
+    pub fn nearest(&self, point_m: [f64; 3]) -> Option<(u32, f64)> {
+        let (face, distance_m) = self.tree.nearest_to(Point3::from(point_m), &self.faces)?;
+        Some((face.number, distance_m))
+    }
+
+    /// A face by its index in the scene.
+    pub(super) fn face(&self, number: u32) -> Option<&'s Face> {
+        // The tree numbers its nodes, the faces stay in their order.
+        self.faces.get(number as usize).map(|f| f.face)
+    }
+}
+
+/// Distance of a point to a polygon, m: to its plane where the foot lies inside, else to the nearest edge.
+pub(super) fn face_distance_m(face: &Face, point: &Vector3<f64>) -> f64 {
+    let height_m = face.height_m(point);
+    let foot = point - face.normal() * height_m;
+    if face.contains(&foot) {
+        height_m.abs()
+    } else {
+        libm::hypot(height_m, face.edge_distance_m(&foot))
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::random::Stream;
+    use crate::scene::{DEFAULT_FREQUENCY_HZ, Material, RawFace};
+
+    /// A wall 4 m wide and 3 m high in the plane y = 10, seen from the south, with a doorway 1 m wide and 2 m high.
+    pub(in crate::evaluation) fn wall_with_a_door() -> Scene {
+        let outline = [
+            [0.0, 0.0],
+            [1.0, 0.0],
+            [1.0, 2.0],
+            [2.0, 2.0],
+            [2.0, 0.0],
+            [4.0, 0.0],
+            [4.0, 3.0],
+            [0.0, 3.0],
+        ];
+        let wall = RawFace {
+            vertices: outline.map(|[x, z]| [x, 10.0, z]).to_vec(),
+            ..RawFace::default()
+        };
+        Scene::new("wall", Material::PAPER, DEFAULT_FREQUENCY_HZ, None, vec![wall]).expect("a polygon")
+    }
+
+    #[test]
+    fn distances_to_a_wall_are_those_of_geometry() {
+        let scene = wall_with_a_door();
+        let surfaces = Surfaces::new(&scene);
+        for (point, expected_m) in [
+            ([3.0, 9.0, 1.0], 1.0),   // before the wall
+            ([3.0, 10.2, 1.0], 0.2),  // behind it
+            ([1.5, 10.0, 0.5], 0.5),  // in the doorway
+            ([1.6, 10.3, 0.5], 0.5),  // beside and behind a door post
+            ([4.0, 14.0, 6.0], 5.0),  // over and behind the top
+            ([-2.0, 12.0, 4.0], 3.0), // off a corner: 2, 2, 1
+        ] {
+            let (face, distance_m) = surfaces.nearest(point).expect("a wall");
+            assert_eq!(face, 0);
+            assert!((distance_m - expected_m).abs() < 1e-12, "{point:?}: {distance_m}");
+        }
+    }
+
+    #[test]
+    fn the_tree_finds_what_trying_all_faces_finds() {
+        let scene = Scene::load("outdoor").expect("built in");
+        let surfaces = Surfaces::new(&scene);
+        let mut stream = Stream::new(2, 0);
+        for _ in 0..500 {
+            let mut uniform = |low: f64, high: f64| low + (high - low) * stream.uniform();
+            let point = [uniform(-20.0, 140.0), uniform(-20.0, 140.0), uniform(-5.0, 40.0)];
+            let all = scene.faces().iter().map(|f| face_distance_m(f, &point.into()));
+            let least = all.fold(f64::INFINITY, f64::min);
+            let (face, distance_m) = surfaces.nearest(point).expect("faces");
+            assert!((distance_m - least).abs() < 1e-9);
+            assert!((face_distance_m(&scene.faces()[face as usize], &point.into()) - least).abs() < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! What a flight leaves on disk, from its log: point clouds, trajectories, a recording, the packets and the report.
+//!
+//! A log that was cut short anywhere makes complete files. Each file takes its name only when it is whole, so a run that
+//! is killed while writing leaves the files of the run before.
+
+mod clouds;
+pub mod ply;
+mod tum;
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use anyhow::Context;
+
+use crate::evaluation::Evaluation;
+use crate::flight_log::FlightLog;
+use crate::report::Report;
+use crate::scene::Scene;
+use ply::Encoding;
+
+/// Everything that files are made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Outputs<'a> {
+    /// The flight.
+    pub log: &'a FlightLog,
+    /// Its scene, where there is one.
+    pub scene: Option<&'a Scene>,
+    /// How good it was.
+    pub evaluation: &'a Evaluation,
+    /// The same as a report.
+    pub report: &'a Report,
+    /// Every byte that went to the ground.
+    pub packets: &'a [u8],
+}
+
+impl Outputs<'_> {
+    /// Names of the files that [`write`](Self::write) makes.
+    pub const NAMES: [&'static str; 7] = [
+        "map.ply",
+        "points.ply",
+        "map_truth.ply",
+        "trajectory.tum",
+        "truth.tum",
+        "packets.bin",
+        "report.json",
+    ];
+
+    /// Writes all files into `out`, which must exist.
+    ///
+    /// # Errors
+    /// When a file cannot be written, naming it.
+    pub fn write(&self, out: &Path, encoding: Encoding) -> anyhow::Result<()> {
+        let log = self.log;
+        file(out, "map.ply", |f| clouds::map(f, encoding, log))?;
+        file(out, "points.ply", |f| clouds::points(f, encoding, log))?;
+        file(out, "map_truth.ply", |f| clouds::truth(f, encoding, log))?;
+        file(out, "trajectory.tum", |f| tum::estimate(f, log))?;
+        file(out, "truth.tum", |f| tum::truth(f, log))?;
+        file(out, "packets.bin", |f| f.write_all(self.packets))?;
+        file(out, "report.json", |f| {
+            serde_json::to_writer_pretty(&mut *f, self.report)?;
+            writeln!(f)
+        })
+    }
+}
+
+/// Writes a file under another name and renames it when it is whole.
+fn file(
+    out: &Path,
+    name: &str,
+    content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> anyhow::Result<()> {
+    let (whole, part) = (out.join(name), out.join(format!("{name}.part")));
+    let result = File::create(&part).and_then(|f| {
+        let mut writer = BufWriter::new(f);
+        content(&mut writer)?;
+        writer.flush()?;
+        fs::rename(&part, &whole)
+    });
+    result.with_context(|| format!("{} cannot be written", whole.display()))
+}

@@ -1,0 +1,91 @@
+//! The figures of a flight: `report.json`, a table for a terminal, and a page for a browser.
+
+mod table;
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::evaluation::{
+    ClockFigures, Consistency, Evaluation, LinkStateFigures, MapFigures, TrajectoryFigures,
+};
+use crate::flight_log::FlightLog;
+
+pub use table::table;
+
+/// `report.json`. Keys end in their unit; nested objects hold the figures of one part.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// `best` or `paper`, or the name of an ablation.
+    pub mode: String,
+    /// Scene or path list.
+    pub scene: String,
+    /// Seed of all errors.
+    pub seed: u64,
+    /// Whether the flight was ended before its last sweep.
+    pub interrupted: bool,
+    /// Sweeps flown.
+    pub sweeps: usize,
+    /// Time flown, s.
+    pub flight_s: f64,
+    /// Time the computation took, s.
+    pub elapsed_s: f64,
+    /// Paths measured.
+    pub measurements: usize,
+    /// What became of paths that are no points, and whatever else the receiver counts: name, number.
+    pub verdicts: BTreeMap<String, u64>,
+    /// Figures of the trajectory.
+    pub trajectory: TrajectoryFigures,
+    /// Figures of the clock.
+    pub clock: ClockFigures,
+    /// Honesty of the covariances.
+    pub consistency: Consistency,
+    /// Figures of the map.
+    pub map: MapFigures,
+    /// Figures of the link state.
+    pub link_state: LinkStateFigures,
+    /// Figures of the downlink.
+    pub telemetry: TelemetryFigures,
+}
+
+/// Figures of the downlink.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct TelemetryFigures {
+    /// Packets sent.
+    pub packets: u64,
+    /// Bytes sent, framing included.
+    pub bytes: u64,
+    /// Bytes for each accepted point, everything sent included.
+    pub bytes_per_point: Option<f64>,
+    /// Bytes a second of flight.
+    pub bytes_per_s: Option<f64>,
+}
+
+impl Report {
+    /// The report of a flight that took `elapsed_s` to compute.
+    pub fn new(log: &FlightLog, evaluation: &Evaluation, elapsed_s: f64) -> Self {
+        let (flight_s, bytes) = (log.flight_s(), log.downlink.bytes);
+        Self {
+            mode: log.header.mode.clone(),
+            scene: log.header.scene.clone(),
+            seed: log.header.seed,
+            interrupted: log.interrupted(),
+            sweeps: log.sweeps.len(),
+            flight_s,
+            elapsed_s,
+            measurements: log.sweeps.iter().map(|s| s.estimate.paths.len()).sum(),
+            verdicts: log.counters.clone(),
+            trajectory: evaluation.trajectory.clone(),
+            clock: evaluation.clock,
+            consistency: evaluation.consistency,
+            map: evaluation.map.clone(),
+            link_state: evaluation.link_state,
+            telemetry: TelemetryFigures {
+                packets: log.downlink.packets,
+                bytes,
+                bytes_per_point: (!log.points.is_empty()).then(|| bytes as f64 / log.points.len() as f64),
+                bytes_per_s: (flight_s > 0.0).then(|| bytes as f64 / flight_s),
+            },
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! The report as text for a terminal.
+
+use super::Report;
+use crate::table::Table;
+
+/// The report as text: the flight, then why paths were not mapped.
+pub fn table(report: &Report) -> String {
+    let title = format!(
+        "flight over {} ({} mode, seed {})",
+        report.scene, report.mode, report.seed
+    );
+    let mut flight = Table::new([title, String::new()]);
+    for (name, value) in rows(report) {
+        flight.row([name.to_owned(), value]);
+    }
+    let mut verdicts = Table::new(["not mapped because", "paths"]);
+    for (reason, count) in &report.verdicts {
+        verdicts.row([reason.clone(), count.to_string()]);
+    }
+    format!("{flight}\n{verdicts}")
+}
+
+/// Lines of the main table; figures that are not known are left out.
+fn rows(report: &Report) -> Vec<(&'static str, String)> {
+    let (map, flown, clock) = (&report.map, &report.trajectory, &report.clock);
+    let mut rows = Vec::new();
+    let mut add = |name: &'static str, value: Option<String>| rows.extend(value.map(|value| (name, value)));
+    let metres = |value: Option<f64>| value.map(|v| format!("{v:.3} m"));
+    let percent = |value: Option<f64>| value.map(|v| format!("{:.1} %", 100.0 * v));
+    let stopped = if report.interrupted { ", ended early" } else { "" };
+    add("sweeps", Some(format!("{}{stopped}", report.sweeps)));
+    add("measured paths", Some(report.measurements.to_string()));
+    add("accepted reflection points", Some(map.accepted.to_string()));
+    add(
+        "accepted a sweep with first-order paths",
+        map.accepted_per_sweep.map(|v| format!("{v:.1}")),
+    );
+    add("map points (voxels)", Some(map.points.to_string()));
+    add("truly first-order", percent(map.precision_first_order));
+    add("first-order paths accepted", percent(map.recall_first_order));
+    add("point error, median", metres(map.point_median_m));
+    add("point error, 95 %", metres(map.point_p95_m));
+    add("point error, rms", metres(map.point_rmse_m));
+    add("map to true surface, median", metres(map.surface_median_m));
+    add("map to true surface, rms", metres(map.surface_rmse_m));
+    add("lit walls mapped within 0.5 m", percent(map.completeness_0p5m));
+    add("F-score at 0.2 m", percent(map.f_score_0p2m));
+    add("F-score at 0.5 m", percent(map.f_score_0p5m));
+    add("position error, rms", metres(flown.position_rmse_m));
+    add(
+        "position error, rms, settled",
+        metres(flown.settled_position_rmse_m),
+    );
+    add(
+        "attitude error, rms",
+        flown.attitude_rmse_deg.map(|v| format!("{v:.3} deg")),
+    );
+    add("clock error, rms", clock.rmse_ns.map(|v| format!("{v:.3} ns")));
+    add("link state right", percent(report.link_state.accuracy));
+    add(
+        "downlink bytes a point",
+        report.telemetry.bytes_per_point.map(|v| format!("{v:.1}")),
+    );
+    add("computed in", Some(format!("{:.2} s", report.elapsed_s)));
+    rows
+}

@@ -1,0 +1,4 @@
+//! Whole sweeps through the path estimator.
+
+mod recordings;
+mod screening;
