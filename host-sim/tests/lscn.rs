@@ -19,7 +19,11 @@ fn cslam(args: &[&str]) -> Output {
 /// Standard output of a run that must succeed.
 fn good(args: &[&str]) -> String {
     let output = cslam(args);
-    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{args:?}: {}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     String::from_utf8(output.stdout).expect("text")
 }
 
@@ -55,7 +59,16 @@ fn files(directory: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     found
 }
 
-const SMALL: [&str; 8] = ["--scene", "indoor", "--transmitters", "5", "--rate", "0.2", "--permittivity", "2,20"];
+const SMALL: [&str; 8] = [
+    "--scene",
+    "indoor",
+    "--transmitters",
+    "5",
+    "--rate",
+    "0.2",
+    "--permittivity",
+    "2,20",
+];
 
 fn make(out: &Path, more: &[&str]) -> String {
     good(&[&["dataset", "--out", text(out)], &SMALL[..], more].concat())
@@ -89,7 +102,8 @@ fn counts_are_those_of_the_links() {
     assert_eq!(counts["links"], links.len());
     assert_eq!(counts["outages"], links.len() - links.heard());
     assert_eq!(description.transmitters_m.len(), 5);
-    let orders = ["line_of_sight", "first_order", "higher_order"].map(|k| counts[k].as_u64().expect("a number"));
+    let orders =
+        ["line_of_sight", "first_order", "higher_order"].map(|k| counts[k].as_u64().expect("a number"));
     assert_eq!(orders.iter().sum::<u64>() as usize, links.heard());
     assert!(orders.iter().all(|n| *n > 0), "{orders:?}");
 }
@@ -103,16 +117,38 @@ fn faults_of_data_sets_are_named() {
     assert!(with(&["--rate", "0"]).contains("rate must be above 0"));
     assert!(with(&["--permittivity", "2"]).contains("LEAST,MOST"));
     make(&out, &["--shard", "0/2"]);
-    let other = bad(&[&["dataset", "--out", text(&out), "--seed", "2", "--shard", "1/2"], &SMALL[..]].concat());
+    let other = bad(&[
+        &["dataset", "--out", text(&out), "--seed", "2", "--shard", "1/2"],
+        &SMALL[..],
+    ]
+    .concat());
     assert!(other.contains("another data set"), "{other}");
     let model = directory.path().join("m.safetensors");
-    let train = |place: &Path| bad(&["train", "--train", text(place), "--validation", text(place), "--out", text(&model)]);
-    assert!(train(&out).contains("shard-0001-of-0002: is missing"), "{}", train(&out));
+    let train = |place: &Path| {
+        bad(&[
+            "train",
+            "--train",
+            text(place),
+            "--validation",
+            text(place),
+            "--out",
+            text(&model),
+        ])
+    };
+    assert!(
+        train(&out).contains("shard-0001-of-0002: is missing"),
+        "{}",
+        train(&out)
+    );
     assert!(train(directory.path()).contains("dataset.json"));
     let column = out.join("shard-0000-of-0002").join("order.npy");
     make(&out, &["--shard", "1/2"]);
     fs::write(&column, b"not numpy").expect("written");
-    assert!(train(&out).contains("order.npy: expected a NumPy file"), "{}", train(&out));
+    assert!(
+        train(&out).contains("order.npy: expected a NumPy file"),
+        "{}",
+        train(&out)
+    );
 }
 
 #[test]
@@ -122,7 +158,17 @@ fn training_gives_the_same_bytes_for_any_number_of_threads() {
     make(&set, &[]);
     let train = |name: &str, more: &[&str]| {
         let out = directory.path().join(name);
-        let start = ["train", "--epochs", "2", "--train", text(&set), "--validation", text(&set), "--out", text(&out)];
+        let start = [
+            "train",
+            "--epochs",
+            "2",
+            "--train",
+            text(&set),
+            "--validation",
+            text(&set),
+            "--out",
+            text(&out),
+        ];
         let printed = good(&[&start, more].concat());
         (out, printed)
     };
@@ -131,10 +177,17 @@ fn training_gives_the_same_bytes_for_any_number_of_threads() {
     assert_eq!(report["epochs"].as_array().expect("a list").len(), 2);
     assert!(report["temperature"].as_f64().expect("a number") > 0.0);
     let bytes = |file: &Path| fs::read(file).expect("written");
-    assert_eq!(bytes(&one), bytes(&train("two.safetensors", &["--threads", "3"]).0));
+    assert_eq!(
+        bytes(&one),
+        bytes(&train("two.safetensors", &["--threads", "3"]).0)
+    );
     let without = FloatModel::read(&train("without.safetensors", &["--no-aod"]).0).expect("sound");
-    assert_eq!(without.inputs().len() + 3, FloatModel::read(&one).expect("sound").inputs().len());
-    let paper = FloatModel::read(&train("paper.safetensors", &["--kind", "paper", "--k", "3"]).0).expect("sound");
+    assert_eq!(
+        without.inputs().len() + 3,
+        FloatModel::read(&one).expect("sound").inputs().len()
+    );
+    let paper =
+        FloatModel::read(&train("paper.safetensors", &["--kind", "paper", "--k", "3"]).0).expect("sound");
     assert_eq!(paper.inputs().len(), 9);
     let curves = fs::read_to_string(one.with_extension("svg")).expect("curves");
     assert!(curves.starts_with("<svg"));
@@ -146,7 +199,10 @@ fn fixture() -> String {
 }
 
 fn lines(output: &str) -> Vec<Value> {
-    output.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect()
+    output
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("JSON"))
+        .collect()
 }
 
 #[test]
@@ -160,13 +216,22 @@ fn every_link_of_the_reference_list_is_classified() {
         let paths = line["paths"].as_array().expect("a list");
         assert_eq!(paths.len(), link.paths.len());
         let Some(strongest) = link.paths.first() else {
-            assert_eq!((&line["state"], &line["probabilities"]), (&Value::from(0), &Value::Null), "an outage");
+            assert_eq!(
+                (&line["state"], &line["probabilities"]),
+                (&Value::from(0), &Value::Null),
+                "an outage"
+            );
             continue;
         };
         heard += 1.0;
         let truth = strongest.order.expect("known").min(2) + 1;
         right += f64::from(u8::from(line["state"] == truth));
-        let sum: f64 = line["probabilities"].as_array().expect("three").iter().filter_map(Value::as_f64).sum();
+        let sum: f64 = line["probabilities"]
+            .as_array()
+            .expect("three")
+            .iter()
+            .filter_map(Value::as_f64)
+            .sum();
         assert!((sum - 1.0).abs() < 1e-5);
         assert_eq!(paths[0]["first_order"], line["probabilities"][1]);
         for (path, truth) in paths.iter().zip(&link.paths) {
@@ -177,7 +242,10 @@ fn every_link_of_the_reference_list_is_classified() {
         }
     }
     assert!(right / heard > 0.98, "{right} of {heard} links");
-    assert!(accepted > 300.0 && first / accepted > 0.98, "{first} of {accepted} accepted paths");
+    assert!(
+        accepted > 300.0 && first / accepted > 0.98,
+        "{first} of {accepted} accepted paths"
+    );
 }
 
 #[test]
@@ -190,7 +258,10 @@ fn measurements_without_departure_gain_and_truth_are_classified() {
         (p.first_vertex, p.last_vertex) = (None, None);
     });
     let write = |links: &[paths::Link]| {
-        let lines: Vec<String> = links.iter().map(|l| serde_json::to_string(l).expect("JSON")).collect();
+        let lines: Vec<String> = links
+            .iter()
+            .map(|l| serde_json::to_string(l).expect("JSON"))
+            .collect();
         fs::write(&file, lines.join("\n")).expect("written");
     };
     write(&links);
@@ -205,17 +276,40 @@ fn measurements_without_departure_gain_and_truth_are_classified() {
     assert!(right / heard > 0.75, "{right} of {heard}");
     // The same as with the angles of departure and not used.
     let mut with = paths::bundled().expect("sound");
-    with.iter_mut().flat_map(|l| &mut l.paths).for_each(|p| p.gain = None);
+    with.iter_mut()
+        .flat_map(|l| &mut l.paths)
+        .for_each(|p| p.gain = None);
     write(&with);
-    assert_eq!(lines(&good(&["classify", "--json", "--ignore-aod", "--paths", text(&file)])), output);
+    assert_eq!(
+        lines(&good(&[
+            "classify",
+            "--json",
+            "--ignore-aod",
+            "--paths",
+            text(&file)
+        ])),
+        output
+    );
 }
 
 #[test]
 fn the_papers_mode_tells_of_the_strongest_path_only() {
-    let output = lines(&good(&["classify", "--mode", "paper", "--json", "--paths", &fixture()]));
+    let output = lines(&good(&[
+        "classify",
+        "--mode",
+        "paper",
+        "--json",
+        "--paths",
+        &fixture(),
+    ]));
     for line in &output {
         let paths = line["paths"].as_array().expect("a list");
-        assert!(paths.iter().skip(1).all(|p| p["first_order"].is_null() && p["accepted"] == false));
+        assert!(
+            paths
+                .iter()
+                .skip(1)
+                .all(|p| p["first_order"].is_null() && p["accepted"] == false)
+        );
         if let Some(first) = paths.first() {
             assert_eq!(first["accepted"] == true && line["state"] != 2, false);
         }

@@ -1,6 +1,7 @@
 //! `cslam reproduce lscn`: link state classification, the paper's and ours.
 
 use std::io::Write;
+use std::path::PathBuf;
 
 use cslam_core::geometry::Position;
 use cslam_core::lscn::{AcceptGate, Classifier};
@@ -16,7 +17,7 @@ use crate::lscn::protocol::{Protocol, SetName, Source};
 use crate::lscn::quantise::{self, Quantised, largest_activations};
 use crate::lscn::samples::{Samples, Task};
 use crate::lscn::scores::{MapScore, Scores, Subject};
-use crate::lscn::shipped::{Shipped, float_geometric};
+use crate::lscn::shipped::{Shipped, float_geometric, read_float_geometric};
 use crate::lscn::training::{self, Settings};
 use crate::progress;
 use crate::scene::Scene;
@@ -32,6 +33,9 @@ pub(crate) struct Args {
     /// Only score the models that come with the program, train nothing
     #[arg(long)]
     no_training: bool,
+    /// Score the models of a directory instead, .lscn and .safetensors as host-sim/models/make.sh makes them
+    #[arg(long, value_name = "DIR")]
+    models: Option<PathBuf>,
     /// Seed of sampling, measurement errors and training
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -48,6 +52,7 @@ impl Default for Args {
         Self {
             rate: 0.09,
             no_training: false,
+            models: None,
             seed: 1,
             threads: None,
             json: false,
@@ -287,15 +292,17 @@ impl GeometricRow {
 }
 
 fn geometric(args: &Args) -> anyhow::Result<()> {
-    let shipped = Shipped::default();
-    let broken = |e: &dyn std::fmt::Display| anyhow::anyhow!("a model of the program is broken: {e}");
+    let broken = |e: &dyn std::fmt::Display| anyhow::anyhow!("a model is broken: {e}");
+    let (shipped, floats) = match &args.models {
+        Some(place) => (Shipped::read(place)?, read_float_geometric(place)?),
+        None => (Shipped::default(), float_geometric().map_err(|e| broken(&e))?),
+    };
     let with = shipped.geometric.model().map_err(|e| broken(&e))?;
     let without = shipped
         .geometric_without_departure
         .model()
         .map_err(|e| broken(&e))?;
     let classifier = Classifier::new(with, without).map_err(|e| broken(&e))?;
-    let floats = [true, false].map(float_geometric);
     let mut sets = vec![(
         "validation, outdoor".to_owned(),
         "outdoor",
@@ -335,7 +342,7 @@ fn geometric(args: &Args) -> anyhow::Result<()> {
         let (links, built) = links(scene, *set, *rate, Some([2.0, 20.0]), args.seed)?;
         let gate = gate_in(&built)?;
         for (index, departure) in [true, false].into_iter().enumerate() {
-            let float = floats[index].as_ref().map_err(|e| broken(e))?;
+            let float = &floats[index];
             let errors = Errors::default();
             let subject = Subject {
                 classifier: &classifier,
