@@ -203,7 +203,7 @@ mod tests {
     fn every_path_is_a_sample_and_the_first_stands_for_the_link() {
         let links = [one_link()];
         let paths = usize::from(links[0].paths[0]).min(RECEIVED_PATHS);
-        for (departure, width) in [(true, 17), (false, 14)] {
+        for (departure, width) in [(true, GEOMETRIC_WITH_DEPARTURE_INPUTS), (false, GEOMETRIC_INPUTS)] {
             let samples = Samples::of(&links, Task::Geometric { departure }, &Errors::default(), 1, 2);
             assert_eq!(
                 (samples.len(), samples.width, samples.refused),

@@ -14,7 +14,7 @@ use super::bounce::Bounce;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Direction, World};
 use crate::path::Path;
-use crate::reflection::{Ends, InputError, Jacobians, point_covariance, vector_point};
+use crate::reflection::{Ends, InputError, Jacobians, VectorSolution, point_covariance, vector_point};
 use crate::sqrt::sqrt;
 
 /// A measured path and how strong it came in.
@@ -45,16 +45,18 @@ pub const GEOMETRIC_NAMES: [&str; GEOMETRIC_WITH_DEPARTURE_INPUTS] = [
     "gain_over_free_space",
     "under_strongest",
     "gain_known",
+    "rank",
+    "residual_of_others",
     "departure_off_point",
     "departure_off_point_sigmas",
     "departure_off_uav",
 ];
 
 /// Inputs of the geometric network without angle of departure.
-pub const GEOMETRIC_INPUTS: usize = 14;
+pub const GEOMETRIC_INPUTS: usize = 16;
 
 /// Inputs of the geometric network with angle of departure.
-pub const GEOMETRIC_WITH_DEPARTURE_INPUTS: usize = 17;
+pub const GEOMETRIC_WITH_DEPARTURE_INPUTS: usize = 19;
 
 /// Inputs of each path of the paper's network: c tau in m, zenith and azimuth of arrival in rad.
 pub const PAPER_INPUTS_PER_PATH: usize = 3;
@@ -78,6 +80,12 @@ const LENGTH_UNIT_M: f32 = 10.0;
 const MOST_DB: f32 = 40.0;
 const DB_UNIT: f32 = 10.0;
 
+/// Ranks are counted in eighths: the ninth path of nine has 1.
+const RANKS: f32 = 8.0;
+
+/// A path with less excess says nothing of how well the world reflects, m.
+const REFLECTED_EXCESS_M: f32 = 1.0;
+
 /// Features of one path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Features {
@@ -98,7 +106,9 @@ impl Features {
     }
 }
 
-/// What all paths of a link have in common: where its ends are, which path came first and which is the strongest.
+/// What all paths of a link have in common: where its ends are, which path came first, which is the strongest, and how
+/// well the world around reflects. The last matters much: the second of two reflections costs as many dB as one off
+/// poor material.
 #[derive(Clone, Copy, Debug)]
 pub struct LinkGeometry<'a> {
     ends: &'a Ends,
@@ -106,15 +116,27 @@ pub struct LinkGeometry<'a> {
     baseline_m: f32,
     first_m: f32,
     strongest_db: f32,
+    paths: &'a [Received],
+    /// The two greatest residuals of reflected paths.
+    residuals: [f32; 2],
+}
+
+/// A path taken as a single reflection.
+struct Single {
+    length_m: f32,
+    solution: VectorSolution,
+    from_gmt: Vector3<f32>,
+    incoming: Direction<World>,
+    bounce: Bounce,
 }
 
 impl<'a> LinkGeometry<'a> {
-    /// A link between measured ends, with all its measured paths.
+    /// A link between measured ends, with all its measured paths, strongest first.
     ///
     /// # Errors
     /// [`InputError::CoincidentEnds`] when UAV and GMT are at the same place, [`InputError::NotFinite`] when their
     /// distance overflows.
-    pub fn new(ends: &'a Ends, paths: &[Received]) -> Result<Self, InputError> {
+    pub fn new(ends: &'a Ends, paths: &'a [Received]) -> Result<Self, InputError> {
         let baseline = ends.uav.from_origin(&ends.gmt);
         let baseline_m = sqrt(baseline.norm_squared());
         if !baseline_m.is_finite() {
@@ -128,13 +150,26 @@ impl<'a> LinkGeometry<'a> {
             .iter()
             .filter_map(|p| p.gain_db)
             .fold(f32::NEG_INFINITY, f32::max);
-        Ok(Self {
+        let mut link = Self {
             ends,
             baseline,
             baseline_m,
             first_m,
             strongest_db,
-        })
+            paths,
+            residuals: [-MOST_DB / DB_UNIT; 2],
+        };
+        for received in paths {
+            if let Some(residual) = link.residual(received) {
+                let [best, second] = link.residuals;
+                link.residuals = if residual > best {
+                    [residual, best]
+                } else {
+                    [best, second.max(residual)]
+                };
+            }
+        }
+        Ok(link)
     }
 
     /// Excess delay of a path over the straight way between the ends, m.
@@ -149,7 +184,45 @@ impl<'a> LinkGeometry<'a> {
         sqrt((path.covariance.m11 + position).max(0.0))
     }
 
-    /// Features of one of the link's paths.
+    /// Where a path that was reflected once was, and how strong it would be. `None` for lengths that overflow.
+    fn single(&self, path: &Path<World>) -> Option<Single> {
+        // With this much excess there is a point in every direction.
+        let length_m = path.c_tau_m.max(self.baseline_m + LEAST_EXCESS_M);
+        let solution = vector_point(&self.baseline, path.aoa.vector(), length_m)?;
+        let from_gmt = self.baseline + path.aoa.vector() * solution.distance_m;
+        let incoming = Direction::<World>::from_vector(from_gmt).ok()?;
+        let bounce = Bounce::new(incoming.vector(), path.aoa.vector(), length_m, WAVELENGTH_M);
+        Some(Single {
+            length_m,
+            solution,
+            from_gmt,
+            incoming,
+            bounce,
+        })
+    }
+
+    /// How much stronger a reflected path is than a single bounce would be, as [`decibels`].
+    fn residual(&self, received: &Received) -> Option<f32> {
+        if self.excess_m(&received.path) < REFLECTED_EXCESS_M {
+            return None;
+        }
+        let gain_db = received.gain_db?;
+        let bounce = self.single(&received.path)?.bounce;
+        Some(decibels(gain_db - bounce.unreflected_db - bounce.reflection_db))
+    }
+
+    /// The greatest residual of the link's other reflected paths: how well this world reflects. `own` is the residual of
+    /// the path that asks, if it has one.
+    fn residual_of_others(&self, own: Option<f32>) -> f32 {
+        let [greatest, second] = self.residuals;
+        if own.is_some_and(|own| own >= greatest) {
+            second
+        } else {
+            greatest
+        }
+    }
+
+    /// Features of one of the link's paths, as it was given to [`Self::new`].
     ///
     /// # Errors
     /// [`InputError::NotFinite`] for a delay, gain or covariance that is no number, [`InputError::NoLength`] for a delay
@@ -158,13 +231,13 @@ impl<'a> LinkGeometry<'a> {
         let path = &received.path;
         check(self.ends, received)?;
         let (gmt, uav) = (self.ends.gmt.vector(), self.ends.uav.vector());
-        let arrival = path.aoa.vector();
-        let length_m = path.c_tau_m.max(self.baseline_m + LEAST_EXCESS_M);
-        // With this much excess there is a point in every direction, unless the length overflows.
-        let solution = vector_point(&self.baseline, arrival, length_m).ok_or(InputError::NotFinite)?;
-        let from_gmt = self.baseline + arrival * solution.distance_m;
-        let incoming = Direction::<World>::from_vector(from_gmt)?;
-        let bounce = Bounce::new(incoming.vector(), arrival, length_m, WAVELENGTH_M);
+        let Single {
+            length_m,
+            solution,
+            from_gmt,
+            incoming,
+            bounce,
+        } = self.single(path).ok_or(InputError::NotFinite)?;
 
         let towards_gmt = Direction::<World>::from_vector(-self.baseline)?;
         let (residual, over_free_space, under, known) = match received.gain_db {
@@ -179,7 +252,10 @@ impl<'a> LinkGeometry<'a> {
             }
             None => (0.0, 0.0, 0.0, 0.0),
         };
-        let source_height_m = uav.z + path.c_tau_m * arrival.z - gmt.z;
+        let counts = known > 0.0 && self.excess_m(path) >= REFLECTED_EXCESS_M;
+        let own = counts.then_some(residual);
+        let rank = self.paths.iter().position(|other| other == received);
+        let source_height_m = uav.z + path.c_tau_m * path.aoa.vector().z - gmt.z;
         let mut values = [
             compressed(self.excess_m(path), EXCESS_UNIT_M),
             compressed(towards_gmt.angle_to_rad(&path.aoa), ANGLE_UNIT_RAD),
@@ -195,6 +271,8 @@ impl<'a> LinkGeometry<'a> {
             over_free_space,
             under,
             known,
+            rank.map_or(1.0, |rank| (rank as f32 / RANKS).min(1.0)),
+            self.residual_of_others(own),
             0.0,
             0.0,
             0.0,

@@ -135,6 +135,33 @@ fn line_of_sight_has_no_excess_and_free_space_gain() {
 }
 
 #[test]
+fn paths_are_seen_beside_the_others_of_their_link() {
+    let (strong, mut weak) = (mirrored_at_wall(), mirrored_at_wall());
+    weak.path.c_tau_m += 2.0;
+    weak.gain_db = Some(-107.0);
+    let los = over(&[]);
+    let others = [weak, los];
+    assert_eq!(named(&strong, &others, "rank"), 0.0);
+    // The last of three: behind the others in the order of strength.
+    let ends = ends();
+    let all = [los, strong, weak];
+    let link = LinkGeometry::new(&ends, &all).expect("apart");
+    let of = |received: &Received, name: &str| {
+        let place = GEOMETRIC_NAMES
+            .iter()
+            .position(|n| *n == name)
+            .expect("a feature");
+        link.features(received).expect("sound").without_departure()[place]
+    };
+    assert_eq!([los, strong, weak].map(|p| of(&p, "rank")), [0.0, 0.125, 0.25]);
+    // Each of the two reflected paths sees the other one, the line of sight the better of them; nobody sees that.
+    assert_eq!(of(&weak, "residual_of_others"), of(&strong, "gain_residual"));
+    assert_eq!(of(&strong, "residual_of_others"), of(&weak, "gain_residual"));
+    assert_eq!(of(&los, "residual_of_others"), of(&strong, "gain_residual"));
+    assert_eq!(named(&strong, &[los], "residual_of_others"), -4.0, "alone");
+}
+
+#[test]
 fn what_is_not_known_is_said() {
     let mut path = mirrored_at_wall();
     path.gain_db = None;

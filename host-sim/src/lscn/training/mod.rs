@@ -23,7 +23,7 @@ pub const BATCH: usize = 1000;
 pub const PAPER_HIDDEN: [usize; 3] = [10, 50, 100];
 
 /// Hidden layers of the geometric networks: nine paths within the receiver's budget.
-pub const GEOMETRIC_HIDDEN: [usize; 2] = [32, 32];
+pub const GEOMETRIC_HIDDEN: [usize; 2] = [48, 32];
 
 /// How to train.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,8 +52,8 @@ impl Settings {
             } else {
                 GEOMETRIC_HIDDEN.to_vec()
             },
-            epochs: if paper { 40 } else { 30 },
-            patience: 6,
+            epochs: if paper { 20 } else { 16 },
+            patience: 4,
             learning_rate: 1e-3,
             cosine: !paper,
             seed: 1,
@@ -322,16 +322,19 @@ fn loss_and_accuracy(logits: &[[f32; STATES]], states: &[u8]) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cslam_core::lscn::GEOMETRIC_INPUTS;
 
     /// Three classes that a bent line separates.
     fn samples(count: usize, seed: u64) -> Samples {
         let mut stream = Stream::new(seed, 5);
         let mut samples = Samples {
-            width: 14,
+            width: GEOMETRIC_INPUTS,
             ..Samples::default()
         };
         for _ in 0..count {
-            let row: Vec<f32> = (0..14).map(|_| (10.0 * stream.uniform() - 5.0) as f32).collect();
+            let row: Vec<f32> = (0..GEOMETRIC_INPUTS)
+                .map(|_| (10.0 * stream.uniform() - 5.0) as f32)
+                .collect();
             let height = row[0] - 0.4 * row[1] * row[1];
             samples.states.push(if height > 0.0 {
                 0
