@@ -55,6 +55,11 @@ enum Command {
     /// Prints the Allan deviation of gyroscope and accelerometer over averaging time, and white noise, bias instability
     /// and bias walk read off it beside the figures that the simulation was given.
     Imu(commands::imu::Args),
+    /// Quantise a float network: the int8 model file that flies
+    ///
+    /// Reads a network that `cslam train` or PyTorch wrote, sets the scales of its integers by calibration samples, writes the
+    /// model file, and says what the rounding costs, layer by layer and in accuracy.
+    Quantize(commands::quantize::Args),
     /// Record a flight: raw samples, IMU, magnetometer, beacons, timing, and the truth beside them
     ///
     /// Plans a flight through a scene and writes everything the receiver is given, with every error at its budget. The
@@ -97,6 +102,7 @@ pub fn main() -> ExitCode {
         Some(Command::Dataset(args)) => commands::dataset::run(&args),
         Some(Command::Estimate(args)) => commands::estimate::run(&args),
         Some(Command::Imu(args)) => commands::imu::run(&args),
+        Some(Command::Quantize(args)) => commands::quantize::run(&args),
         Some(Command::Record(args)) => commands::record::run(&args),
         Some(Command::Replay(args)) => commands::replay::run(&args),
         Some(Command::Reproduce(args)) => commands::reproduce::run(&args),
