@@ -11,6 +11,7 @@ pub mod flight;
 pub mod flight_files;
 pub mod flight_log;
 pub mod input;
+pub mod localization;
 pub mod lscn;
 pub mod measurement;
 pub mod path_flight;

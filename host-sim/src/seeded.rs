@@ -45,6 +45,14 @@ pub enum Source {
     GmtRoute,
     /// Lost beacons.
     BeaconLoss,
+    /// Calibration errors of the arrays of both ends, where paths are measured without samples.
+    RadioCalibration,
+    /// White errors of paths that are measured without samples.
+    RadioNoise,
+    /// Wrong paths taken for the line of sight.
+    RadioOutliers,
+    /// Errors of mapped planes.
+    MappedPlanes,
     /// Spikes of a faulty inertial sensor.
     ImuFault = 0x5e80,
     /// Events that are lost, doubled or late.

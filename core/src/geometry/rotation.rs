@@ -72,6 +72,26 @@ impl<From: Frame, To: Frame, T: Real> Rotation<From, To, T> {
         ])
     }
 
+    /// From a matrix that is a rotation up to rounding; the columns are made orthonormal again, the first one kept.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotFinite`] for NaN or infinity, [`GeometryError::ZeroLength`] for columns that do not span.
+    pub fn from_matrix(matrix: Matrix3<T>) -> Result<Self, GeometryError> {
+        if !matrix.iter().all(|c| c.is_finite()) {
+            return Err(GeometryError::NotFinite);
+        }
+        let unit = |v: Vector3<T>| {
+            let length = v.norm();
+            (length > T::zero()).then(|| v / length)
+        };
+        let x = unit(matrix.column(0).into_owned()).ok_or(GeometryError::ZeroLength)?;
+        let z = unit(x.cross(&matrix.column(1))).ok_or(GeometryError::ZeroLength)?;
+        Ok(Self {
+            matrix: Matrix3::from_columns(&[x, z.cross(&x), z]),
+            frames: PhantomData,
+        })
+    }
+
     /// From a rotation vector (axis times angle, rad): the matrix exponential.
     ///
     /// # Errors
@@ -143,6 +163,22 @@ mod tests {
         let v = Vector3::new(0.2, -3.0, 0.7);
         assert!((r.inverse().apply_vector(&r.apply_vector(&v)) - v).norm() < 1e-14);
         assert!((r.matrix().determinant() - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn a_matrix_is_taken_and_straightened() {
+        let r = Rotation::<Body, World, f64>::from_quaternion([0.3, -0.8, 0.1, 2.0]).expect("finite");
+        let bent = r.matrix() + Matrix3::from_fn(|i, j| 1e-7 * (i as f64 - 2.0 * j as f64));
+        let straight = Rotation::<Body, World, f64>::from_matrix(bent).expect("a rotation");
+        let m = straight.matrix();
+        assert!((m.transpose() * m - Matrix3::identity()).norm() < 1e-14);
+        assert!((m - r.matrix()).norm() < 2e-6);
+        let make = Rotation::<Body, World, f64>::from_matrix;
+        assert_eq!(make(Matrix3::zeros()), Err(GeometryError::ZeroLength));
+        assert_eq!(
+            make(Matrix3::from_element(f64::NAN)),
+            Err(GeometryError::NotFinite)
+        );
     }
 
     #[test]

@@ -1,0 +1,190 @@
+//! Figures of the filter: what it believes about the sensors, the radio and the calibration before it has seen any.
+//!
+//! Defaults are the error budget of design README section 6 in the form of localization.md section 2. Immutable while
+//! flying.
+
+use crate::constants::{SPEED_OF_LIGHT_M_PER_S, STANDARD_GRAVITY_M_PER_S2};
+
+const NS_M: f64 = SPEED_OF_LIGHT_M_PER_S * 1e-9;
+const DEG_RAD: f64 = core::f64::consts::PI / 180.0;
+
+/// Noise that drives the state between measurements. All figures are densities: standard deviation per root second.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProcessNoise {
+    /// White noise of the accelerometer, m/s per root s.
+    pub accel_m_per_s: f64,
+    /// Scale error of the accelerometer: this share of the acceleration acts as white noise with a time of 1 s.
+    pub accel_scale: f64,
+    /// White noise of the gyroscope, rad per root s.
+    pub gyro_rad: f64,
+    /// Scale error of the gyroscope, as of the accelerometer.
+    pub gyro_scale: f64,
+    /// Random walk of the gyroscope bias, rad/s per root s.
+    pub gyro_bias_rad_per_s: f64,
+    /// Random walk of the accelerometer bias, m/s^2 per root s.
+    pub accel_bias_m_per_s2: f64,
+    /// White frequency noise of the clock, m per root s.
+    pub clock_offset_m: f64,
+    /// Random walk and thermal ramp of the clock frequency, m/s per root s.
+    pub clock_drift_m_per_s: f64,
+    /// Walk of the face biases: they are constant over a face up to a smooth rest, per root s.
+    pub face_bias: f64,
+    /// Acceleration that is possible without inertial data, m/s per root s.
+    pub gap_accel_m_per_s: f64,
+    /// Turn that is possible without inertial data, rad per root s.
+    pub gap_gyro_rad: f64,
+}
+
+/// The class of the UAV's clock (localization.md section 1), as the filter's process noise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClockClass {
+    /// White FM 0.1 ns/sqrt s, random walk 0.3, thermal ramp 0.5 ns/s^2.
+    Tcxo,
+    /// White FM 0.03, random walk 0.05, ramp 0.05.
+    GoodTcxo,
+    /// White FM 0.01, random walk 0.003, no ramp.
+    Ocxo,
+}
+
+impl ClockClass {
+    /// Densities (offset m, drift m/s). The ramp counts as a walk with a time of 1 s.
+    pub fn density(self) -> (f64, f64) {
+        let (white, walk, ramp): (f64, f64, f64) = match self {
+            Self::Tcxo => (0.1, 0.3, 0.5),
+            Self::GoodTcxo => (0.03, 0.05, 0.05),
+            Self::Ocxo => (0.01, 0.003, 0.0),
+        };
+        (white * NS_M, libm::sqrt(walk * walk + ramp * ramp) * NS_M)
+    }
+}
+
+impl Default for ProcessNoise {
+    fn default() -> Self {
+        let (clock_offset_m, clock_drift_m_per_s) = ClockClass::Tcxo.density();
+        Self {
+            accel_m_per_s: 1.5 * 70e-6 * STANDARD_GRAVITY_M_PER_S2,
+            accel_scale: 0.003,
+            gyro_rad: 1.5 * 2.8e-3 * DEG_RAD,
+            gyro_scale: 0.003,
+            gyro_bias_rad_per_s: 1.2e-3 * DEG_RAD,
+            accel_bias_m_per_s2: 1.2 * 0.02e-3 * STANDARD_GRAVITY_M_PER_S2,
+            clock_offset_m,
+            clock_drift_m_per_s,
+            face_bias: 0.0,
+            gap_accel_m_per_s: 3.0,
+            gap_gyro_rad: 0.5,
+        }
+    }
+}
+
+/// Errors of the measurements that their own covariance does not hold: multipath, the rest of the calibration. Added in
+/// squares to what a measurement claims.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RadioNoise {
+    /// Angle of arrival, rad per axis.
+    pub aoa_rad: f64,
+    /// Delay, m.
+    pub delay_m: f64,
+    /// Direction cosine of departure.
+    pub departure: f64,
+    /// Two-way timing, m: its white and its fixed error.
+    pub two_way_m: f64,
+    /// Magnetic heading, rad.
+    pub heading_rad: f64,
+}
+
+impl Default for RadioNoise {
+    /// Localization.md section 2: 0.06 deg, 35 mm, 1.05 mrad; two-way timing 0.3 ns white with 0.1 ns fixed.
+    fn default() -> Self {
+        Self {
+            aoa_rad: 0.06 * DEG_RAD,
+            delay_m: 0.035,
+            departure: 1.05e-3,
+            two_way_m: 0.316 * NS_M,
+            heading_rad: 8.0 * DEG_RAD,
+        }
+    }
+}
+
+/// Standard deviations before any measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Priors {
+    /// Gyroscope bias, rad/s.
+    pub gyro_bias_rad_per_s: f64,
+    /// Accelerometer bias, m/s^2.
+    pub accel_bias_m_per_s2: f64,
+    /// Gyroscope error for yaw rate.
+    pub gyro_z: f64,
+    /// Clock drift, m/s: 300 is one part per million.
+    pub clock_drift_m_per_s: f64,
+    /// Bias of a GMT face's direction cosine along its row, and along its column.
+    pub face_bias: [f64; 2],
+    /// Phase slope of a UAV array: 2 deg rms an element.
+    pub array_slope: f64,
+    /// Axis tilt of a UAV array, rad.
+    pub array_axis_rad: f64,
+}
+
+impl Default for Priors {
+    fn default() -> Self {
+        Self {
+            gyro_bias_rad_per_s: 0.5 * DEG_RAD,
+            accel_bias_m_per_s2: 20e-3 * STANDARD_GRAVITY_M_PER_S2,
+            gyro_z: 0.003,
+            clock_drift_m_per_s: 300.0,
+            face_bias: [1.25e-3; 2],
+            array_slope: 1.7e-3,
+            array_axis_rad: 0.1 * DEG_RAD,
+        }
+    }
+}
+
+/// When a measurement is believed (localization.md section 2, and section 8 for the re-fix).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gates {
+    /// Joint chi-square of a path with angle of departure: 5 degrees of freedom.
+    pub five: f64,
+    /// The same without: 3 degrees of freedom.
+    pub three: f64,
+    /// Chi-square of a scalar.
+    pub one: f64,
+    /// Position sigma (norm, m) up to which a sweep without a consistent neighbour is believed.
+    pub trusted_m: f64,
+    /// Position sigma (norm, m) above which the filter counts as lost.
+    pub lost_m: f64,
+    /// Attitude sigma (norm, rad) above which the attitude counts as lost and is found anew.
+    pub attitude_lost_rad: f64,
+    /// Contested sweeps in a row before the pose is fixed anew: more than any run of equal outliers that is to be
+    /// ridden out.
+    pub refix_after: u32,
+    /// Contested sweeps in a row before a lost filter is fixed anew.
+    pub refix_lost_after: u32,
+}
+
+impl Default for Gates {
+    fn default() -> Self {
+        Self {
+            five: 27.0,
+            three: 20.0,
+            one: 16.0,
+            trusted_m: 0.4,
+            lost_m: 3.0,
+            attitude_lost_rad: 0.35,
+            refix_after: 6,
+            refix_lost_after: 4,
+        }
+    }
+}
+
+/// All figures of the filter.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FilterConfig {
+    /// Between measurements.
+    pub process: ProcessNoise,
+    /// Of measurements.
+    pub radio: RadioNoise,
+    /// Before the first.
+    pub priors: Priors,
+    /// Believing them.
+    pub gates: Gates,
+}

@@ -1,0 +1,202 @@
+//! Covariance of the state errors: prediction by two sparse passes, scalar updates in Joseph form.
+//!
+//! The matrix is stored whole and kept symmetric bit by bit. With `f32` its standard deviations stay within 2 % of a
+//! double-precision filter over a flight, which `tests/` asserts; that is why flight code uses `f32` here.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::layout::{ACCEL_BIAS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, GYRO_BIAS, GYRO_Z, POSITION, VELOCITY};
+use super::row::Row;
+use crate::geometry::Real;
+
+/// Motion over a step, as far as errors feel it.
+#[derive(Clone, Copy, Debug)]
+pub struct Transition<T: Real> {
+    /// Length of the step, s.
+    pub dt_s: T,
+    /// Specific force in world axes, m/s^2.
+    pub force_m_per_s2: Vector3<T>,
+    /// Attitude R_wb.
+    pub attitude: Matrix3<T>,
+    /// Angular rate about body z, rad/s.
+    pub yaw_rate_rad_per_s: T,
+}
+
+impl<T: Real> Transition<T> {
+    /// `x + F x dt` on the states that move; the others stay. F of localization.md section 2.
+    fn apply<const N: usize>(&self, x: &mut [T; N]) {
+        let at = |i: usize| Vector3::new(x[i], x[i + 1], x[i + 2]);
+        let dt = self.dt_s;
+        let (velocity, angle) = (at(VELOCITY), at(ATTITUDE));
+        let gyro = at(GYRO_BIAS) + at(GYRO_Z) * self.yaw_rate_rad_per_s;
+        let force = self.attitude * at(ACCEL_BIAS);
+        let turn = self.attitude * gyro;
+        // -[f]x th = th x f
+        let gained = angle.cross(&self.force_m_per_s2) - force;
+        let half = dt * T::of(0.5);
+        for i in 0..3 {
+            x[POSITION + i] += (velocity[i] + gained[i] * half) * dt;
+            x[VELOCITY + i] += gained[i] * dt;
+            x[ATTITUDE + i] -= turn[i] * dt;
+        }
+        x[CLOCK_OFFSET] += x[CLOCK_DRIFT] * dt;
+    }
+}
+
+/// Covariance of `N` state errors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Covariance<T: Real, const N: usize> {
+    p: [[T; N]; N],
+}
+
+impl<T: Real, const N: usize> Covariance<T, N> {
+    /// All states known exactly.
+    pub fn zero() -> Self {
+        const {
+            assert!(
+                N >= super::layout::PLANES && (N - super::layout::PLANES).is_multiple_of(3),
+                "38 states and three a plane"
+            );
+        }
+        Self {
+            p: [[T::zero(); N]; N],
+        }
+    }
+
+    /// Element (i, j); zero outside.
+    pub fn at(&self, i: usize, j: usize) -> T {
+        self.p
+            .get(i)
+            .and_then(|row| row.get(j))
+            .copied()
+            .unwrap_or(T::zero())
+    }
+
+    /// The 3 x 3 block that starts at (i, j).
+    pub fn block(&self, i: usize, j: usize) -> Matrix3<T> {
+        Matrix3::from_fn(|a, b| self.at(i + a, j + b))
+    }
+
+    /// Forgets all about a state but a new variance: its correlations vanish.
+    pub fn reset(&mut self, state: usize, variance: T) {
+        for (i, row) in self.p.iter_mut().enumerate() {
+            if i == state {
+                *row = [T::zero(); N];
+            }
+            if let Some(value) = row.get_mut(state) {
+                *value = if i == state { variance } else { T::zero() };
+            }
+        }
+    }
+
+    /// Forgets all about three neighbouring states but a new covariance.
+    pub fn reset_block(&mut self, first: usize, covariance: &Matrix3<T>) {
+        for a in 0..3 {
+            self.reset(first + a, T::zero());
+        }
+        for (a, row) in self.p.iter_mut().skip(first).take(3).enumerate() {
+            for (b, value) in row.iter_mut().skip(first).take(3).enumerate() {
+                *value = covariance[(a, b)];
+            }
+        }
+    }
+
+    /// Adds variance to a state (process noise).
+    pub fn add(&mut self, state: usize, variance: T) {
+        if let Some(value) = self.p.get_mut(state).and_then(|row| row.get_mut(state)) {
+            *value += variance;
+        }
+    }
+
+    /// Multiplies the standard deviations of the first `states` states by `factor`; correlations stay.
+    pub fn inflate(&mut self, states: usize, factor: T) {
+        for row in self.p.iter_mut().take(states) {
+            row.iter_mut().for_each(|value| *value *= factor);
+        }
+        for row in &mut self.p {
+            row.iter_mut().take(states).for_each(|value| *value *= factor);
+        }
+    }
+
+    /// Whether every variance is a positive finite number.
+    pub fn is_sound(&self) -> bool {
+        (0..N).all(|i| {
+            let variance = self.at(i, i);
+            variance.is_finite() && variance >= T::zero()
+        })
+    }
+
+    /// `P <- (I + F dt) P (I + F dt)^T`: the columns first, then the rows.
+    pub fn propagate(&mut self, transition: &Transition<T>) {
+        for j in 0..N {
+            let mut column: [T; N] = core::array::from_fn(|i| self.p[i][j]);
+            transition.apply(&mut column);
+            for (row, value) in self.p.iter_mut().zip(&column).take(super::layout::MOVING) {
+                row[j] = *value;
+            }
+        }
+        for row in &mut self.p {
+            transition.apply(row);
+        }
+        self.mirror();
+    }
+
+    /// `P H^T`.
+    pub fn product(&self, row: &Row<T>) -> [T; N] {
+        let mut sum = [T::zero(); N];
+        for &(state, h) in row.entries() {
+            if let Some(line) = self.p.get(usize::from(state)) {
+                for (s, p) in sum.iter_mut().zip(line) {
+                    *s += h * *p;
+                }
+            }
+        }
+        sum
+    }
+
+    /// Takes in one scalar measurement in Joseph form and gives the gain; `None`, and nothing changed, when the
+    /// innovation variance is not positive.
+    ///
+    /// `A = (I - K H) P`, `P = A (I - K H)^T + K R K^T`. Of A's product with `H^T` only the few columns that H touches
+    /// are needed, and the result is symmetric: half of it is computed, from the same numbers as the full form.
+    pub fn update(&mut self, row: &Row<T>) -> Option<[T; N]> {
+        let s = self.product(row);
+        let innovation = row.dot(&s) + row.variance;
+        if !(innovation.is_finite() && innovation > T::zero()) {
+            return None;
+        }
+        let inverse = T::one() / innovation;
+        let gain = s.map(|value| value * inverse);
+        let mut back = [T::zero(); N];
+        for &(state, h) in row.entries() {
+            let (Some(line), Some(along)) = (self.p.get(usize::from(state)), s.get(usize::from(state)))
+            else {
+                continue;
+            };
+            for ((b, p), k) in back.iter_mut().zip(line).zip(&gain) {
+                *b += h * (*p - *k * *along);
+            }
+        }
+        for (i, line) in self.p.iter_mut().enumerate() {
+            let k = gain[i];
+            let rest = row.variance * k - back[i];
+            for ((p, along), other) in line.iter_mut().zip(&s).zip(&gain).take(i + 1) {
+                *p = (*p - k * *along) + rest * *other;
+            }
+        }
+        self.mirror();
+        Some(gain)
+    }
+
+    /// Copies the lower half to the upper one.
+    fn mirror(&mut self) {
+        for i in 1..N {
+            let (above, below) = self.p.split_at_mut(i);
+            if let Some(line) = below.first() {
+                for (row, value) in above.iter_mut().zip(line) {
+                    row[i] = *value;
+                }
+            }
+        }
+    }
+}

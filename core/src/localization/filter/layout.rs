@@ -1,0 +1,47 @@
+//! Where each error stands in the state vector (localization.md section 2).
+//!
+//! 17 errors of motion, sensors and clock, 21 of calibration, then three of each mapped plane. Attitude errors are small
+//! rotation vectors in WORLD axes.
+
+/// Position, m, world axes.
+pub const POSITION: usize = 0;
+/// Velocity, m/s, world axes.
+pub const VELOCITY: usize = 3;
+/// Attitude: small rotation vector in world axes, rad; `R_true = exp(th) R`.
+pub const ATTITUDE: usize = 6;
+/// Gyroscope bias, rad/s, body axes.
+pub const GYRO_BIAS: usize = 9;
+/// Accelerometer bias, m/s^2, body axes.
+pub const ACCEL_BIAS: usize = 12;
+/// Clock offset, m.
+pub const CLOCK_OFFSET: usize = 15;
+/// Clock drift, m/s.
+pub const CLOCK_DRIFT: usize = 16;
+/// Bias of the direction cosines (s_x, s_z) of each GMT face.
+pub const FACE_BIAS: usize = 17;
+/// Slope of the element phases of each UAV array, as a direction cosine.
+pub const ARRAY_SLOPE: usize = 23;
+/// Tilt of the axis of each UAV array about two directions, rad.
+pub const ARRAY_AXIS: usize = 27;
+/// Error column of the gyroscope for yaw rate.
+pub const GYRO_Z: usize = 35;
+/// First plane: offset (m) and two tilts (rad) each.
+pub const PLANES: usize = 38;
+
+/// Faces of the GMT's mast.
+pub(super) const FACES: usize = 3;
+/// Antenna arrays of the UAV.
+pub(super) const ARRAYS: usize = 4;
+
+/// States that [`super::Covariance::propagate`] mixes: the first 17.
+pub(super) const MOVING: usize = 17;
+
+/// Number of planes of a filter with `states` states.
+pub const fn planes(states: usize) -> usize {
+    states.saturating_sub(PLANES) / 3
+}
+
+/// First state of plane `slot`.
+pub(super) const fn plane(slot: usize) -> usize {
+    PLANES + 3 * slot
+}

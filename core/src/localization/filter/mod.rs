@@ -1,0 +1,244 @@
+//! Error-state Kalman filter: position, velocity, attitude, sensor biases, clock, and the calibration that decides the
+//! result (localization.md).
+//!
+//! The state lives at a horizon a little in the past: the time of the last sweep. Inertial increments newer than that
+//! wait in a history; a measurement takes the horizon to its own time stamp, however late its processing ended, and the
+//! present is the horizon carried forward over the history. So delay costs nothing but memory.
+//!
+//! ```text
+//! increments --> history ......... head (present pose)
+//!                   |
+//!                horizon (state, covariance) <-- sweeps, two-way timing, magnetic heading, at their time stamps
+//! ```
+//!
+//! A sweep's path is taken in whole or not at all (`gate`). A filter that contradicts several sweeps in a row which
+//! agree among each other is fixed anew from these (`window`), which is also how it starts.
+//!
+//! Not modelled: g-sensitivity of the gyroscope, accelerometer scale (localization.md section 3: no gain), a wrong heading
+//! of the GMT's mast (unobservable without a map of known heading).
+
+mod beacon;
+mod config;
+mod covariance;
+mod gate;
+mod health;
+mod layout;
+mod measurement;
+mod nominal;
+mod predict;
+mod row;
+mod scalar;
+mod start;
+mod sweep;
+mod window;
+
+pub use beacon::{BeaconLimits, BeaconMonitor, BeaconVerdict};
+pub use config::{ClockClass, FilterConfig, Gates, Priors, ProcessNoise, RadioNoise};
+pub use covariance::{Covariance, Transition};
+pub use health::{Counters, Health, TestRatios};
+pub use layout::{
+    ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, FACE_BIAS, GYRO_BIAS, GYRO_Z,
+    PLANES, POSITION, VELOCITY, planes,
+};
+pub use measurement::{FaceDirection, MappedPlane, Model, PathMeasurement, Transmitter};
+pub use nominal::{DELAY_PERIOD_M, Nominal, rotation, wrap_delay_m};
+pub use row::{ROW_CAPACITY, Row};
+pub use scalar::TimingVerdict;
+pub use start::RestAlignment;
+pub use sweep::{SweepMeasurement, SweepVerdict};
+
+use self::gate::Innovation;
+use self::scalar::Pending;
+use self::window::Window;
+use super::{ClockEstimate, ImuErrors, ImuIncrement, Pose};
+use crate::geometry::{Body, Direction, Position, Real, Rotation};
+use nalgebra::{Matrix3, Vector3};
+
+/// Increments that may wait for a late measurement: 0.64 s at 100 Hz, 1.28 s at 50 Hz.
+pub const HISTORY: usize = 64;
+/// Most planes in a filter's state.
+pub const MAX_PLANES: usize = 4;
+
+/// A filter without planes.
+pub type Filter38 = Filter<f32, 38>;
+/// The default: two mapped planes at a time.
+pub type Filter44 = Filter<f32, 44>;
+
+#[cfg(test)]
+mod tests;
+
+/// A plane in the state, and when it was last of use.
+#[derive(Clone, Copy, Debug)]
+struct Slot {
+    plane: MappedPlane,
+    used_ns: u64,
+}
+
+/// Error-state filter of `N` states (38, and three for each plane that is held at a time), its covariance in `T`.
+#[derive(Clone, Debug)]
+pub struct Filter<T: Real, const N: usize> {
+    config: FilterConfig,
+    model: Model,
+    nominal: Nominal,
+    covariance: Covariance<T, N>,
+    slots: heapless::Vec<Slot, MAX_PLANES>,
+    history: heapless::Deque<ImuIncrement, HISTORY>,
+    pending: heapless::Deque<Pending, 8>,
+    head: Nominal,
+    window: Window,
+    beacon: BeaconMonitor,
+    last_gmt: Option<(u64, Transmitter)>,
+    running: bool,
+    clock_known: bool,
+    gyro_bias_known: bool,
+    last_innovation: Option<Innovation>,
+    contested: u32,
+    sure: bool,
+    last_sight_ns: u64,
+    last_aid_ns: u64,
+    suspect_clock: Option<(u64, f64)>,
+    resets: u32,
+    health: Health,
+    counters: Counters,
+    ratios: TestRatios,
+    /// Last increment that was missing or doubtful, ns.
+    last_gap_ns: Option<u64>,
+}
+
+impl<T: Real, const N: usize> Filter<T, N> {
+    /// A filter that knows nothing yet, at `time_ns` of the UAV clock.
+    pub fn new(config: FilterConfig, time_ns: u64) -> Self {
+        let mut filter = Self {
+            model: Model::new(config.radio),
+            config,
+            nominal: Nominal::origin(time_ns),
+            covariance: Covariance::zero(),
+            slots: heapless::Vec::new(),
+            history: heapless::Deque::new(),
+            pending: heapless::Deque::new(),
+            head: Nominal::origin(time_ns),
+            window: Window::new(),
+            beacon: BeaconMonitor::new(BeaconLimits::default()),
+            last_gmt: None,
+            running: false,
+            clock_known: false,
+            gyro_bias_known: false,
+            last_innovation: None,
+            contested: 0,
+            sure: false,
+            last_sight_ns: time_ns,
+            last_aid_ns: time_ns,
+            suspect_clock: None,
+            resets: 0,
+            health: Health {
+                starting: true,
+                ..Health::default()
+            },
+            counters: Counters::default(),
+            ratios: TestRatios::default(),
+            last_gap_ns: None,
+        };
+        filter.set_priors();
+        filter
+    }
+
+    /// Whether there is a pose.
+    pub fn is_running(&self) -> bool {
+        self.running
+    }
+
+    /// Flags at the horizon.
+    pub fn health(&self) -> Health {
+        self.health
+    }
+
+    /// What happened so far.
+    pub fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// Innovation test ratios.
+    pub fn test_ratios(&self) -> TestRatios {
+        self.ratios
+    }
+
+    /// The estimated sensor errors: the strapdown integration takes them out of the samples.
+    pub fn imu_errors(&self) -> ImuErrors {
+        self.nominal.imu
+    }
+
+    /// The state at the horizon.
+    pub fn nominal(&self) -> &Nominal {
+        &self.nominal
+    }
+
+    /// The covariance at the horizon.
+    pub fn covariance(&self) -> &Covariance<T, N> {
+        &self.covariance
+    }
+
+    /// Planes in the state, as they are estimated now.
+    pub fn planes(&self) -> impl Iterator<Item = &MappedPlane> {
+        self.slots.iter().map(|slot| &slot.plane)
+    }
+
+    /// An angle of arrival without the estimated calibration errors of the arrays. The reflection solver wants this one:
+    /// attitude and arrays share an error that cancels only when both corrections are applied (localization.md section 5).
+    pub fn corrected_aoa(&self, aoa: &Direction<Body, f64>) -> Vector3<f64> {
+        self.model.corrected(aoa, &self.nominal)
+    }
+
+    /// Pose at the horizon, the time of the last sweep; `None` while starting.
+    pub fn pose(&self) -> Option<Pose> {
+        self.pose_of(&self.nominal)
+    }
+
+    /// Pose now, carried over the history. Its covariance is that of the horizon, grown by the velocity's.
+    pub fn present(&self) -> Option<Pose> {
+        let mut pose = self.pose_of(&self.head)?;
+        let dt = self.head.time_ns.saturating_sub(self.nominal.time_ns) as f32 * 1e-9;
+        pose.position_covariance_m2 += pose.velocity_covariance_m2_per_s2 * (dt * dt);
+        Some(pose)
+    }
+
+    fn pose_of(&self, state: &Nominal) -> Option<Pose> {
+        if !self.running {
+            return None;
+        }
+        let block = |i, j| self.covariance.block(i, j).map(|c| c.to_f64() as f32);
+        let sigma = |i| libm::sqrtf(self.variance(i).max(0.0) as f32);
+        Some(Pose {
+            time_ns: state.time_ns,
+            position: Position::from_vector(state.position_m).ok()?,
+            velocity_m_per_s: state.velocity_m_per_s.map(|c| c as f32),
+            attitude: attitude(&state.attitude)?,
+            clock: ClockEstimate {
+                offset_m: state.clock_offset_m,
+                offset_sigma_m: sigma(CLOCK_OFFSET),
+                drift_m_per_s: state.clock_drift_m_per_s as f32,
+                drift_sigma_m_per_s: sigma(CLOCK_DRIFT),
+            },
+            position_covariance_m2: block(POSITION, POSITION),
+            velocity_covariance_m2_per_s2: block(VELOCITY, VELOCITY),
+            attitude_covariance_rad2: block(ATTITUDE, ATTITUDE),
+            position_attitude_covariance_m_rad: block(POSITION, ATTITUDE),
+            resets: self.resets,
+        })
+    }
+
+    /// Variance of a state.
+    fn variance(&self, state: usize) -> f64 {
+        self.covariance.at(state, state).to_f64()
+    }
+
+    /// Norm of the standard deviations of three neighbouring states.
+    fn sigma(&self, first: usize) -> f64 {
+        let sum = self.variance(first) + self.variance(first + 1) + self.variance(first + 2);
+        libm::sqrt(sum.max(0.0))
+    }
+}
+
+/// A rotation matrix as an attitude.
+fn attitude(matrix: &Matrix3<f64>) -> Option<Rotation<Body, crate::geometry::World>> {
+    Rotation::from_matrix(matrix.map(|c| c as f32)).ok()
+}

@@ -1,0 +1,152 @@
+//! The state itself, about which the covariance describes the errors.
+//!
+//! In double precision: a clock that runs off by kilometres, a position of a hundred metres and increments of
+//! millimetres meet here, fifty times a second. A Cortex-M7 does that in hardware; the covariance, where the work is,
+//! needs single precision only.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::layout::{
+    ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ARRAYS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, FACE_BIAS, FACES,
+    GYRO_BIAS, GYRO_Z, POSITION, VELOCITY,
+};
+use crate::constants::STANDARD_GRAVITY_M_PER_S2;
+use crate::localization::{ImuErrors, ImuIncrement};
+
+/// Length after which delays repeat, m: 512 samples at 245.76 Msps, times the speed of light (design README section 7).
+pub const DELAY_PERIOD_M: f64 = crate::constants::SPEED_OF_LIGHT_M_PER_S * 512.0 / 245.76e6;
+
+/// A length wrapped to half a delay period on either side of zero, m.
+pub fn wrap_delay_m(length_m: f64) -> f64 {
+    length_m - DELAY_PERIOD_M * libm::floor(length_m / DELAY_PERIOD_M + 0.5)
+}
+
+/// Position, velocity, attitude, clock, and everything that is calibrated on the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nominal {
+    /// UAV clock, ns.
+    pub time_ns: u64,
+    /// Body origin, world frame, m.
+    pub position_m: Vector3<f64>,
+    /// Velocity, world frame, m/s.
+    pub velocity_m_per_s: Vector3<f64>,
+    /// Attitude R_wb.
+    pub attitude: Matrix3<f64>,
+    /// Clock offset, m, wrapped.
+    pub clock_offset_m: f64,
+    /// Clock drift, m/s.
+    pub clock_drift_m_per_s: f64,
+    /// Errors of the inertial sensor.
+    pub imu: ImuErrors,
+    /// Bias of the direction cosines (s_x, s_z) per GMT face.
+    pub face_bias: [[f64; 2]; FACES],
+    /// Slope of the element phases per UAV array.
+    pub array_slope: [f64; ARRAYS],
+    /// Axis tilts per UAV array, rad.
+    pub array_axis_rad: [[f64; 2]; ARRAYS],
+}
+
+impl Nominal {
+    /// At rest in the origin, axes aligned, nothing calibrated.
+    pub fn origin(time_ns: u64) -> Self {
+        Self {
+            time_ns,
+            position_m: Vector3::zeros(),
+            velocity_m_per_s: Vector3::zeros(),
+            attitude: Matrix3::identity(),
+            clock_offset_m: 0.0,
+            clock_drift_m_per_s: 0.0,
+            imu: ImuErrors::default(),
+            face_bias: [[0.0; 2]; FACES],
+            array_slope: [0.0; ARRAYS],
+            array_axis_rad: [[0.0; 2]; ARRAYS],
+        }
+    }
+
+    /// Moves on by an increment, and gives the mean specific force over it in world axes (m/s^2) and the angular rate
+    /// about body z (rad/s).
+    pub fn advance(&mut self, increment: &ImuIncrement) -> (Vector3<f64>, f64) {
+        let increment = increment.with_errors(&self.imu);
+        let dt = increment.end_ns.saturating_sub(self.time_ns) as f64 * 1e-9;
+        let gained = self.attitude * increment.delta_velocity_m_per_s.map(f64::from);
+        let moved = self.attitude * increment.delta_position_m.map(f64::from);
+        let gravity = Vector3::z() * -STANDARD_GRAVITY_M_PER_S2;
+        self.position_m += self.velocity_m_per_s * dt + moved + gravity * (0.5 * dt * dt);
+        self.velocity_m_per_s += gained + gravity * dt;
+        let turn = increment.delta_angle_rad.map(f64::from);
+        self.attitude = orthonormal(&(self.attitude * rotation(&turn)));
+        self.coast_clock(dt);
+        self.time_ns = increment.end_ns;
+        if dt > 0.0 {
+            (gained / dt, turn.z / dt)
+        } else {
+            (Vector3::zeros(), 0.0)
+        }
+    }
+
+    /// Moves on without inertial data: velocity and attitude stay.
+    pub fn coast(&mut self, until_ns: u64) {
+        let dt = until_ns.saturating_sub(self.time_ns) as f64 * 1e-9;
+        self.position_m += self.velocity_m_per_s * dt;
+        self.coast_clock(dt);
+        self.time_ns = until_ns;
+    }
+
+    fn coast_clock(&mut self, dt_s: f64) {
+        self.clock_offset_m = wrap_delay_m(self.clock_offset_m + self.clock_drift_m_per_s * dt_s);
+    }
+
+    /// Adds estimated errors. Planes are not part of it.
+    pub fn correct<const N: usize>(&mut self, dx: &[f64; N]) {
+        let at = |i: usize| dx.get(i).copied().unwrap_or(0.0);
+        let vector = |i: usize| Vector3::new(at(i), at(i + 1), at(i + 2));
+        self.position_m += vector(POSITION);
+        self.velocity_m_per_s += vector(VELOCITY);
+        self.attitude = orthonormal(&(rotation(&vector(ATTITUDE)) * self.attitude));
+        let narrow = |v: Vector3<f64>| v.map(|c| c as f32);
+        self.imu.gyro_bias_rad_per_s += narrow(vector(GYRO_BIAS));
+        self.imu.accel_bias_m_per_s2 += narrow(vector(ACCEL_BIAS));
+        self.imu.gyro_z_column += narrow(vector(GYRO_Z));
+        self.clock_offset_m = wrap_delay_m(self.clock_offset_m + at(CLOCK_OFFSET));
+        self.clock_drift_m_per_s += at(CLOCK_DRIFT);
+        for (s, bias) in self.face_bias.iter_mut().flatten().enumerate() {
+            *bias += at(FACE_BIAS + s);
+        }
+        for (j, slope) in self.array_slope.iter_mut().enumerate() {
+            *slope += at(ARRAY_SLOPE + j);
+        }
+        for (k, tilt) in self.array_axis_rad.iter_mut().flatten().enumerate() {
+            *tilt += at(ARRAY_AXIS + k);
+        }
+    }
+
+    /// Whether every number is finite.
+    pub fn is_finite(&self) -> bool {
+        self.position_m.iter().all(|c| c.is_finite())
+            && self.velocity_m_per_s.iter().all(|c| c.is_finite())
+            && self.attitude.iter().all(|c| c.is_finite())
+            && self.clock_offset_m.is_finite()
+            && self.clock_drift_m_per_s.is_finite()
+            && self.imu.gyro_bias_rad_per_s.iter().all(|c| c.is_finite())
+            && self.imu.accel_bias_m_per_s2.iter().all(|c| c.is_finite())
+    }
+}
+
+/// Rotation matrix of a rotation vector, rad (Rodrigues).
+pub fn rotation(angle_rad: &Vector3<f64>) -> Matrix3<f64> {
+    let square = angle_rad.norm_squared();
+    // sin a / a and (1 - cos a) / a^2; below 1e-4 rad the series is exact to round-off.
+    let (first, second) = if square < 1e-8 {
+        (1.0 - square / 6.0, 0.5 - square / 24.0)
+    } else {
+        let angle = libm::sqrt(square);
+        (libm::sin(angle) / angle, (1.0 - libm::cos(angle)) / square)
+    };
+    let cross = angle_rad.cross_matrix();
+    Matrix3::identity() + cross * first + cross * cross * second
+}
+
+/// One Newton step towards the nearest rotation: removes rounding, which is all that ever accumulates.
+fn orthonormal(r: &Matrix3<f64>) -> Matrix3<f64> {
+    r * (Matrix3::identity() * 1.5 - r.transpose() * r * 0.5)
+}

@@ -1,0 +1,150 @@
+//! Start-up and hard re-fix: the pose from a window of sweeps, everything else kept.
+
+use super::layout::{
+    ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ARRAYS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, FACE_BIAS, FACES,
+    GYRO_BIAS, GYRO_Z, POSITION, VELOCITY,
+};
+use super::measurement::{PathMeasurement, Transmitter};
+use super::nominal::{DELAY_PERIOD_M, Nominal, wrap_delay_m};
+use super::window::Solution;
+use super::{Covariance, Filter};
+use crate::constants::STANDARD_GRAVITY_M_PER_S2;
+use crate::geometry::Real;
+use nalgebra::Vector3;
+
+/// Fixes that a start needs.
+pub(super) const START_FIXES: usize = 5;
+/// Standard deviations of a pose from a window: position m, velocity m/s, attitude rad (angles of arrival, arrays).
+const FIXED_SIGMA: (f64, f64, f64) = (0.3, 0.3, 0.008);
+
+/// What was learned at rest before the flight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestAlignment {
+    /// Mean of the gyroscope: its bias, rad/s.
+    pub gyro_bias_rad_per_s: Vector3<f32>,
+    /// Standard deviation of that per axis, rad/s.
+    pub sigma_rad_per_s: f32,
+}
+
+impl<T: Real, const N: usize> Filter<T, N> {
+    /// Takes over the gyroscope bias found at rest. Tilt is not needed: the start finds it from motion.
+    pub fn aligned(&mut self, rest: &RestAlignment) {
+        if !rest.gyro_bias_rad_per_s.iter().all(|c| c.is_finite()) {
+            return;
+        }
+        self.nominal.imu.gyro_bias_rad_per_s = rest.gyro_bias_rad_per_s;
+        self.gyro_bias_known = true;
+        let variance = T::of(f64::from(rest.sigma_rad_per_s * rest.sigma_rad_per_s));
+        for i in 0..3 {
+            self.covariance.reset(GYRO_BIAS + i, variance);
+        }
+    }
+
+    /// Adds a line-of-sight path to the window of fixes.
+    pub(super) fn push_fix(&mut self, gmt: &Transmitter, path: &PathMeasurement) {
+        if !self.clock_known {
+            return;
+        }
+        let Some(departed) = path
+            .departure
+            .and_then(|departure| self.model.departed(&departure, gmt, &self.nominal))
+        else {
+            return;
+        };
+        let range = wrap_delay_m(path.c_tau_m - self.nominal.clock_offset_m);
+        // A range is positive: up to a whole period.
+        let range = if range < 0.0 {
+            range + DELAY_PERIOD_M
+        } else {
+            range
+        };
+        let seen = self.model.corrected(&path.aoa, &self.nominal);
+        self.window
+            .push(gmt.position_m + departed * range, -departed, seen);
+    }
+
+    /// Starts when the window allows it.
+    pub(super) fn try_start(&mut self) -> bool {
+        let Some(solution) = self.window.solve(START_FIXES) else {
+            return false;
+        };
+        self.set_pose(&solution);
+        self.running = true;
+        true
+    }
+
+    /// Fixes the pose anew when the last `fixes` sweeps agree.
+    pub(super) fn try_refix(&mut self, fixes: usize) -> bool {
+        let Some(solution) = self.window.solve(fixes.min(super::window::WINDOW)) else {
+            return false;
+        };
+        self.set_pose(&solution);
+        self.resets = self.resets.saturating_add(1);
+        self.counters.refixes = self.counters.refixes.saturating_add(1);
+        true
+    }
+
+    fn set_pose(&mut self, solution: &Solution) {
+        self.nominal.position_m = solution.position_m;
+        self.nominal.velocity_m_per_s = solution.velocity_m_per_s;
+        self.nominal.attitude = solution.attitude;
+        let (position, velocity, sight) = FIXED_SIGMA;
+        let bias = self.sigma(ACCEL_BIAS) / STANDARD_GRAVITY_M_PER_S2;
+        let tilt = solution.attitude_sigma_rad;
+        let attitude = sight * sight + tilt * tilt + bias * bias / 3.0;
+        for i in 0..3 {
+            self.covariance.reset(POSITION + i, T::of(position * position));
+            self.covariance.reset(VELOCITY + i, T::of(velocity * velocity));
+            self.covariance.reset(ATTITUDE + i, T::of(attitude));
+        }
+        self.contested = 0;
+        self.last_innovation = None;
+    }
+
+    /// Forgets everything but the time, the gyroscope bias at rest and the history.
+    pub(super) fn restart(&mut self) {
+        let (time_ns, bias) = (self.nominal.time_ns, self.nominal.imu.gyro_bias_rad_per_s);
+        self.nominal = Nominal::origin(time_ns);
+        if self.gyro_bias_known && bias.iter().all(|c| c.is_finite()) {
+            self.nominal.imu.gyro_bias_rad_per_s = bias;
+        }
+        self.window.clear();
+        self.slots.clear();
+        self.running = false;
+        self.clock_known = false;
+        self.suspect_clock = None;
+        self.last_innovation = None;
+        self.contested = 0;
+        self.resets = self.resets.saturating_add(1);
+        self.health.starting = true;
+        self.set_priors();
+    }
+
+    /// The covariance before any measurement.
+    pub(super) fn set_priors(&mut self) {
+        let priors = self.config.priors;
+        self.covariance = Covariance::zero();
+        let mut set = |state: usize, sigma: f64| self.covariance.reset(state, T::of(sigma * sigma));
+        for i in 0..3 {
+            // Position, velocity and attitude are set by the first window.
+            set(POSITION + i, 1.0);
+            set(VELOCITY + i, 1.0);
+            set(ATTITUDE + i, 0.1);
+            set(GYRO_BIAS + i, priors.gyro_bias_rad_per_s);
+            set(ACCEL_BIAS + i, priors.accel_bias_m_per_s2);
+            set(GYRO_Z + i, priors.gyro_z);
+        }
+        set(CLOCK_OFFSET, DELAY_PERIOD_M);
+        set(CLOCK_DRIFT, priors.clock_drift_m_per_s);
+        for face in 0..FACES {
+            for (k, sigma) in priors.face_bias.into_iter().enumerate() {
+                set(FACE_BIAS + 2 * face + k, sigma);
+            }
+        }
+        for j in 0..ARRAYS {
+            set(ARRAY_SLOPE + j, priors.array_slope);
+            set(ARRAY_AXIS + 2 * j, priors.array_axis_rad);
+            set(ARRAY_AXIS + 2 * j + 1, priors.array_axis_rad);
+        }
+    }
+}

@@ -1,0 +1,326 @@
+//! The whole filter on a made-up flight: start, lateness, faults of the inertial sensor, the clock, the beacon, numbers that
+//! are none.
+
+use nalgebra::Vector3;
+
+use super::super::*;
+use crate::constants::STANDARD_GRAVITY_M_PER_S2;
+use crate::geometry::{Gmt, World};
+
+const STEP_NS: u64 = 10_000_000;
+const SWEEP_NS: u64 = 500_000_000;
+
+/// A hovering UAV that turns, 30 m from the GMT, its clock 40 m off and running off at 3 m/s.
+fn truth(time_ns: u64) -> Nominal {
+    let t = time_ns as f64 * 1e-9;
+    let mut state = Nominal::origin(time_ns);
+    state.position_m = Vector3::new(20.0, 18.0, 11.0);
+    state.attitude = rotation(&Vector3::new(0.0, 0.0, 0.5 * t));
+    state.clock_offset_m = wrap_delay_m(40.0 + 3.0 * t);
+    state
+}
+
+fn gmt() -> Transmitter {
+    Transmitter {
+        position_m: Vector3::new(1.0, -2.0, 1.5),
+        sigma_m: 0.02,
+        attitude: Rotation::<Gmt, World, f64>::identity(),
+    }
+}
+
+fn increment(start_ns: u64) -> ImuIncrement {
+    let up = Vector3::new(0.0, 0.0, STANDARD_GRAVITY_M_PER_S2 as f32);
+    ImuIncrement {
+        start_ns,
+        end_ns: start_ns + STEP_NS,
+        delta_angle_rad: Vector3::new(0.0, 0.0, 0.005),
+        delta_velocity_m_per_s: up * 0.01,
+        delta_position_m: up * 0.5e-4,
+        removed: ImuErrors::default(),
+    }
+}
+
+fn path(time_ns: u64) -> PathMeasurement {
+    let (state, gmt) = (truth(time_ns), gmt());
+    let way = gmt.position_m - state.position_m;
+    let leaving = -way.normalize();
+    PathMeasurement {
+        c_tau_m: way.norm() + state.clock_offset_m,
+        c_tau_sigma_m: 0.01,
+        aoa: Direction::from_vector(state.attitude.tr_mul(&way)).expect("apart"),
+        aoa_sigma_rad: 1e-4,
+        departure: Some(FaceDirection {
+            face: 0,
+            cosines: [leaving.y, leaving.z],
+            sigma: [1e-4; 2],
+        }),
+    }
+}
+
+fn measurement(time_ns: u64, path: PathMeasurement) -> SweepMeasurement<'static> {
+    SweepMeasurement {
+        time_ns,
+        gmt: gmt(),
+        stop: (time_ns / SWEEP_NS / 2) as u32,
+        line_of_sight: Some(path),
+        reflections: &[],
+        planes: &[],
+    }
+}
+
+/// Flies until `end_ns`; `change` may alter sweeps, `late_ns` is their processing time.
+fn flown(
+    end_ns: u64,
+    late_ns: u64,
+    mut change: impl FnMut(u64, &mut Filter38, &mut SweepMeasurement<'static>),
+) -> Filter38 {
+    let mut filter = Filter38::new(FilterConfig::default(), 0);
+    for now in (STEP_NS..=end_ns).step_by(STEP_NS as usize) {
+        filter.increment(&increment(now - STEP_NS));
+        if now % SWEEP_NS == SWEEP_NS / 2 {
+            let _ = filter.two_way(now, truth(now).clock_offset_m);
+        }
+        let sweep_ns = now.saturating_sub(late_ns);
+        if sweep_ns > 0 && sweep_ns.is_multiple_of(SWEEP_NS) {
+            let mut sweep = measurement(sweep_ns, path(sweep_ns));
+            change(sweep_ns, &mut filter, &mut sweep);
+            let _ = filter.sweep(&sweep);
+        }
+    }
+    filter
+}
+
+fn error_m(filter: &Filter38) -> f64 {
+    (filter.nominal().position_m - truth(filter.nominal().time_ns).position_m).norm()
+}
+
+#[test]
+fn it_starts_from_nothing_within_five_sweeps() {
+    let mut verdicts = heapless::Vec::<SweepVerdict, 8>::new();
+    let mut filter = Filter38::new(FilterConfig::default(), 0);
+    assert!(filter.pose().is_none() && filter.health().starting);
+    for now in (STEP_NS..=4_000_000_000).step_by(STEP_NS as usize) {
+        filter.increment(&increment(now - STEP_NS));
+        if now % SWEEP_NS == SWEEP_NS / 2 {
+            let _ = filter.two_way(now, truth(now).clock_offset_m);
+        }
+        if now.is_multiple_of(SWEEP_NS) {
+            let _ = verdicts.push(filter.sweep(&measurement(now, path(now))));
+        }
+    }
+    assert_eq!(verdicts[..4], [SweepVerdict::Waiting; 4]);
+    assert_eq!(verdicts[4], SweepVerdict::Started);
+    assert_eq!(verdicts[5..], [SweepVerdict::Accepted; 3]);
+    let pose = filter.pose().expect("running");
+    assert!(error_m(&filter) < 0.1, "{}", error_m(&filter));
+    assert!((pose.attitude.matrix().map(f64::from) - truth(4_000_000_000).attitude).norm() < 5e-3);
+    assert!(!filter.health().is_degraded());
+    assert_eq!(pose.resets, 0);
+}
+
+#[test]
+fn lateness_changes_nothing() {
+    let (prompt, late) = (
+        flown(6_000_000_000, 0, |_, _, _| ()),
+        flown(6_300_000_000, 300_000_000, |_, _, _| ()),
+    );
+    assert_eq!(prompt.nominal().time_ns, late.nominal().time_ns);
+    // Bit for bit: the same steps at the same times.
+    assert_eq!(prompt.nominal(), late.nominal());
+    assert_eq!(prompt.covariance(), late.covariance());
+    // The present is ahead of the horizon.
+    let present = late.present().expect("running");
+    assert_eq!(present.time_ns, 6_300_000_000);
+    let turned = truth(present.time_ns).attitude;
+    assert!((present.attitude.matrix().map(f64::from) - turned).norm() < 1e-2);
+    // What comes from before the horizon is refused and counted.
+    let mut late = late;
+    assert_eq!(
+        late.sweep(&measurement(5_500_000_000, path(5_500_000_000))),
+        SweepVerdict::TooLate
+    );
+    assert_eq!(late.two_way(5_500_000_000, 0.0), TimingVerdict::TooLate);
+    assert_eq!(late.counters().too_late, 2);
+}
+
+#[test]
+fn a_single_wrong_path_is_rejected_and_a_run_of_five_is_ridden_out() {
+    for run in [1, 5] {
+        let mut worst: f64 = 0.0;
+        let filter = flown(15_000_000_000, 0, |time_ns, filter, sweep| {
+            if filter.is_running() {
+                worst = worst.max(error_m(filter));
+            }
+            let sweep_number = time_ns / SWEEP_NS;
+            if (20..20 + run).contains(&sweep_number)
+                && let Some(path) = &mut sweep.line_of_sight
+            {
+                path.c_tau_m += 10.0;
+            }
+            if (21..21 + run).contains(&sweep_number) {
+                assert!(filter.health().contested, "{time_ns}");
+            }
+        });
+        assert!(worst < 0.2, "{run}: {worst}");
+        assert_eq!(
+            (filter.counters().rejected, filter.counters().refixes),
+            (run as u32, 0)
+        );
+        assert!(!filter.health().is_degraded());
+    }
+}
+
+#[test]
+fn a_filter_that_is_wrong_is_fixed_anew() {
+    let mut seen_lost = false;
+    let filter = flown(20_000_000_000, 0, |time_ns, filter, _| {
+        if time_ns == 20 * SWEEP_NS {
+            // As after a captured fix: far off, and sure of it.
+            filter.nominal.position_m += Vector3::new(8.0, -5.0, 3.0);
+            filter.nominal.velocity_m_per_s += Vector3::new(1.0, 1.0, 0.0);
+        }
+        seen_lost |= filter.health().contested;
+    });
+    assert!(seen_lost);
+    assert_eq!(filter.counters().refixes, 1, "{:?}", filter.counters());
+    assert_eq!(filter.pose().map(|pose| pose.resets), Some(1));
+    assert!(error_m(&filter) < 0.1, "{}", error_m(&filter));
+}
+
+#[test]
+fn a_clock_step_is_taken_over_and_flagged() {
+    for late in [0u64, 260_000_000] {
+        let mut flagged_ns = None;
+        let mut filter = Filter38::new(FilterConfig::default(), 0);
+        let stepped = |now: u64| if now > 10_100_000_000 { 29.98 } else { 0.0 };
+        for now in (STEP_NS..=14_000_000_000).step_by(STEP_NS as usize) {
+            filter.increment(&increment(now - STEP_NS));
+            if now % SWEEP_NS == SWEEP_NS / 2 {
+                let _ = filter.two_way(now, truth(now).clock_offset_m + stepped(now));
+            }
+            let sweep_ns = now.saturating_sub(late);
+            if sweep_ns > 0 && sweep_ns.is_multiple_of(SWEEP_NS) {
+                let mut path = path(sweep_ns);
+                path.c_tau_m += stepped(sweep_ns);
+                let _ = filter.sweep(&measurement(sweep_ns, path));
+                let health = filter.health();
+                if sweep_ns > 10_100_000_000 && (health.contested || health.clock_contested) {
+                    flagged_ns.get_or_insert(sweep_ns);
+                }
+            }
+        }
+        // Either the flag stood, or the step was understood at once; both within a second.
+        assert!(flagged_ns.is_none_or(|at| at <= 11_100_000_000), "{flagged_ns:?}");
+        assert_eq!(filter.counters().clock_steps, 1);
+        assert!(error_m(&filter) < 0.05);
+        let clock = filter.nominal().clock_offset_m - truth(filter.nominal().time_ns).clock_offset_m;
+        assert!((clock - 29.98).abs() < 0.1, "{clock}");
+    }
+}
+
+#[test]
+fn missing_inertial_data_are_bridged_and_flagged() {
+    let mut filter = Filter38::new(FilterConfig::default(), 0);
+    let mut flagged = false;
+    for now in (STEP_NS..=20_000_000_000).step_by(STEP_NS as usize) {
+        let stopped = (10_000_000_000..13_000_000_000).contains(&now);
+        if !stopped {
+            filter.increment(&increment(now - STEP_NS));
+        }
+        if now % SWEEP_NS == SWEEP_NS / 2 {
+            let _ = filter.two_way(now, truth(now).clock_offset_m);
+        }
+        if now.is_multiple_of(SWEEP_NS) {
+            let _ = filter.sweep(&measurement(now, path(now)));
+            if stopped && now > 10_000_000_000 {
+                assert!(filter.health().inertial_missing, "{now}");
+                flagged = true;
+            }
+            // Wrong by metres only while it says so.
+            let limit = if filter.health().is_degraded() { 8.0 } else { 0.5 };
+            assert!(
+                !filter.is_running() || error_m(&filter) < limit,
+                "{now} {}",
+                error_m(&filter)
+            );
+        }
+    }
+    assert!(flagged && !filter.health().is_degraded(), "{:?}", filter.health());
+    assert!(error_m(&filter) < 0.1);
+}
+
+#[test]
+fn a_lying_beacon_is_flagged_and_a_jump_not_followed() {
+    // 5 m from one beacon to the next: the last possible place is kept.
+    let mut flagged_at = None;
+    let filter = flown(20_000_000_000, 0, |time_ns, filter, sweep| {
+        if time_ns > 10_000_000_000 {
+            sweep.gmt.position_m += Vector3::new(3.0, 4.0, 0.0);
+        }
+        if filter.health().beacon_implausible {
+            flagged_at.get_or_insert(time_ns);
+        }
+        assert!(
+            !filter.is_running() || error_m(filter) < 1.5,
+            "{time_ns}: {}",
+            error_m(filter)
+        );
+    });
+    assert!(
+        flagged_at.is_some_and(|at| at <= 11_000_000_000),
+        "{flagged_at:?}"
+    );
+    assert!(filter.health().beacon_implausible);
+    // 0.1 m/s: flagged before the pose has moved by 1.5 m.
+    let mut moved_m = None;
+    let filter = flown(40_000_000_000, 0, |time_ns, filter, sweep| {
+        let drift_s = (time_ns.saturating_sub(10_000_000_000)) as f64 * 1e-9;
+        sweep.gmt.position_m += Vector3::new(0.06, -0.08, 0.0) * drift_s;
+        if filter.health().beacon_implausible {
+            moved_m.get_or_insert(error_m(filter));
+        }
+    });
+    assert!(moved_m.is_some_and(|moved| moved < 1.5), "{moved_m:?}");
+    assert!(error_m(&filter) > 1.5, "the drift cannot be told from flight");
+}
+
+#[test]
+fn numbers_that_are_none_are_refused() {
+    let mut filter = flown(6_000_000_000, 0, |_, _, _| ());
+    let before = *filter.nominal();
+    let now = before.time_ns;
+    let mut bad = increment(now);
+    bad.delta_velocity_m_per_s.x = f32::NAN;
+    filter.increment(&bad);
+    assert_eq!(filter.two_way(now + 1, f64::INFINITY), TimingVerdict::NotFinite);
+    assert_eq!(filter.heading(now + 1, f64::NAN, 0.1), TimingVerdict::NotFinite);
+    let mut path = path(now);
+    path.c_tau_m = f64::NAN;
+    assert_eq!(filter.sweep(&measurement(now, path)), SweepVerdict::Rejected);
+    let mut sweep = measurement(now, self::path(now));
+    sweep.gmt.position_m.x = f64::NAN;
+    let _ = filter.sweep(&sweep);
+    assert!(filter.nominal().is_finite() && filter.covariance().is_sound());
+    assert!(error_m(&filter) < 0.1);
+}
+
+#[test]
+fn the_heading_is_used_only_without_sight() {
+    let mut filter = flown(6_000_000_000, 0, |_, _, _| ());
+    let wrong_yaw = 0.5 * 6.0 + 0.3;
+    let sigma = |filter: &Filter38| filter.covariance().at(ATTITUDE + 2, ATTITUDE + 2);
+    let _ = filter.heading(6_000_000_000, wrong_yaw, 0.1);
+    let before = sigma(&filter);
+    filter.advance_to(6_000_000_001);
+    assert!(sigma(&filter) >= before);
+    for now in (6_000_000_000..30_000_000_000).step_by(STEP_NS as usize) {
+        filter.increment(&increment(now));
+    }
+    filter.advance_to(29_990_000_000);
+    filter.covariance.add(ATTITUDE + 2, 0.1);
+    let before = sigma(&filter);
+    let yaw = 0.5 * 29.995;
+    let _ = filter.heading(29_995_000_000, yaw, 0.1);
+    filter.advance_to(30_000_000_000);
+    assert!(sigma(&filter) < 0.5 * before);
+}

@@ -1,0 +1,227 @@
+//! The measurement rows against difference quotients of their own predictions.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::super::*;
+use crate::geometry::{Gmt, World};
+use crate::localization::planes::Plane;
+
+const N: usize = 41;
+
+fn state() -> Nominal {
+    let mut state = Nominal::origin(0);
+    state.position_m = Vector3::new(22.0, -31.0, 14.0);
+    state.attitude = rotation(&Vector3::new(0.1, -0.2, 2.0));
+    state.clock_offset_m = 301.0;
+    state.face_bias = [[1e-3, -2e-3], [0.5e-3, 1e-3], [-1e-3, 2e-3]];
+    state.array_slope = [1e-3, -2e-3, 0.7e-3, 0.2e-3];
+    state.array_axis_rad = [[1e-3, 2e-3], [-1e-3, 0.5e-3], [2e-3, 0.0], [0.3e-3, -1e-3]];
+    state
+}
+
+fn gmt() -> Transmitter {
+    Transmitter {
+        position_m: Vector3::new(-4.0, 3.0, 1.5),
+        sigma_m: 0.0,
+        attitude: Rotation::<Gmt, World, f64>::from_yaw_pitch_roll(0.4, 0.02, -0.03).expect("finite"),
+    }
+}
+
+fn wall() -> MappedPlane {
+    MappedPlane {
+        id: 7,
+        plane: Plane {
+            normal: Direction::from_vector(Vector3::new(-0.9, 0.4, 0.05)).expect("not zero"),
+            centre: Position::new(40.0, -10.0, 6.0).expect("finite"),
+            covariance: Matrix3::identity(),
+        },
+    }
+}
+
+/// A measurement of anything: only differences of residuals count.
+fn path() -> PathMeasurement {
+    PathMeasurement {
+        c_tau_m: 340.0,
+        c_tau_sigma_m: 0.01,
+        aoa: Direction::from_zenith_azimuth(1.7, 0.3).expect("angles"),
+        aoa_sigma_rad: 1e-3,
+        departure: Some(FaceDirection {
+            face: 2,
+            cosines: [0.3, 0.1],
+            sigma: [1e-3; 2],
+        }),
+    }
+}
+
+#[test]
+fn every_derivative_is_the_difference_quotient() {
+    let model = Model::new(RadioNoise::default());
+    // The shift by the arrays' errors changes with the direction; the rows leave that out (a hundredth of the whole), so
+    // the errors are zero here.
+    let state = || Nominal {
+        array_slope: [0.0; 4],
+        array_axis_rad: [[0.0; 2]; 4],
+        ..state()
+    };
+    for plane in [None, Some(wall())] {
+        let rows_at = |dx: &[f64; N]| {
+            let mut here = state();
+            here.correct(dx);
+            let shift = [dx[38], dx[39], dx[40]].map(|c| c as f32);
+            let plane = plane.map(|mapped| MappedPlane {
+                plane: mapped
+                    .plane
+                    .corrected(shift, Matrix3::identity())
+                    .expect("finite"),
+                ..mapped
+            });
+            // The angle of arrival is compared along the tangents at the prediction, which move with the state; at the
+            // prediction itself that does not matter, so the measurement is put there.
+            let mut path = path();
+            path.aoa = seen(&state(), &source(plane.is_some()));
+            model
+                .rows::<f64>(&here, &gmt(), &path, plane.as_ref().map(|p| (p, 38)))
+                .expect("apart")
+        };
+        // Planes live in single precision: coarse steps.
+        let mut touched = [false; N];
+        let here = rows_at(&[0.0; N]);
+        for j in 0..N {
+            let step = if j >= 38 { 1e-2 } else { 1e-5 };
+            let mut dx = [0.0; N];
+            dx[j] = step;
+            let plus = rows_at(&dx);
+            dx[j] = -step;
+            let minus = rows_at(&dx);
+            for (k, row) in here.iter().enumerate() {
+                let quotient = -(plus[k].residual - minus[k].residual) / (2.0 * step);
+                let mut unit = [0.0; N];
+                unit[j] = 1.0;
+                let claimed = row.dot(&unit);
+                touched[j] |= claimed != 0.0;
+                let limit = if j >= 38 { 0.01 } else { 4e-4 };
+                assert!(
+                    (quotient - claimed).abs() < limit * (1.0 + claimed.abs()),
+                    "row {k} state {j}: {quotient} {claimed}"
+                );
+            }
+        }
+        let expected = |j: usize| match j {
+            0..=2 | 6..=8 | 15 | 21..=34 => true,
+            38..=40 => plane.is_some(),
+            _ => false,
+        };
+        assert!((0..N).all(|j| touched[j] == expected(j)), "{touched:?}");
+    }
+}
+
+/// The GMT, or its image behind the wall.
+fn source(mirrored: bool) -> Vector3<f64> {
+    let (gmt, wall) = (gmt().position_m, wall());
+    let n = wall.plane.normal.vector().map(f64::from);
+    if mirrored {
+        gmt - n * (2.0 * wall.height_m(&gmt))
+    } else {
+        gmt
+    }
+}
+
+/// Direction of a source in body axes.
+fn seen(state: &Nominal, source_m: &Vector3<f64>) -> Direction<Body, f64> {
+    Direction::from_vector(state.attitude.tr_mul(&(source_m - state.position_m))).expect("apart")
+}
+
+#[test]
+fn a_perfect_measurement_leaves_no_residual() {
+    let model = Model::new(RadioNoise::default());
+    let mut state = state();
+    (state.array_slope, state.array_axis_rad, state.face_bias) = ([0.0; 4], [[0.0; 2]; 4], [[0.0; 2]; 3]);
+    let gmt = gmt();
+    let wall = wall();
+    let n = wall.plane.normal.vector().map(f64::from);
+    for plane in [None, Some(wall)] {
+        let source = source(plane.is_some());
+        let way = source - state.position_m;
+        let leaving = -way.normalize();
+        let leaving = plane.map_or(leaving, |_| leaving - n * (2.0 * n.dot(&leaving)));
+        let local = gmt.attitude.inverse().apply_vector(&leaving);
+        let face = 1;
+        let azimuth = core::f64::consts::TAU / 3.0;
+        let tangent = Vector3::new(-libm::sin(azimuth), libm::cos(azimuth), 0.0);
+        let path = PathMeasurement {
+            // Three delay periods late: delays are cyclic.
+            c_tau_m: way.norm() + state.clock_offset_m + 3.0 * DELAY_PERIOD_M,
+            aoa: seen(&state, &source),
+            departure: Some(FaceDirection {
+                face,
+                cosines: [tangent.dot(&local), local.z],
+                sigma: [1e-3; 2],
+            }),
+            ..path()
+        };
+        let rows = model
+            .rows::<f64>(&state, &gmt, &path, plane.as_ref().map(|p| (p, 38)))
+            .expect("apart");
+        assert_eq!(rows.len(), 5);
+        assert!(
+            rows.iter().all(|row| row.residual.abs() < 1e-7),
+            "{:?}",
+            rows.iter().map(|r| r.residual).collect::<heapless::Vec<_, 5>>()
+        );
+        let without = PathMeasurement {
+            departure: None,
+            ..path
+        };
+        assert_eq!(
+            model
+                .rows::<f64>(&state, &gmt, &without, None)
+                .map(|rows| rows.len()),
+            Some(3)
+        );
+    }
+    state.position_m = gmt.position_m;
+    assert!(model.rows::<f64>(&state, &gmt, &path(), None).is_none());
+}
+
+#[test]
+fn corrections_undo_the_errors_they_stand_for() {
+    let model = Model::new(RadioNoise::default());
+    let (state, gmt) = (state(), gmt());
+    // What the arrays see: the combination of their errors that least squares makes of the four.
+    let truth = seen(&state, &gmt.position_m);
+    let arrays = crate::array::UavArrays::<f64>::default();
+    let (e1, e2) = truth.tangents();
+    let gains = arrays.amplitude(&truth).map(|a| a * a);
+    let (mut h, mut b) = (nalgebra::Matrix2::zeros(), nalgebra::Vector2::zeros());
+    for (j, array) in arrays.arrays().iter().enumerate() {
+        let dw = nalgebra::Vector2::new(array.axis.dot(&e1), array.axis.dot(&e2));
+        let tilted = array.normal * state.array_axis_rad[j][0]
+            + array.axis.cross(&array.normal) * state.array_axis_rad[j][1];
+        h += dw * dw.transpose() * gains[j];
+        b += dw * (gains[j] * (state.array_slope[j] + tilted.dot(truth.vector())));
+    }
+    let e = h.try_inverse().expect("three axes") * b;
+    let measured = Direction::from_vector(truth.vector() + e1 * e.x + e2 * e.y).expect("unit");
+    assert!((measured.vector() - truth.vector()).norm() > 1e-3);
+    let left = (model.corrected(&measured, &state) - truth.vector()).norm();
+    assert!(left < 2e-5, "{left}");
+    // And the departure.
+    let departure = FaceDirection {
+        face: 0,
+        cosines: [0.2 + state.face_bias[0][0], 0.1 + state.face_bias[0][1]],
+        sigma: [1e-3; 2],
+    };
+    let g = model.departed(&departure, &gmt, &state).expect("on the sphere");
+    let local = gmt.attitude.inverse().apply_vector(&g);
+    assert!((local - Vector3::new(libm::sqrt(1.0 - 0.05), 0.2, 0.1)).norm() < 1e-12);
+    let outside = FaceDirection {
+        cosines: [0.9, 0.9],
+        ..departure
+    };
+    assert!(model.departed(&outside, &gmt, &state).is_none());
+    assert!(
+        model
+            .departed(&FaceDirection { face: 3, ..departure }, &gmt, &state)
+            .is_none()
+    );
+}

@@ -1,0 +1,136 @@
+//! Pose from a window of fixes, on a turning and accelerating flight in closed form.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::super::nominal::rotation;
+use super::super::window::{WINDOW, Window};
+use crate::constants::STANDARD_GRAVITY_M_PER_S2;
+use crate::localization::{ImuErrors, ImuIncrement};
+
+const G: Vector3<f64> = Vector3::new(3.0, -2.0, 1.5);
+
+fn position(t: f64) -> Vector3<f64> {
+    Vector3::new(
+        20.0 + 3.0 * t + 0.4 * t * t,
+        -15.0 + 2.0 * libm::sin(0.8 * t),
+        12.0 + 0.5 * libm::cos(t),
+    )
+}
+
+fn attitude(t: f64) -> Matrix3<f64> {
+    rotation(&Vector3::new(0.0, 0.0, 1.0 + 0.6 * t)) * rotation(&Vector3::new(0.15 * libm::sin(t), 0.1, 0.0))
+}
+
+/// Velocity by central difference.
+fn velocity(t: f64) -> Vector3<f64> {
+    (position(t + 1e-4) - position(t - 1e-4)) / 2e-4
+}
+
+/// Exact increment over 10 ms from the curve itself.
+fn increment(t: f64) -> ImuIncrement {
+    let dt = 0.01;
+    let gravity = Vector3::z() * -STANDARD_GRAVITY_M_PER_S2;
+    let (r, turn) = (attitude(t), attitude(t).transpose() * attitude(t + dt));
+    let angle = Vector3::new(turn.m32 - turn.m23, turn.m13 - turn.m31, turn.m21 - turn.m12) * 0.5;
+    let gained = velocity(t + dt) - velocity(t) - gravity * dt;
+    let moved = position(t + dt) - position(t) - velocity(t) * dt - gravity * (0.5 * dt * dt);
+    ImuIncrement {
+        start_ns: (t * 1e9) as u64,
+        end_ns: (t * 1e9) as u64 + 10_000_000,
+        delta_angle_rad: angle.map(|c| c as f32),
+        delta_velocity_m_per_s: r.tr_mul(&gained).map(|c| c as f32),
+        delta_position_m: r.tr_mul(&moved).map(|c| c as f32),
+        removed: ImuErrors::default(),
+    }
+}
+
+/// A window after fixes at the given steps of half a second; `disturb` changes the position of each.
+fn window(steps: &[u32], disturb: impl Fn(u32, Vector3<f64>) -> Vector3<f64>) -> Window {
+    let mut window = Window::new();
+    let mut now = 0;
+    for &step in steps {
+        for k in now..50 * step {
+            window.advance(&increment(f64::from(k) * 0.01));
+        }
+        now = 50 * step;
+        let t = f64::from(now) * 0.01;
+        let towards = (G - position(t)).normalize();
+        window.push(disturb(step, position(t)), towards, attitude(t).tr_mul(&towards));
+    }
+    window
+}
+
+#[test]
+fn exact_fixes_give_the_exact_pose() {
+    for steps in [&[0, 1, 2, 3, 4][..], &[0, 1, 3, 4, 6, 7], &[1, 2, 3]] {
+        let solution = window(steps, |_, p| p).solve(steps.len()).expect("consistent");
+        let t = f64::from(*steps.last().expect("some")) * 0.5;
+        assert!((solution.position_m - position(t)).norm() < 2e-3, "{steps:?}");
+        assert!(
+            (solution.velocity_m_per_s - velocity(t)).norm() < 5e-3,
+            "{steps:?}"
+        );
+        assert!((solution.attitude - attitude(t)).norm() < 2e-3, "{steps:?}");
+    }
+}
+
+#[test]
+fn noisy_fixes_give_the_attitude_that_is_claimed() {
+    let (mut square, mut claimed, trials) = (0.0, 0.0, 200);
+    for trial in 0..trials {
+        let noise = |step: u32| {
+            let k = f64::from(10 * trial + step);
+            // Irrational phases: spread evenly, 6 cm rms per axis.
+            Vector3::new(
+                libm::sin(12.9 * k * k),
+                libm::sin(78.2 * k * k + 1.0),
+                libm::sin(37.7 * k * k + 2.0),
+            ) * (0.06 * core::f64::consts::SQRT_2)
+        };
+        let solution = window(&[0, 1, 2, 3, 4], |step, p| p + noise(step))
+            .solve(5)
+            .expect("consistent");
+        let turn = solution.attitude * attitude(2.0).transpose();
+        let angle = Vector3::new(turn.m32 - turn.m23, turn.m13 - turn.m31, turn.m21 - turn.m12) * 0.5;
+        square += angle.norm_squared() / f64::from(trials);
+        claimed = solution.attitude_sigma_rad;
+    }
+    // Only the turn about the line of sight is left to the force: one axis of the claimed sigma.
+    let ratio = libm::sqrt(square) / claimed;
+    assert!((0.4..1.3).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn a_wrong_fix_spoils_the_window_until_it_has_left() {
+    for wrong in 0..5 {
+        let shift = |step: u32, p: Vector3<f64>| {
+            if step == wrong {
+                p + Vector3::new(2.0, 1.0, -2.0)
+            } else {
+                p
+            }
+        };
+        assert!(window(&[0, 1, 2, 3, 4], shift).solve(5).is_none(), "fix {wrong}");
+    }
+    let first_wrong = |step: u32, p: Vector3<f64>| if step == 0 { p * 3.0 } else { p };
+    assert!(window(&[0, 1, 2, 3, 4, 5], first_wrong).solve(5).is_some());
+    // All wrong in the same way: nothing contradicts it here, the filter's patience has to.
+    assert!(
+        window(&[0, 1, 2, 3, 4], |_, p| p + Vector3::new(0.0, 0.0, 3.0))
+            .solve(5)
+            .is_some()
+    );
+}
+
+#[test]
+fn too_few_fixes_or_too_far_apart_give_nothing() {
+    assert!(window(&[0, 1], |_, p| p).solve(2).is_none());
+    assert!(window(&[0, 1, 2], |_, p| p).solve(5).is_none());
+    assert!(window(&[0, 1, 2, 3, 9, 10], |_, p| p).solve(5).is_none());
+    assert!(
+        window(&[0, 1, 2], |_, _| Vector3::repeat(f64::NAN))
+            .solve(3)
+            .is_none()
+    );
+    assert_eq!(WINDOW, 6);
+}

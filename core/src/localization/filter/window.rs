@@ -1,0 +1,236 @@
+//! Pose from a few sweeps alone: start-up and re-fix.
+//!
+//! Delay and departure of a line-of-sight path fix the position; the inertial increments between the fixes say how the
+//! body moved and turned. Over five sweeps that is enough for everything else in closed form, whatever the attitude
+//! was thought to be: the second difference of the fixes, less gravity, is the specific force seen in the world; the
+//! increments hold the same force seen in the body. That pair of directions and the line of sight, seen from both ends,
+//! give the attitude (triad); what is left of the fixes is a straight line, which gives position and velocity.
+//!
+//! The fixes judge each other: a wrong path among them bends the line, and nothing is given until it has left.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::nominal::rotation;
+use crate::constants::STANDARD_GRAVITY_M_PER_S2;
+use crate::localization::ImuIncrement;
+
+/// Fixes kept.
+pub(super) const WINDOW: usize = 6;
+/// Sweeps further apart do not belong together, s.
+const LONGEST_GAP_S: f64 = 2.6;
+/// A fix further than this from the common line is wrong, m.
+const LINE_TOLERANCE_M: f64 = 0.5;
+/// An angle of arrival further than this from the common attitude is wrong, rad (3 deg: gyro bias within the window).
+const SIGHT_TOLERANCE_RAD: f64 = 0.052;
+/// Specific force seen from outside and from inside agree up to this, m/s^2.
+const FORCE_TOLERANCE_M_PER_S2: f64 = 2.0;
+/// Line of sight and specific force must not be nearer to parallel than this: sine of 15 deg.
+const LEAST_SINE: f64 = 0.26;
+
+/// Motion since the previous fix, in the body axes at that fix.
+#[derive(Clone, Copy, Debug)]
+struct Segment {
+    dt_s: f64,
+    turn: Matrix3<f64>,
+    velocity: Vector3<f64>,
+    position: Vector3<f64>,
+}
+
+impl Segment {
+    fn empty() -> Self {
+        Self {
+            dt_s: 0.0,
+            turn: Matrix3::identity(),
+            velocity: Vector3::zeros(),
+            position: Vector3::zeros(),
+        }
+    }
+
+    fn then(&self, next: &Self) -> Self {
+        Self {
+            dt_s: self.dt_s + next.dt_s,
+            turn: self.turn * next.turn,
+            velocity: self.velocity + self.turn * next.velocity,
+            position: self.position + self.velocity * next.dt_s + self.turn * next.position,
+        }
+    }
+}
+
+/// One line-of-sight sweep as a fix.
+#[derive(Clone, Copy, Debug)]
+struct Fix {
+    position_m: Vector3<f64>,
+    /// From the UAV to the GMT, world axes.
+    towards_gmt: Vector3<f64>,
+    /// The same as seen by the arrays, body axes.
+    seen: Vector3<f64>,
+    since_previous: Segment,
+}
+
+/// What the window gives: pose at its last fix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Solution {
+    /// Position, m.
+    pub(super) position_m: Vector3<f64>,
+    /// Velocity, m/s.
+    pub(super) velocity_m_per_s: Vector3<f64>,
+    /// Attitude R_wb.
+    pub(super) attitude: Matrix3<f64>,
+    /// Standard deviation of the attitude per axis, rad, without that of the accelerometer's bias.
+    pub(super) attitude_sigma_rad: f64,
+}
+
+/// The last fixes and the motion between them.
+#[derive(Clone, Debug)]
+pub(super) struct Window {
+    fixes: heapless::Deque<Fix, WINDOW>,
+    current: Segment,
+}
+
+impl Window {
+    /// Without a fix.
+    pub(super) fn new() -> Self {
+        Self {
+            fixes: heapless::Deque::new(),
+            current: Segment::empty(),
+        }
+    }
+
+    /// Forgets all fixes.
+    pub(super) fn clear(&mut self) {
+        *self = Self::new();
+    }
+
+    /// Takes in motion.
+    pub(super) fn advance(&mut self, increment: &ImuIncrement) {
+        self.current = self.current.then(&Segment {
+            dt_s: f64::from(increment.dt_s()),
+            turn: rotation(&increment.delta_angle_rad.map(f64::from)),
+            velocity: increment.delta_velocity_m_per_s.map(f64::from),
+            position: increment.delta_position_m.map(f64::from),
+        });
+        if self.current.dt_s > LONGEST_GAP_S {
+            self.fixes.clear();
+        }
+    }
+
+    /// Takes in a fix at the end of the motion so far: where the UAV was, the direction to the GMT in world axes, and the
+    /// same direction as the arrays saw it.
+    pub(super) fn push(&mut self, position_m: Vector3<f64>, towards_gmt: Vector3<f64>, seen: Vector3<f64>) {
+        if !(position_m + towards_gmt + seen).iter().all(|c| c.is_finite()) {
+            return;
+        }
+        if self.fixes.is_full() {
+            let _ = self.fixes.pop_front();
+        }
+        let fix = Fix {
+            position_m,
+            towards_gmt,
+            seen,
+            since_previous: self.current,
+        };
+        let _ = self.fixes.push_back(fix);
+        self.current = Segment::empty();
+    }
+
+    /// Pose at the last fix from the last `count` fixes (3 to [`WINDOW`]); `None` when there are fewer or they disagree.
+    pub(super) fn solve(&self, count: usize) -> Option<Solution> {
+        let skipped = self.fixes.len().checked_sub(count)?;
+        if count < 3 {
+            return None;
+        }
+        let gravity = Vector3::z() * -STANDARD_GRAVITY_M_PER_S2;
+        // Motion from the first of the fixes to each.
+        let mut motion = heapless::Vec::<(Segment, Fix), WINDOW>::new();
+        for fix in self.fixes.iter().skip(skipped) {
+            let since = motion
+                .last()
+                .map_or(Segment::empty(), |(before, _)| before.then(&fix.since_previous));
+            let _ = motion.push((since, *fix));
+        }
+        let curvature = curvature_weights(&motion)?;
+        let (mut outside, mut inside) = (Vector3::zeros(), Vector3::zeros());
+        let (mut sight, mut seen) = (Vector3::zeros(), Vector3::zeros());
+        for ((since, fix), weight) in motion.iter().zip(&curvature) {
+            // Twice the coefficient of the square is an acceleration.
+            outside += (fix.position_m - gravity * (0.5 * since.dt_s * since.dt_s)) * (2.0 * weight);
+            inside += since.position * (2.0 * weight);
+            sight += fix.towards_gmt;
+            seen += since.turn * fix.seen;
+        }
+        if (outside.norm() - inside.norm()).abs() > FORCE_TOLERANCE_M_PER_S2 {
+            return None;
+        }
+        let first = triad(&sight, &outside)? * triad(&seen, &inside)?.transpose();
+        if motion.iter().any(|(since, fix)| {
+            (first * since.turn * fix.seen - fix.towards_gmt).norm() > SIGHT_TOLERANCE_RAD
+        }) {
+            return None;
+        }
+        let flat = |(since, fix): &(Segment, Fix)| {
+            fix.position_m - gravity * (0.5 * since.dt_s * since.dt_s) - first * since.position
+        };
+        let n = motion.len() as f64;
+        let mean_t = motion.iter().map(|(since, _)| since.dt_s).sum::<f64>() / n;
+        let mut mean = Vector3::zeros();
+        let (mut slope, mut spread) = (Vector3::zeros(), 0.0);
+        for entry in &motion {
+            let t = entry.0.dt_s - mean_t;
+            let place = flat(entry);
+            mean += place / n;
+            slope += place * t;
+            spread += t * t;
+        }
+        let slope = slope / spread;
+        let on_line = |t: f64| mean + slope * (t - mean_t);
+        if motion
+            .iter()
+            .any(|entry| (flat(entry) - on_line(entry.0.dt_s)).norm() > LINE_TOLERANCE_M)
+        {
+            return None;
+        }
+        let (last, _) = motion.last()?;
+        let square: f64 = curvature.iter().map(|w| 4.0 * w * w).sum();
+        Some(Solution {
+            position_m: on_line(last.dt_s) + gravity * (0.5 * last.dt_s * last.dt_s) + first * last.position,
+            velocity_m_per_s: slope + gravity * last.dt_s + first * last.velocity,
+            attitude: first * last.turn,
+            // Fixes scatter by 6 cm.
+            attitude_sigma_rad: 0.06 * libm::sqrt(square) / STANDARD_GRAVITY_M_PER_S2,
+        })
+    }
+}
+
+/// Weights that give the coefficient of the square of a curve through the times of the fixes: blind to a constant and to a
+/// slope.
+fn curvature_weights(motion: &[(Segment, Fix)]) -> Option<heapless::Vec<f64, WINDOW>> {
+    let n = motion.len() as f64;
+    let times = || motion.iter().map(|(since, _)| since.dt_s);
+    let mean = times().sum::<f64>() / n;
+    let (mut s2, mut s3) = (0.0, 0.0);
+    for t in times() {
+        let t = t - mean;
+        s2 += t * t;
+        s3 += t * t * t;
+    }
+    if s2.is_nan() || s2 <= 0.0 {
+        return None;
+    }
+    let shape = |t: f64| (t - mean) * (t - mean) - s2 / n - s3 / s2 * (t - mean);
+    let norm: f64 = times().map(|t| shape(t) * shape(t)).sum();
+    if norm.is_nan() || norm < 1e-6 {
+        return None;
+    }
+    Some(times().map(|t| shape(t) / norm).collect())
+}
+
+/// Orthonormal axes from a sure direction and a less sure one; `None` when they are nearly parallel.
+fn triad(first: &Vector3<f64>, second: &Vector3<f64>) -> Option<Matrix3<f64>> {
+    let x = first.try_normalize(1e-6)?;
+    let side = x.cross(&second.try_normalize(1e-6)?);
+    if side.norm() < LEAST_SINE {
+        return None;
+    }
+    let z = side.normalize();
+    Some(Matrix3::from_columns(&[x, z.cross(&x), z]))
+}

@@ -1,0 +1,448 @@
+//! One filter over one prepared flight.
+
+use core::f64::consts::PI;
+
+use cslam_core::geometry::{Direction, Position, Real, Rotation};
+use cslam_core::localization::filter::{
+    ATTITUDE, CLOCK_OFFSET, Filter, FilterConfig, MappedPlane, POSITION, PathMeasurement, RestAlignment,
+    SweepMeasurement, SweepVerdict, Transmitter, wrap_delay_m,
+};
+use cslam_core::localization::planes::Plane;
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+use super::flights::{Heard, Planes, Prepared, TruePath, TrueSweep};
+use super::radio::{Ends, Hardware, RadioErrors};
+use crate::seeded::{Seeded, Source};
+use crate::sensors::Beacon;
+
+const DEG: f64 = PI / 180.0;
+
+/// Wrong paths taken for the line of sight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outliers {
+    /// Share of sweeps that begin a run of them.
+    pub rate: f64,
+    /// Sweeps in a run; all err in the same way.
+    pub run: u32,
+}
+
+/// How the filter starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Start {
+    /// On the ground, gyroscope bias found at rest.
+    Rest,
+    /// In flight at this time, s, nothing known.
+    Flight(f64),
+    /// In flight at this time, s, gyroscope bias known from rest.
+    FlightAligned(f64),
+}
+
+/// Everything that is varied between the lines of a table.
+#[derive(Clone, Copy, Debug)]
+pub struct Scenario {
+    /// The filter.
+    pub filter: FilterConfig,
+    /// Errors of the radio measurements.
+    pub radio: RadioErrors,
+    /// Wrong paths.
+    pub outliers: Outliers,
+    /// Standard deviations of mapped planes: offset m, tilt deg; `None` to fly without a map.
+    pub map: Option<(f64, f64)>,
+    /// Whether reflections have an angle of departure.
+    pub reflected_departure: bool,
+    /// Share of true single reflections that are detected.
+    pub reflection_rate: f64,
+    /// Share of double reflections that are taken for single ones.
+    pub misjudged_rate: f64,
+    /// No line of sight between these times, s.
+    pub outage_s: Option<(f64, f64)>,
+    /// Two-way timing is lost in the outage too.
+    pub timing_in_outage: bool,
+    /// Start.
+    pub start: Start,
+}
+
+impl Default for Scenario {
+    fn default() -> Self {
+        Self {
+            filter: FilterConfig::default(),
+            radio: RadioErrors::default(),
+            outliers: Outliers { rate: 0.02, run: 1 },
+            map: None,
+            reflected_departure: true,
+            reflection_rate: 0.7,
+            misjudged_rate: 0.02,
+            outage_s: None,
+            timing_in_outage: true,
+            start: Start::Rest,
+        }
+    }
+}
+
+/// State of the filter against truth after a sweep.
+#[derive(Clone, Copy, Debug)]
+pub struct Record {
+    /// Time of the sweep, s.
+    pub time_s: f64,
+    /// Whether there is a pose.
+    pub running: bool,
+    /// Whether the sweep had line of sight.
+    pub sight: bool,
+    /// Single reflections handed to the filter.
+    pub reflections: usize,
+    /// Distance to the GMT, m.
+    pub range_m: f64,
+    /// Position error, m.
+    pub position_m: Vector3<f64>,
+    /// Attitude error as a rotation vector in world axes, rad.
+    pub attitude_rad: Vector3<f64>,
+    /// Clock error, m.
+    pub clock_m: f64,
+    /// Normalised squared errors: position, attitude (3 each), clock (1).
+    pub nees: [f64; 3],
+    /// Innovation test ratio of the sweep.
+    pub ratio: f32,
+    /// What became of the line of sight.
+    pub verdict: SweepVerdict,
+}
+
+/// Flies a filter of `N` states whose covariance is in `T` over a flight; a record a sweep.
+pub fn fly<T: Real, const N: usize>(flight: &Prepared, planes: &Planes, scenario: &Scenario) -> Vec<Record> {
+    let mut receiver = Receiver::new(flight, planes, scenario);
+    let begin_s = match scenario.start {
+        Start::Rest => 0.0,
+        Start::Flight(at) | Start::FlightAligned(at) => at,
+    };
+    let begin_ns = (begin_s * 1e9) as u64;
+    let mut filter = Filter::<T, N>::new(scenario.filter, begin_ns);
+    let mut align = Alignment::new(flight, !matches!(scenario.start, Start::Flight(_)));
+    let (mut records, mut waiting) = (Vec::new(), None);
+    for &(at, heard) in &flight.heard {
+        if let Heard::Inertial(increment) = heard
+            && let Some(rest) = align.take(&increment)
+            && begin_ns <= at
+        {
+            filter.aligned(&rest);
+        }
+        if at < begin_ns {
+            if align.done_before(begin_ns)
+                && let Some(rest) = align.found
+            {
+                filter.aligned(&rest);
+            }
+            continue;
+        }
+        match heard {
+            Heard::Inertial(increment) => filter.increment(&increment),
+            Heard::Timing(offset_m) => {
+                if !receiver.timing_lost(at) {
+                    let _ = filter.two_way(at, offset_m);
+                }
+            }
+            Heard::Magnetic(_) => {}
+            Heard::Sweep(sweep) => waiting = Some((at, sweep)),
+            Heard::Beacon(beacon) => {
+                let Some((time_ns, sweep)) = waiting.take().filter(|(_, sweep)| *sweep == beacon.sweep)
+                else {
+                    continue;
+                };
+                let truth = &flight.sweeps[sweep as usize];
+                let seen = receiver.sweep(sweep, truth);
+                let measurement = SweepMeasurement {
+                    time_ns,
+                    gmt: transmitter(&beacon),
+                    stop: beacon.sweep / beacon.sweeps_per_stop.max(1),
+                    line_of_sight: seen.sight,
+                    reflections: &seen.reflections,
+                    planes: &receiver.map,
+                };
+                let verdict = filter.sweep(&measurement);
+                let visible = truth.sight().is_some() && !receiver.in_outage(sweep);
+                records.push(record(
+                    &filter,
+                    truth,
+                    sweep,
+                    visible,
+                    seen.reflections.len(),
+                    verdict,
+                ));
+            }
+        }
+    }
+    records
+}
+
+/// Gyroscope bias from the first three seconds, on the ground.
+struct Alignment {
+    turn: Vector3<f64>,
+    time_s: f64,
+    wanted: bool,
+    found: Option<RestAlignment>,
+}
+
+/// Length of the alignment, s.
+const REST_S: f64 = 2.9;
+
+impl Alignment {
+    fn new(_flight: &Prepared, wanted: bool) -> Self {
+        Self {
+            turn: Vector3::zeros(),
+            time_s: 0.0,
+            wanted,
+            found: None,
+        }
+    }
+
+    fn take(&mut self, increment: &cslam_core::localization::ImuIncrement) -> Option<RestAlignment> {
+        if !self.wanted || self.found.is_some() {
+            return None;
+        }
+        self.turn += increment.delta_angle_rad.map(f64::from);
+        self.time_s += f64::from(increment.dt_s());
+        if self.time_s < REST_S {
+            return None;
+        }
+        self.found = Some(RestAlignment {
+            gyro_bias_rad_per_s: (self.turn / self.time_s).map(|c| c as f32),
+            sigma_rad_per_s: (0.01 * DEG) as f32,
+        });
+        self.found
+    }
+
+    fn done_before(&mut self, _begin_ns: u64) -> bool {
+        self.found.is_some()
+    }
+}
+
+fn transmitter(beacon: &Beacon) -> Transmitter {
+    let [heading, pitch, roll] = beacon.heading_pitch_roll_rad;
+    Transmitter {
+        position_m: beacon.position_m.into(),
+        sigma_m: beacon.position_sigma_m,
+        attitude: Rotation::from_yaw_pitch_roll(heading, pitch, roll)
+            .unwrap_or_else(|_| Rotation::identity()),
+    }
+}
+
+fn record<T: Real, const N: usize>(
+    filter: &Filter<T, N>,
+    truth: &TrueSweep,
+    sweep: u32,
+    sight: bool,
+    reflections: usize,
+    verdict: SweepVerdict,
+) -> Record {
+    let state = filter.nominal();
+    let position_m = state.position_m - truth.motion.position_m;
+    let turn = Rotation3::from_matrix_unchecked(truth.motion.attitude.matrix() * state.attitude.transpose());
+    let attitude_rad = turn.scaled_axis();
+    let clock_m = wrap_delay_m(state.clock_offset_m - truth.clock_offset_m);
+    let block = |i: usize| filter.covariance().block(i, i).map(|c| c.to_f64());
+    let nees = |e: &Vector3<f64>, i: usize| {
+        block(i)
+            .try_inverse()
+            .map_or(f64::NAN, |inverse| (inverse * e).dot(e))
+    };
+    let clock_variance = filter.covariance().at(CLOCK_OFFSET, CLOCK_OFFSET).to_f64();
+    Record {
+        time_s: (f64::from(sweep) + 1.0) * 0.5,
+        running: filter.is_running(),
+        sight,
+        reflections,
+        range_m: (truth.gmt_m - truth.motion.position_m).norm(),
+        position_m,
+        attitude_rad,
+        clock_m,
+        nees: [
+            nees(&position_m, POSITION),
+            nees(&attitude_rad, ATTITUDE),
+            clock_m * clock_m / clock_variance,
+        ],
+        ratio: filter.test_ratios().line_of_sight,
+        verdict,
+    }
+}
+
+/// What the receiver made of a sweep.
+struct Seen {
+    sight: Option<PathMeasurement>,
+    reflections: Vec<PathMeasurement>,
+}
+
+/// The radio of one flight: hardware, map and the luck of the day.
+struct Receiver<'a> {
+    flight: &'a Prepared,
+    scenario: &'a Scenario,
+    hardware: Hardware,
+    map: Vec<MappedPlane>,
+    outliers: Seeded,
+    run: Option<(u32, Wrong)>,
+}
+
+/// How a run of outliers errs.
+#[derive(Clone, Copy)]
+enum Wrong {
+    /// A path of the scene, by its place in the list.
+    Path(usize),
+    /// As if the UAV were elsewhere: everything agrees but the place.
+    Place(Vector3<f64>),
+    /// Later by this, m, and turned about an axis by an angle, at either end.
+    Free(f64, Vector3<f64>, Vector3<f64>),
+}
+
+impl<'a> Receiver<'a> {
+    fn new(flight: &'a Prepared, planes: &Planes, scenario: &'a Scenario) -> Self {
+        let mut random = Seeded::new(flight.seed, Source::MappedPlanes);
+        let map = scenario.map.map_or(Vec::new(), |(offset_m, tilt_deg)| {
+            planes
+                .planes
+                .iter()
+                .enumerate()
+                .filter_map(|(id, (normal, centre))| {
+                    let tilt = tilt_deg * DEG;
+                    let covariance = Matrix3::from_diagonal(&Vector3::new(
+                        (offset_m * offset_m) as f32,
+                        (tilt * tilt) as f32,
+                        (tilt * tilt) as f32,
+                    ));
+                    let plane = Plane {
+                        normal: Direction::from_vector(normal.map(|c| c as f32)).ok()?,
+                        centre: Position::from_vector(centre.map(|c| c as f32)).ok()?,
+                        covariance,
+                    };
+                    let error = [
+                        random.normal() * offset_m,
+                        random.normal() * tilt,
+                        random.normal() * tilt,
+                    ];
+                    let plane = plane.corrected(error.map(|c| c as f32), covariance)?;
+                    Some(MappedPlane { id: id as u32, plane })
+                })
+                .collect()
+        });
+        Self {
+            flight,
+            scenario,
+            hardware: Hardware::new(scenario.radio, flight.seed),
+            map,
+            outliers: Seeded::new(flight.seed, Source::RadioOutliers),
+            run: None,
+        }
+    }
+
+    fn in_outage(&self, sweep: u32) -> bool {
+        let time_s = (f64::from(sweep) + 1.0) * 0.5;
+        self.scenario
+            .outage_s
+            .is_some_and(|(from, to)| time_s > from && time_s <= to)
+    }
+
+    fn timing_lost(&self, time_ns: u64) -> bool {
+        let time_s = time_ns as f64 * 1e-9;
+        !self.scenario.timing_in_outage
+            && self
+                .scenario
+                .outage_s
+                .is_some_and(|(from, to)| time_s > from && time_s <= to)
+    }
+
+    fn sweep(&mut self, sweep: u32, truth: &TrueSweep) -> Seen {
+        // Each sweep has noise of its own, so that one more path does not shift all later draws.
+        let mut random = Seeded::numbered(self.flight.seed, Source::RadioNoise, sweep);
+        let ends = Ends {
+            attitude: truth.motion.attitude,
+            gmt_attitude: self.flight.gmt_attitude,
+            clock_offset_m: truth.clock_offset_m,
+        };
+        let hidden = self.in_outage(sweep);
+        let wrong = self.wrong(truth, hidden);
+        let measure = |path: &TruePath, random: &mut Seeded| {
+            self.hardware
+                .measure(&ends, path.length_m, &path.arrival, &path.departure, random)
+        };
+        let mut sight = truth
+            .sight()
+            .filter(|_| !hidden)
+            .and_then(|path| measure(path, &mut random));
+        let mut reflections = Vec::new();
+        for path in &truth.paths {
+            let found = random.uniform();
+            let measured = measure(path, &mut random);
+            let share = match path.order {
+                1 => self.scenario.reflection_rate,
+                2 => self.scenario.reflection_rate * self.scenario.misjudged_rate,
+                _ => 0.0,
+            };
+            if let Some(mut path) = measured.filter(|_| found < share) {
+                if !self.scenario.reflected_departure {
+                    path.departure = None;
+                }
+                reflections.push(path);
+            }
+        }
+        if let Some(wrong) = wrong {
+            let path = wrong_path(truth, &wrong);
+            sight = path.and_then(|path| measure(&path, &mut random));
+        }
+        Seen { sight, reflections }
+    }
+
+    /// The run of outliers that this sweep belongs to.
+    fn wrong(&mut self, truth: &TrueSweep, hidden: bool) -> Option<Wrong> {
+        let draw = self.outliers.uniform();
+        let kind = self.outliers.uniform();
+        let (a, b, c) = (
+            self.outliers.normal_vector(),
+            self.outliers.normal_vector(),
+            self.outliers.uniform(),
+        );
+        if let Some((left, wrong)) = self.run {
+            self.run = (left > 1).then_some((left - 1, wrong));
+            return Some(wrong);
+        }
+        if draw >= self.scenario.outliers.rate || (hidden && kind < 0.5) {
+            return None;
+        }
+        let others = truth.paths.iter().filter(|path| path.order > 0).count();
+        let wrong = if kind < 0.5 && others > 0 {
+            Wrong::Path((c * others as f64) as usize)
+        } else if kind < 0.75 {
+            // A fix 10 m off.
+            Wrong::Place(a.normalize() * 10.0)
+        } else {
+            Wrong::Free(2.0 + 18.0 * c, a.normalize() * (0.05 + 0.6 * kind), b * 0.2)
+        };
+        self.run = (self.scenario.outliers.run > 1).then_some((self.scenario.outliers.run - 1, wrong));
+        Some(wrong)
+    }
+}
+
+/// The path that is taken for the line of sight.
+fn wrong_path(truth: &TrueSweep, wrong: &Wrong) -> Option<TruePath> {
+    let straight = |way: Vector3<f64>| TruePath {
+        order: 0,
+        length_m: way.norm(),
+        arrival: way.normalize(),
+        departure: -way.normalize(),
+        plane: None,
+    };
+    let way = truth.gmt_m - truth.motion.position_m;
+    match wrong {
+        Wrong::Path(place) => truth
+            .paths
+            .iter()
+            .filter(|path| path.order > 0)
+            .nth(*place)
+            .copied(),
+        Wrong::Place(shift) => Some(straight(way - shift)),
+        Wrong::Free(late_m, arrival, departure) => {
+            let plain = straight(way);
+            Some(TruePath {
+                length_m: plain.length_m + late_m,
+                arrival: Rotation3::new(*arrival) * plain.arrival,
+                departure: Rotation3::new(*departure) * plain.departure,
+                ..plain
+            })
+        }
+    }
+}
