@@ -214,7 +214,7 @@ impl Alignment {
     }
 }
 
-fn transmitter(beacon: &Beacon) -> Transmitter {
+pub(super) fn transmitter(beacon: &Beacon) -> Transmitter {
     let [heading, pitch, roll] = beacon.heading_pitch_roll_rad;
     Transmitter {
         position_m: beacon.position_m.into(),
@@ -264,17 +264,17 @@ fn record<T: Real, const N: usize>(
 }
 
 /// What the receiver made of a sweep.
-struct Seen {
-    sight: Option<PathMeasurement>,
-    reflections: Vec<PathMeasurement>,
+pub(super) struct Seen {
+    pub(super) sight: Option<PathMeasurement>,
+    pub(super) reflections: Vec<PathMeasurement>,
 }
 
 /// The radio of one flight: hardware, map and the luck of the day.
-struct Receiver<'a> {
+pub(super) struct Receiver<'a> {
     flight: &'a Prepared,
     scenario: &'a Scenario,
     hardware: Hardware,
-    map: Vec<MappedPlane>,
+    pub(super) map: Vec<MappedPlane>,
     outliers: Seeded,
     run: Option<(u32, Wrong)>,
 }
@@ -291,7 +291,7 @@ enum Wrong {
 }
 
 impl<'a> Receiver<'a> {
-    fn new(flight: &'a Prepared, planes: &Planes, scenario: &'a Scenario) -> Self {
+    pub(super) fn new(flight: &'a Prepared, planes: &Planes, scenario: &'a Scenario) -> Self {
         let mut random = Seeded::new(flight.seed, Source::MappedPlanes);
         let map = scenario.map.map_or(Vec::new(), |(offset_m, tilt_deg)| {
             planes
@@ -337,7 +337,7 @@ impl<'a> Receiver<'a> {
             .is_some_and(|(from, to)| time_s > from && time_s <= to)
     }
 
-    fn timing_lost(&self, time_ns: u64) -> bool {
+    pub(super) fn timing_lost(&self, time_ns: u64) -> bool {
         let time_s = time_ns as f64 * 1e-9;
         !self.scenario.timing_in_outage
             && self
@@ -346,7 +346,7 @@ impl<'a> Receiver<'a> {
                 .is_some_and(|(from, to)| time_s > from && time_s <= to)
     }
 
-    fn sweep(&mut self, sweep: u32, truth: &TrueSweep) -> Seen {
+    pub(super) fn sweep(&mut self, sweep: u32, truth: &TrueSweep) -> Seen {
         // Each sweep has noise of its own, so that one more path does not shift all later draws.
         let mut random = Seeded::numbered(self.flight.seed, Source::RadioNoise, sweep);
         let ends = Ends {

@@ -8,7 +8,9 @@
 mod flights;
 mod fly;
 mod radio;
+mod recorded;
 
 pub use flights::{Heard, Planes, Prepared, TruePath, TrueSweep};
 pub use fly::{Outliers, Record, Scenario, Start, fly};
 pub use radio::{Ends, Hardware, RadioErrors};
+pub use recorded::RecordedFlight;

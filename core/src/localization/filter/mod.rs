@@ -22,6 +22,7 @@ mod config;
 mod covariance;
 mod gate;
 mod health;
+mod inertial;
 mod layout;
 mod measurement;
 mod nominal;
