@@ -37,5 +37,6 @@ pub mod path;
 pub mod reflection;
 #[cfg(all(target_arch = "arm", feature = "armv7em"))]
 mod simd;
+mod sqrt;
 pub mod telemetry;
 pub mod waveform;

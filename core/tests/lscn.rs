@@ -8,8 +8,8 @@
 
 use cslam_core::lscn::format::{HEADER, VERSION, length};
 use cslam_core::lscn::{
-    Description, InferenceError, InputScale, Kind, Model, ModelError, Network, Outputs, Rows, Shape,
-    WriteError, write,
+    Activations, Description, InferenceError, InputScale, Kind, Model, ModelError, Network, Outputs, Rows,
+    Shape, WriteError, write,
 };
 use proptest::prelude::*;
 
@@ -98,7 +98,7 @@ impl Parts {
     fn reference(&self, inputs: &[f32]) -> Vec<i64> {
         let int8 = |(x, s): (&f32, &InputScale)| {
             let steps = ((x - s.offset) * s.steps).clamp(-127.0, 127.0);
-            i64::from((steps + 128.5).floor() as i32 - 128)
+            i64::from((steps + 384.5).floor() as i32 - 384)
         };
         let all: Vec<i64> = inputs.iter().zip(&self.inputs).map(int8).collect();
         let mut x = all[..self.shape.head()].to_vec();
@@ -148,13 +148,13 @@ fn inference_is_the_plain_arithmetic_for_every_shape() {
         let parts = parts(shape, seed as u64 + 1);
         let (file, length) = parts.file();
         let network: Network = Network::new(Model::parse(&file.0[..length]).expect("sound"));
-        let mut state = 77;
+        let (mut work, mut state) = (Activations::new(), 77);
         let mut distinct = std::collections::BTreeSet::new();
         for _ in 0..200 {
             let inputs: Vec<f32> = (0..shape.inputs())
                 .map(|_| (xorshift(&mut state) % 4000) as f32 / 100.0 - 20.0)
                 .collect();
-            let sums = network.sums(&inputs).expect("finite");
+            let sums = network.sums(&inputs, &mut work).expect("finite");
             let expected = parts.reference(&inputs);
             assert_eq!(
                 sums[..3].iter().map(|&s| i64::from(s)).collect::<Vec<_>>(),
@@ -162,7 +162,7 @@ fn inference_is_the_plain_arithmetic_for_every_shape() {
                 "{shape:?}"
             );
             assert_eq!(sums[3], 0);
-            let logits = network.logits(&inputs).expect("finite");
+            let logits = network.logits(&inputs, &mut work).expect("finite");
             for ((logit, sum), scale) in logits.iter().zip(expected).zip(parts.scales) {
                 assert_eq!(*logit, sum as f32 * scale);
             }
@@ -309,23 +309,23 @@ fn the_writer_refuses_what_the_reader_would() {
 fn inputs_that_do_not_fit_are_refused() {
     let (file, length) = parts(geometric(9), 3).file();
     let network: Network = Network::new(Model::parse(&file.0[..length]).expect("sound"));
-    let mut inputs = [0.25_f32; 9];
-    assert!(network.classify(&inputs).is_ok());
+    let (mut inputs, mut work) = ([0.25_f32; 9], Activations::new());
+    assert!(network.classify(&inputs, &mut work).is_ok());
     let count = InferenceError::Count {
         expected: 9,
         found: 8,
     };
-    assert_eq!(network.sums(&inputs[..8]), Err(count));
+    assert_eq!(network.sums(&inputs[..8], &mut work), Err(count));
     inputs[6] = f32::NAN;
     inputs[8] = f32::INFINITY;
     assert_eq!(
-        network.classify(&inputs),
+        network.classify(&inputs, &mut work),
         Err(InferenceError::NotFinite { input: 6 })
     );
     // Finite, however large, is clamped.
     inputs[6] = f32::MAX;
     inputs[8] = f32::MIN;
-    let p = network.classify(&inputs).expect("finite");
+    let p = network.classify(&inputs, &mut work).expect("finite");
     assert!((p.los + p.first_order + p.higher_order - 1.0).abs() < 1e-5);
 }
 
@@ -361,7 +361,7 @@ proptest! {
         if let Ok(model) = Model::parse(bytes) {
             let inputs = vec![1.0; model.shape().inputs()];
             let network: Network = Network::new(model);
-            let p = network.classify(&inputs);
+            let p = network.classify(&inputs, &mut Activations::new());
             prop_assert!(p.is_ok());
         }
     }

@@ -7,6 +7,8 @@ use cslam_core::ltd::{BeamTaps, Channel, Correlator, Iq, Workspace};
 use cslam_core::waveform::{SAMPLES, Waveform};
 use libm::{cos, floor, sin, sqrt};
 
+use crate::random::Random;
+
 /// Channels of a block.
 pub const CHANNELS: usize = 32;
 /// Number of different blocks.
@@ -17,17 +19,7 @@ pub const SUBSET: [u8; 8] = [2, 5, 10, 13, 18, 21, 26, 29];
 /// Samples of one beam.
 pub type Block = [Channel; CHANNELS];
 
-/// Xorshift64*, for numbers that are the same on every machine.
-struct Random(u64);
-
 impl Random {
-    fn word(&mut self) -> u64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)
-    }
-
     /// Near-normal of an rms, from eight bytes.
     fn normal(&mut self, rms: i32) -> i16 {
         let sum: i32 = self.word().to_le_bytes().iter().map(|&b| i32::from(b)).sum();
@@ -41,7 +33,7 @@ pub fn fill(block: &mut Block, index: u32) {
     const LOW: i16 = i16::MIN;
     const HIGH: i16 = i16::MAX;
     let index = index % BLOCKS;
-    let mut random = Random(0x9e37_79b9_7f4a_7c15 ^ u64::from(index));
+    let mut random = Random::new(u64::from(index));
     let path = match index {
         29 => paths(&[(37.0, 8_000.0)]),
         30 => paths(&[(200.5, 8_000.0)]),

@@ -10,7 +10,9 @@
 
 pub mod flight_check;
 pub mod front_end_check;
+pub mod lscn_check;
 pub mod measurement;
+mod random;
 pub mod receiver;
 pub mod ring;
 pub mod sweep_check;

@@ -27,6 +27,11 @@ enum Command {
     ///
     /// Times the work as a user gets it, everything included. Figures hold for this machine and its load only.
     Bench(commands::bench::Args),
+    /// Estimate the paths in recordings, with exactly the estimator that flies
+    ///
+    /// Every recording leads to one link of the paths format with beam, SNR and covariance of each path. Where the recording
+    /// has the UAV's attitude, angles of arrival are in the world frame and the output feeds `cslam solve`.
+    Estimate(commands::estimate::Args),
     /// Fly: measure, solve, map and send (the default)
     ///
     /// The UAV hears the GMT on one link after the other, solves the reflection point of each path, judges it, and
@@ -68,6 +73,7 @@ pub fn main() -> ExitCode {
     let result = match cli.command {
         Some(Command::Accuracy(args)) => commands::accuracy::run(&args),
         Some(Command::Bench(args)) => commands::bench::run(&args),
+        Some(Command::Estimate(args)) => commands::estimate::run(&args),
         Some(Command::Imu(args)) => commands::imu::run(&args),
         Some(Command::Record(args)) => commands::record::run(&args),
         Some(Command::Replay(args)) => commands::replay::run(&args),

@@ -6,6 +6,7 @@ pub mod channel;
 pub mod cli;
 mod commands;
 pub mod crlb;
+pub mod estimate;
 pub mod evaluation;
 pub mod flight;
 pub mod flight_files;

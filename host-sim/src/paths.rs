@@ -80,6 +80,7 @@ pub fn parse(file: &Path, text: &str) -> Result<Vec<Link>, InputError> {
         let link: Link = serde_json::from_str(line).map_err(|e| {
             InputError::at_line(file, index + 1, format!("not a link of the paths format: {e}"))
         })?;
+        check_frame(line).map_err(|message| InputError::at_line(file, index + 1, message))?;
         for (path, p) in link.paths.iter().enumerate() {
             if p.aod_zenith_rad.is_some() != p.aod_azimuth_rad.is_some() {
                 let message = format!("path {path}: aod_zenith_rad and aod_azimuth_rad must come together");
@@ -89,6 +90,22 @@ pub fn parse(file: &Path, text: &str) -> Result<Vec<Link>, InputError> {
         links.push(link);
     }
     Ok(links)
+}
+
+/// Angles of arrival are in the world frame; a line that names its frame must name that one. Lines of measurements without
+/// an attitude name the body's.
+fn check_frame(line: &str) -> Result<(), String> {
+    #[derive(Deserialize)]
+    struct Named {
+        frame: Option<String>,
+    }
+    let named: Named = serde_json::from_str(line).map_err(|e| format!("`frame`: {e}"))?;
+    match named.frame.as_deref() {
+        None | Some("world") => Ok(()),
+        Some(frame) => Err(format!(
+            "`frame` is \"{frame}\", expected \"world\": the recording had no attitude"
+        )),
+    }
 }
 
 /// The path list that comes with the program: five GMT positions, each heard at 200 places of an outdoor scene.
@@ -135,6 +152,9 @@ mod tests {
         assert!(error_of(&good.replace("1e-7", "\"soon\"")).contains("expected f64"));
         assert!(error_of(&good.replace("1e-7", "1e999")).contains("out of range"));
         assert!(error_of(&good.replace("[10,0,2]", "[10,0]")).contains("array of length 3"));
+        let body = good.replace("{\"tx\"", "{\"frame\":\"body\",\"tx\"");
+        assert!(error_of(&body).starts_with("x.jsonl:1: `frame` is \"body\", expected \"world\""));
+        assert!(parse(Path::new("x"), &body.replace("body", "world")).is_ok());
         let half = line(&PATH.replace("}", r#","aod_zenith_rad":1.0}"#));
         assert!(
             error_of(&half).contains("must come together"),

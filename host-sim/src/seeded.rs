@@ -45,20 +45,20 @@ pub enum Source {
     GmtRoute,
     /// Lost beacons.
     BeaconLoss,
-    /// Calibration errors of the arrays of both ends, where paths are measured without samples.
-    RadioCalibration,
-    /// White errors of paths that are measured without samples.
-    RadioNoise,
-    /// Wrong paths taken for the line of sight.
-    RadioOutliers,
-    /// Errors of mapped planes.
-    MappedPlanes,
     /// Spikes of a faulty inertial sensor.
     ImuFault = 0x5e80,
     /// Events that are lost, doubled or late.
     Transport,
     /// Where a wrong fix is.
     WrongFix,
+    /// Calibration errors of the arrays of both ends, where paths are measured without samples.
+    RadioCalibration = 0x5ea0,
+    /// White errors of paths that are measured without samples.
+    RadioNoise,
+    /// Wrong paths taken for the line of sight.
+    RadioOutliers,
+    /// Errors of mapped planes.
+    MappedPlanes,
 }
 
 /// A seeded generator of uniform and normal numbers: a [`Stream`] of its own for every source.

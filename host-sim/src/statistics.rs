@@ -20,9 +20,29 @@ pub fn quantile(values: &[f64], q: f64) -> Option<f64> {
     Some(sorted[low] + (next - sorted[low]) * part)
 }
 
+/// Wilson interval of a share, 95 %: where the true share lies when `hits` of `trials` are counted.
+pub fn wilson(hits: usize, trials: usize) -> [f64; 2] {
+    let (n, z) = (trials.max(1) as f64, 1.959_964);
+    let share = hits as f64 / n;
+    let (bottom, middle) = (1.0 + z * z / n, share + z * z / (2.0 * n));
+    let half = z * (share * (1.0 - share) / n + z * z / (4.0 * n * n)).sqrt();
+    [(middle - half) / bottom, (middle + half) / bottom]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn wilson_interval_of_a_textbook_case() {
+        // 81 of 263 (Newcombe 1998): 0.2553 to 0.3662.
+        let [low, high] = wilson(81, 263);
+        assert!(
+            (low - 0.2553).abs() < 1e-4 && (high - 0.3662).abs() < 1e-4,
+            "{low} {high}"
+        );
+        assert!(wilson(0, 20)[0].abs() < 1e-12 && wilson(0, 20)[1] > 0.1);
+    }
 
     #[test]
     fn figures_of_a_small_list() {

@@ -48,7 +48,7 @@ impl<F: Frame, T: Real> Direction<F, T> {
         if !vector.iter().all(|c| c.is_finite()) {
             return Err(GeometryError::NotFinite);
         }
-        let length = vector.norm();
+        let length = vector.norm_squared().root();
         if !length.is_finite() {
             return Err(GeometryError::NotFinite);
         }
@@ -76,7 +76,7 @@ impl<F: Frame, T: Real> Direction<F, T> {
 
     /// Zenith angle, rad, 0..=pi. Well conditioned at the poles too, where the arc cosine is not.
     pub fn zenith_rad(&self) -> T {
-        let horizontal = (self.unit.x * self.unit.x + self.unit.y * self.unit.y).sqrt();
+        let horizontal = (self.unit.x * self.unit.x + self.unit.y * self.unit.y).root();
         horizontal.atan2_libm(self.unit.z)
     }
 
@@ -87,7 +87,7 @@ impl<F: Frame, T: Real> Direction<F, T> {
 
     /// Angle to another direction, rad, 0..=pi. Exact for small angles as well (no arc cosine).
     pub fn angle_to_rad(&self, other: &Self) -> T {
-        let sine = self.unit.cross(&other.unit).norm();
+        let sine = self.unit.cross(&other.unit).norm_squared().root();
         sine.atan2_libm(self.unit.dot(&other.unit))
     }
 
@@ -95,7 +95,7 @@ impl<F: Frame, T: Real> Direction<F, T> {
     /// and down, e1 is +y. The angular covariance of a path is given along these (signal.md section 3.1).
     pub fn tangents(&self) -> (Vector3<T>, Vector3<T>) {
         let horizontal = Vector3::new(-self.unit.y, self.unit.x, T::zero());
-        let length = horizontal.norm();
+        let length = horizontal.norm_squared().root();
         let e1 = if length > T::of(1e-6) {
             horizontal / length
         } else {

@@ -54,6 +54,6 @@ impl<F: Frame, T: Real> Position<F, T> {
 
     /// Distance to another point, m.
     pub fn distance_m(&self, other: &Self) -> T {
-        self.from_origin(other).norm()
+        self.from_origin(other).norm_squared().root()
     }
 }

@@ -24,10 +24,12 @@ pub trait Real: RealField + Copy {
     fn asin_libm(self) -> Self;
     /// `10^self`.
     fn exp10_libm(self) -> Self;
+    /// Square root, NaN for what is under 0: the same bits as `sqrt`, by the chip's instruction in `f32`.
+    fn root(self) -> Self;
 }
 
 macro_rules! real {
-    ($t:ty, $sin:path, $cos:path, $tan:path, $acos:path, $atan2:path, $asin:path, $exp10:path) => {
+    ($t:ty, $sin:path, $cos:path, $tan:path, $acos:path, $atan2:path, $asin:path, $exp10:path, $root:path) => {
         impl Real for $t {
             fn of(value: f64) -> Self {
                 value as $t
@@ -53,6 +55,9 @@ macro_rules! real {
             fn exp10_libm(self) -> Self {
                 $exp10(self)
             }
+            fn root(self) -> Self {
+                $root(self)
+            }
         }
     };
 }
@@ -65,7 +70,8 @@ real!(
     libm::acosf,
     libm::atan2f,
     libm::asinf,
-    libm::exp10f
+    libm::exp10f,
+    crate::sqrt::sqrt
 );
 real!(
     f64,
@@ -75,5 +81,6 @@ real!(
     libm::acos,
     libm::atan2,
     libm::asin,
-    libm::exp10
+    libm::exp10,
+    libm::sqrt
 );

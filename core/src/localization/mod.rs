@@ -6,8 +6,8 @@
 //! Types that all parts share stand here: what an inertial sensor delivers ([`ImuSample`]), its integral over a step
 //! ([`ImuIncrement`]), the errors that are taken out of it ([`ImuErrors`]), and the result ([`Pose`]).
 //!
-//! [`Localizer`] joins the parts. [`imu`]: from samples to increments, whatever happens to the sensor. [`filter`]: the error-state filter. [`planes`]:
-//! walls of the map as mirrors. [`hpc`]: the paper's localization, the baseline.
+//! [`Localizer`] joins the parts. [`imu`]: from samples to increments, whatever happens to the sensor. [`filter`]: the
+//! error-state filter. [`planes`]: walls of the map as mirrors. [`hpc`]: the paper's localization, the baseline.
 
 pub mod filter;
 pub mod hpc;

@@ -11,6 +11,8 @@ use core::f32::consts::{FRAC_PI_2, PI};
 use libm::{cosf, log10f};
 use nalgebra::Vector3;
 
+use crate::sqrt::sqrt;
+
 /// Relative permittivity of the prediction: the geometric mean of 2 and 20.
 const PERMITTIVITY: f32 = 6.3;
 
@@ -44,7 +46,7 @@ impl Bounce {
     ) -> Self {
         let outgoing = -arrival;
         let turn = outgoing - incoming;
-        let twice_cos = turn.norm();
+        let twice_cos = sqrt(turn.norm_squared());
         let normal = if twice_cos > 1e-6 {
             turn / twice_cos
         } else {
@@ -71,14 +73,14 @@ fn reflected(
     cos: f32,
 ) -> f32 {
     let across = incoming.cross(normal);
-    let length = across.norm();
+    let length = sqrt(across.norm_squared());
     // At normal incidence every split is as good as another, and the field comes back whole.
     let s = if length > 1e-6 {
         across / length
     } else {
         theta_hat(incoming)
     };
-    let q = libm::sqrtf((PERMITTIVITY - (1.0 - cos * cos)).max(0.0));
+    let q = sqrt((PERMITTIVITY - (1.0 - cos * cos)).max(0.0));
     let r_s = (cos - q) / (cos + q);
     let r_p = (PERMITTIVITY * cos - q) / (PERMITTIVITY * cos + q);
     let (sent, received) = (theta_hat(incoming), theta_hat(arrival));
@@ -89,7 +91,7 @@ fn reflected(
 
 /// Unit vector of growing zenith angle; towards east where the direction is vertical.
 fn theta_hat(direction: &Vector3<f32>) -> Vector3<f32> {
-    let across = libm::sqrtf(direction.x * direction.x + direction.y * direction.y);
+    let across = sqrt(direction.x * direction.x + direction.y * direction.y);
     if across > 0.0 {
         let share = direction.z / across;
         Vector3::new(share * direction.x, share * direction.y, -across)
@@ -100,7 +102,7 @@ fn theta_hat(direction: &Vector3<f32>) -> Vector3<f32> {
 
 /// Amplitude of a vertical half-wave dipole towards a unit direction, not below -60 dB.
 fn dipole(direction: &Vector3<f32>) -> f32 {
-    let sin = libm::sqrtf(direction.x * direction.x + direction.y * direction.y);
+    let sin = sqrt(direction.x * direction.x + direction.y * direction.y);
     let amplitude = DIPOLE * cosf(FRAC_PI_2 * direction.z) / sin;
     // Not a number at the poles.
     if amplitude > LEAST { amplitude } else { LEAST }

@@ -15,6 +15,7 @@ use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Direction, World};
 use crate::path::Path;
 use crate::reflection::{Ends, InputError, Jacobians, point_covariance, vector_point};
+use crate::sqrt::sqrt;
 
 /// A measured path and how strong it came in.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,7 +116,7 @@ impl<'a> LinkGeometry<'a> {
     /// distance overflows.
     pub fn new(ends: &'a Ends, paths: &[Received]) -> Result<Self, InputError> {
         let baseline = ends.uav.from_origin(&ends.gmt);
-        let baseline_m = baseline.norm();
+        let baseline_m = sqrt(baseline.norm_squared());
         if !baseline_m.is_finite() {
             return Err(InputError::NotFinite);
         }
@@ -145,7 +146,7 @@ impl<'a> LinkGeometry<'a> {
     pub fn excess_sigma_m(&self, path: &Path<World>) -> f32 {
         let along = self.baseline / self.baseline_m;
         let position = along.dot(&(self.ends.uav_covariance * along));
-        libm::sqrtf((path.covariance.m11 + position).max(0.0))
+        sqrt((path.covariance.m11 + position).max(0.0))
     }
 
     /// Features of one of the link's paths.
@@ -208,7 +209,7 @@ impl<'a> LinkGeometry<'a> {
             let variance =
                 2.0 * departure.sigma_rad * departure.sigma_rad + across_m2 / from_gmt.norm_squared();
             *off_point = compressed(mismatch_rad, ANGLE_UNIT_RAD);
-            *off_point_sigmas = compressed(mismatch_rad, libm::sqrtf(variance).max(1e-6));
+            *off_point_sigmas = compressed(mismatch_rad, sqrt(variance).max(1e-6));
             let straight = Direction::<World>::from_vector(self.baseline)?;
             *off_uav = compressed(straight.angle_to_rad(&departure.direction), ANGLE_UNIT_RAD);
         }
@@ -237,9 +238,13 @@ fn check(ends: &Ends, received: &Received) -> Result<(), InputError> {
     Ok(())
 }
 
-/// `asinh(value / unit)`: linear below the unit, logarithmic above.
+/// `asinh(value / unit)`: linear below the unit, logarithmic above. Within 3e-7 (`libm`'s is relatively exact near 0 and
+/// twice as dear).
 fn compressed(value: f32, unit: f32) -> f32 {
-    libm::asinhf(value / unit)
+    let ratio = value / unit;
+    // Squares beyond would overflow; the comparison leaves NaN as it is.
+    let size = if ratio.abs() > 1e18 { 1e18 } else { ratio.abs() };
+    libm::copysignf(libm::logf(size + sqrt(size * size + 1.0)), ratio)
 }
 
 fn decibels(value_db: f32) -> f32 {

@@ -12,7 +12,7 @@
 //! | 16 | 4 | temperature of the softmax, f32, positive |
 //! | 20 | 4 | outputs of each layer, u8 each, 0 for layers that do not exist; the last layer has 3 |
 //! | 24 | | names of the inputs, ASCII, separated by commas, padded with zeros to a multiple of four bytes |
-//! | | 8 n | offset and steps of each input, f32: the int8 input is `floor(steps (x - offset) + 128.5) - 128` after clamping the product to +-127 |
+//! | | 8 n | offset and steps of each input, f32: the int8 input is `floor(steps (x - offset) + 1/2)`, clamped to +-127 |
 //! | | | the layers' records, in order: `ceil(outputs / 4)` records each (biases, weights, multipliers or scales; see `dense.rs` and docs/link-state.md) |
 //! | | 4 | CRC-32/ISO-HDLC of all before |
 //!

@@ -15,6 +15,7 @@
 //! Network"; link-state.md; kernels.md section 4.
 
 mod bounce;
+mod classifier;
 pub(crate) mod dense;
 mod error;
 mod features;
@@ -26,13 +27,14 @@ mod probability;
 mod shape;
 mod write;
 
+pub use classifier::{Classifier, ClassifyError, LinkState, PaperClassifier, WrongModel};
 pub use error::ModelError;
 pub use features::{
     Features, GEOMETRIC_INPUTS, GEOMETRIC_NAMES, GEOMETRIC_WITH_DEPARTURE_INPUTS, LinkGeometry,
     PAPER_INPUTS_PER_PATH, PAPER_NAMES, Received, paper_inputs,
 };
 pub use model::{InputScale, Model};
-pub use network::{InferenceError, Network};
+pub use network::{Activations, InferenceError, Network};
 pub use probability::Probabilities;
 pub use shape::{Kind, MAX_INPUTS, MAX_LAYERS, MAX_WIDTH, STATES, Shape};
 pub use write::{Description, Outputs, Rows, WriteError, write};

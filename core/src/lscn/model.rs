@@ -25,6 +25,16 @@ pub struct InputScale {
     pub steps: f32,
 }
 
+impl InputScale {
+    /// Offset and steps as they lie in a file.
+    pub(super) fn from_bytes(&[a, b, c, d, e, f, g, h]: &[u8; SCALE]) -> Self {
+        Self {
+            offset: f32::from_le_bytes([a, b, c, d]),
+            steps: f32::from_le_bytes([e, f, g, h]),
+        }
+    }
+}
+
 impl<'m> Model<'m> {
     /// Checks a model file and reads its header.
     ///
@@ -150,13 +160,12 @@ impl<'m> Model<'m> {
 
     /// How each input becomes an int8, in order.
     pub fn input_scales(&self) -> impl Iterator<Item = InputScale> + use<'m> {
-        self.scales.iter().map(|bytes| {
-            let [a, b, c, d, e, f, g, h] = *bytes;
-            InputScale {
-                offset: f32::from_le_bytes([a, b, c, d]),
-                steps: f32::from_le_bytes([e, f, g, h]),
-            }
-        })
+        self.scales.iter().map(InputScale::from_bytes)
+    }
+
+    /// The same as it lies in the file.
+    pub(super) fn scales(&self) -> &'m [[u8; SCALE]] {
+        self.scales
     }
 
     /// Records of a layer; none for a layer that does not exist.

@@ -5,12 +5,31 @@ use core::marker::PhantomData;
 use core::mem::swap;
 
 use super::dense::{LARGEST, Quad};
+use super::format::SCALE;
 use super::kernels::{Kernels, Native};
 use super::model::{InputScale, Model};
 use super::probability::Probabilities;
 use super::shape::{MAX_WIDTH, STATES};
 
-/// A model and the kernel that it runs on. Needs 512 bytes of stack for the activations.
+/// Room for the activations of a network, 512 bytes. Any network, one inference at a time; what is left in it does not
+/// matter to the next.
+#[derive(Clone, Debug)]
+pub struct Activations([[Quad; MAX_WIDTH / 4]; 2]);
+
+impl Activations {
+    /// Room for any network.
+    pub const fn new() -> Self {
+        Self([[Quad::ZERO; MAX_WIDTH / 4]; 2])
+    }
+}
+
+impl Default for Activations {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// A model and the kernel that it runs on.
 #[derive(Clone, Copy, Debug)]
 pub struct Network<'m, K = Native> {
     model: Model<'m>,
@@ -67,9 +86,9 @@ impl<'m, K: Kernels> Network<'m, K> {
     ///
     /// # Errors
     /// [`InferenceError`] for another number of inputs, or one that is not finite.
-    pub fn classify(&self, inputs: &[f32]) -> Result<Probabilities, InferenceError> {
+    pub fn classify(&self, inputs: &[f32], work: &mut Activations) -> Result<Probabilities, InferenceError> {
         Ok(Probabilities::softmax(
-            self.logits(inputs)?,
+            self.logits(inputs, work)?,
             self.model.temperature(),
         ))
     }
@@ -78,8 +97,8 @@ impl<'m, K: Kernels> Network<'m, K> {
     ///
     /// # Errors
     /// As [`Self::classify`].
-    pub fn logits(&self, inputs: &[f32]) -> Result<[f32; STATES], InferenceError> {
-        let [a, b, c, _] = self.sums(inputs)?;
+    pub fn logits(&self, inputs: &[f32], work: &mut Activations) -> Result<[f32; STATES], InferenceError> {
+        let [a, b, c, _] = self.sums(inputs, work)?;
         let [x, y, z, _] = self.model.logit_scales();
         Ok([a as f32 * x, b as f32 * y, c as f32 * z])
     }
@@ -88,7 +107,21 @@ impl<'m, K: Kernels> Network<'m, K> {
     ///
     /// # Errors
     /// As [`Self::classify`].
-    pub fn sums(&self, inputs: &[f32]) -> Result<[i32; 4], InferenceError> {
+    pub fn sums(&self, inputs: &[f32], work: &mut Activations) -> Result<[i32; 4], InferenceError> {
+        self.sums_observed(inputs, work, || ())
+    }
+
+    /// As [`Self::sums`]; calls `step_done` when the inputs are rounded and after every layer, for those who count what a
+    /// step costs.
+    ///
+    /// # Errors
+    /// As [`Self::classify`].
+    pub fn sums_observed(
+        &self,
+        inputs: &[f32],
+        work: &mut Activations,
+        mut step_done: impl FnMut(),
+    ) -> Result<[i32; 4], InferenceError> {
         let shape = self.model.shape();
         if inputs.len() != shape.inputs() {
             return Err(InferenceError::Count {
@@ -96,42 +129,59 @@ impl<'m, K: Kernels> Network<'m, K> {
                 found: inputs.len(),
             });
         }
-        let mut buffers = [[Quad::ZERO; MAX_WIDTH / 4]; 2];
-        let [from, to] = &mut buffers;
+        let [from, to] = &mut work.0;
         let (head, others) = inputs.split_at_checked(shape.head()).unwrap_or((inputs, &[]));
-        let mut scales = self.model.input_scales();
-        let finite = quantise(head, &mut scales, from)
+        let (head_scales, other_scales) = self
+            .model
+            .scales()
+            .split_at_checked(head.len())
+            .unwrap_or_default();
+        let finite = quantise(head, head_scales, from)
             // The other inputs join the outputs of the first layer.
-            & quantise(others, &mut scales, to.get_mut(shape.groups(0)..).unwrap_or(&mut []));
+            & quantise(others, other_scales, to.get_mut(shape.groups(0)..).unwrap_or(&mut []));
         if !finite {
             let input = inputs.iter().position(|x| !x.is_finite()).unwrap_or(0);
             return Err(InferenceError::NotFinite { input });
         }
+        step_done();
         let (mut from, mut to) = (from, to);
         let mut sums = [0; 4];
         for layer in 0..shape.layers() {
             let input = from.get(..shape.quads(layer)).unwrap_or(&[]);
             sums = K::dense(self.model.layer(layer), input, to);
             swap(&mut from, &mut to);
+            step_done();
         }
         Ok(sums)
     }
 }
 
 /// Makes int8 of inputs, in order; whether all of them are finite.
-fn quantise(inputs: &[f32], scales: &mut impl Iterator<Item = InputScale>, quads: &mut [Quad]) -> bool {
-    let mut finite = true;
-    for (inputs, quad) in inputs.chunks(4).zip(quads) {
-        for ((&x, q), scale) in inputs.iter().zip(&mut quad.0).zip(&mut *scales) {
-            finite &= x.is_finite();
-            *q = int8(x, scale);
+fn quantise(inputs: &[f32], scales: &[[u8; SCALE]], quads: &mut [Quad]) -> bool {
+    // Stays 0 as long as all are finite: zero times infinity is no number.
+    let mut fault = 0.0;
+    let mut each = |x: f32, scale: &[u8; SCALE], q: &mut i16| {
+        fault += x * 0.0;
+        *q = int8(x, InputScale::from_bytes(scale));
+    };
+    let ((inputs, last_inputs), (scales, last_scales)) = (inputs.as_chunks::<4>(), scales.as_chunks::<4>());
+    let (quads, last_quad) = quads.split_at_mut_checked(inputs.len()).unwrap_or_default();
+    for ((x, scale), quad) in inputs.iter().zip(scales).zip(quads) {
+        for ((&x, scale), q) in x.iter().zip(scale).zip(&mut quad.0) {
+            each(x, scale, q);
         }
     }
-    finite
+    if let (Some(quad), false) = (last_quad.first_mut(), last_inputs.is_empty()) {
+        *quad = Quad::ZERO;
+        for ((&x, scale), q) in last_inputs.iter().zip(last_scales).zip(&mut quad.0) {
+            each(x, scale, q);
+        }
+    }
+    fault == 0.0
 }
 
-/// `round((x - offset) steps)`, half up, within +-127. The rounding is that of the sum in `f32`: a value within 2^-17 of a
-/// half may go either way, the same on every machine.
+/// `floor((x - offset) steps + 1/2)`, within +-127, where the sum is rounded to `f32` near 2^8: a value within 2^-16 of a half
+/// may go either way, the same on every machine.
 #[expect(
     clippy::manual_clamp,
     reason = "a NaN, of infinity times zero, is to become the lowest"
@@ -139,6 +189,6 @@ fn quantise(inputs: &[f32], scales: &mut impl Iterator<Item = InputScale>, quads
 fn int8(x: f32, scale: InputScale) -> i16 {
     const LIMIT: f32 = LARGEST as f32;
     let steps = ((x - scale.offset) * scale.steps).max(-LIMIT).min(LIMIT);
-    // Positive, so that cutting the fraction off rounds down.
-    (steps + (LIMIT + 1.5)) as i16 - (LARGEST as i16 + 1)
+    // From 256 to 512 a float's fraction is its distance from 256 in steps of 2^-15: the integer part is there to be taken.
+    ((((steps + 384.5).to_bits() >> 15) & 0xff) as i16) - 128
 }

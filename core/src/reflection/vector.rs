@@ -29,7 +29,7 @@ pub fn vector_point<T: Real>(
     direction: &Vector3<T>,
     c_tau_m: T,
 ) -> Option<VectorSolution<T>> {
-    let length_m = baseline.norm();
+    let length_m = baseline.norm_squared().root();
     let denominator_m = c_tau_m + direction.dot(baseline);
     let excess_m = c_tau_m - length_m;
     if denominator_m <= T::zero() || excess_m <= T::zero() {

@@ -399,6 +399,15 @@ pub(crate) fn energy(input: &Channel) -> u64 {
     (u64::from(high) << 32) | u64::from(low)
 }
 
+/// Square root, correctly rounded.
+#[inline(always)]
+pub(crate) fn sqrt(x: f32) -> f32 {
+    let root;
+    // SAFETY: one instruction on registers.
+    unsafe { asm!("vsqrt.f32 {}, {}", lateout(sreg) root, in(sreg) x, options(pure, nomem, nostack)) };
+    root
+}
+
 /// See `lscn::dense::dense`.
 #[inline(never)]
 pub(crate) fn dense(records: &[u8], input: &[Quad], output: &mut [Quad]) -> [i32; 4] {

@@ -5,29 +5,30 @@
 //! Cramer-Rao bound of the same draw ([`crate::crlb`]). Trials are independent streams of one seed: the figures do not
 //! depend on the number of threads.
 
+mod loss;
 mod pairs;
+mod report;
 mod scenes;
 mod single;
+mod twin;
 
+pub use loss::{Loss, loss};
 pub use pairs::{Bounce, Pairs, bounce, pairs};
+pub use report::{Case, Report, Target};
 pub use scenes::{Departures, Scenes, departures, scenes};
-pub use single::{FalseAlarms, Single, false_alarms, single};
+pub use single::{Detection, FalseAlarms, Single, detection, false_alarms, single};
+pub use twin::{Fitted, Twin};
 
 use cslam_core::array::Codebook;
-use cslam_core::geometry::{Body, Direction, Gmt};
-use cslam_core::ltd::{EstimatedPath, Estimator, EstimatorConfig, PaperEstimator, PathEstimator};
+use cslam_core::geometry::{Body, Direction, Gmt, Vector3};
+use cslam_core::ltd::{EstimatedPath, EstimatorConfig, PathEstimator};
 
-use crate::channel::{ChannelConfig, Impairments, Instant, Ray, Simulator};
+pub use crate::estimate::Mode;
+
+use crate::channel::{ChannelConfig, FrontEndConfig, Impairments, Instant, Ray, Simulator, Sweep};
+use crate::crlb::Arrival;
+use crate::estimate;
 use crate::random::Stream;
-
-/// Which estimator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Mode {
-    /// Streaming peak search with off-grid scoring: the default of the receiver.
-    Best,
-    /// The published low-rank decomposition.
-    Paper,
-}
 
 /// A path to be estimated.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +45,18 @@ pub struct Truth {
     pub phase_rad: f64,
 }
 
+impl Truth {
+    /// As the bound takes it.
+    pub fn arrival(&self) -> Arrival {
+        Arrival {
+            c_tau_m: self.c_tau_m,
+            aoa: self.aoa,
+            snr: libm::exp10(self.snr_db / 10.0),
+            phase_rad: self.phase_rad,
+        }
+    }
+}
+
 /// Transmitter, channel and front end of the cases: no impairment but free array phases, noise and converter.
 pub struct Range {
     simulator: Simulator,
@@ -53,6 +66,11 @@ pub struct Range {
 impl Range {
     /// A range that sends only `beams` (all when empty).
     pub fn new(beams: &[u16], seed: u64) -> Self {
+        Self::with_bits(beams, seed, 12)
+    }
+
+    /// The same with a converter of other width, bits. Noise and array phases of a seed stay the same.
+    pub fn with_bits(beams: &[u16], seed: u64, adc_bits: u8) -> Self {
         let codebook = Codebook::<f64>::default();
         let dropped = |beam: &u16| !beams.is_empty() && !beams.contains(beam);
         let impairments = Impairments {
@@ -60,7 +78,12 @@ impl Range {
             dropped_beams: (0..codebook.len() as u16).filter(dropped).collect(),
             ..Impairments::none()
         };
+        let front_end = FrontEndConfig {
+            adc_bits,
+            ..FrontEndConfig::default()
+        };
         let config = ChannelConfig {
+            front_end,
             impairments,
             ..ChannelConfig::default()
         };
@@ -83,6 +106,21 @@ impl Range {
         &self.codebook
     }
 
+    /// Direction at which a beam looks.
+    pub fn aim(&self, beam: u16) -> Direction<Gmt, f64> {
+        let beam = self
+            .codebook
+            .beam(usize::from(beam))
+            .expect("beam of the codebook");
+        Direction::from_vector(beam.direction()).expect("unit")
+    }
+
+    /// Sends a sweep over the paths. `index` chooses the noise.
+    pub fn hear(&self, truths: &[Truth], index: u32) -> Sweep {
+        let rays: Vec<Ray> = truths.iter().map(|truth| self.ray(truth)).collect();
+        self.simulator.sweep_rays(&rays, &Instant::at_rest(), index)
+    }
+
     /// Sends a sweep over the paths, estimates, and gives the paths found. `index` chooses the noise.
     pub fn sweep(
         &self,
@@ -90,8 +128,7 @@ impl Range {
         index: u32,
         estimator: &mut dyn PathEstimator<32, 9>,
     ) -> Vec<EstimatedPath> {
-        let rays: Vec<Ray> = truths.iter().map(|truth| self.ray(truth)).collect();
-        let mut sweep = self.simulator.sweep_rays(&rays, &Instant::at_rest(), index);
+        let mut sweep = self.hear(truths, index);
         for block in &mut sweep.blocks {
             estimator.push_beam(block.view());
         }
@@ -116,17 +153,12 @@ impl Range {
 
 /// An estimator of a mode, default configuration.
 pub fn estimator(mode: Mode) -> Box<dyn PathEstimator<32, 9>> {
-    match mode {
-        Mode::Best => {
-            // The arrays of the range have no error.
-            let config = EstimatorConfig {
-                element_phase_sigma_rad: 0.0,
-                ..EstimatorConfig::default()
-            };
-            Box::new(Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&config))
-        }
-        Mode::Paper => Box::new(PaperEstimator::<4, 8, 32, 72, 9>::new(&EstimatorConfig::default())),
-    }
+    // The arrays of the range have no error.
+    let config = EstimatorConfig {
+        element_phase_sigma_rad: 0.0,
+        ..EstimatorConfig::default()
+    };
+    estimate::estimator(mode, &config)
 }
 
 /// A direction uniform over the sphere between two elevations.
@@ -142,13 +174,14 @@ pub(crate) fn direction<F: cslam_core::geometry::Frame>(
 
 /// Error of an estimate: c tau in m, along the truth's two tangents in rad.
 pub(crate) fn error(path: &EstimatedPath, truth: &Truth) -> [f64; 3] {
-    let (e1, e2) = truth.aoa.tangents();
     let u = path.path.aoa.vector().cast::<f64>();
-    [
-        f64::from(path.path.c_tau_m) - truth.c_tau_m,
-        e1.dot(&u),
-        e2.dot(&u),
-    ]
+    error_of(f64::from(path.path.c_tau_m), &u, truth)
+}
+
+/// Error of a length in m and a direction, as [`error`].
+pub(crate) fn error_of(c_tau_m: f64, u: &Vector3<f64>, truth: &Truth) -> [f64; 3] {
+    let (e1, e2) = truth.aoa.tangents();
+    [c_tau_m - truth.c_tau_m, e1.dot(u), e2.dot(u)]
 }
 
 /// Angle between an estimate's arrival and the truth's, rad.

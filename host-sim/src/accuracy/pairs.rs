@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use cslam_core::geometry::{Direction, Vector3};
 
 use super::{Mode, Range, Truth, angle_rad, direction, estimator};
-use crate::crlb::{self, Arrival, Receiver};
+use crate::crlb::{self, Receiver};
 use crate::random::Stream;
 use crate::statistics::{median, quantile};
 
@@ -36,7 +36,7 @@ pub struct Pairs {
 /// Runs pairs of a separation, the first path at 20 dB.
 pub fn pairs(mode: Mode, apart_m: f64, apart_deg: f64, second_db: f64, trials: usize, seed: u64) -> Pairs {
     let range = Range::new(&[BEAM], seed);
-    let aod = beam_direction(&range);
+    let aod = range.aim(BEAM);
     let receiver = Receiver::default();
     let results: Vec<(bool, bool)> = (0..trials as u32)
         .into_par_iter()
@@ -78,7 +78,7 @@ pub fn pairs(mode: Mode, apart_m: f64, apart_deg: f64, second_db: f64, trials: u
                     }
                     _ => false,
                 };
-                let bound = crlb::joint(&receiver, &truths.map(|t| arrival(&t)));
+                let bound = crlb::joint(&receiver, &truths.map(|t| t.arrival()));
                 let possible = bound.is_some_and(|b| {
                     (0..6).all(|i| 3.0 * b[(i, i)].sqrt() < if i % 3 == 0 { GATE_M } else { GATE_RAD })
                 });
@@ -118,7 +118,7 @@ pub struct Bounce {
 /// Runs the line of sight (20 dB) with a ground bounce 6 dB under it in the same beam: GMT at 1.5 m, UAV at 2 to 18 m.
 pub fn bounce(mode: Mode, distance_m: f64, trials: usize, seed: u64) -> Bounce {
     let range = Range::new(&[BEAM], seed);
-    let aod = beam_direction(&range);
+    let aod = range.aim(BEAM);
     let receiver = Receiver::default();
     let rows: Vec<[f64; 6]> = (0..trials as u32)
         .into_par_iter()
@@ -148,7 +148,7 @@ pub fn bounce(mode: Mode, distance_m: f64, trials: usize, seed: u64) -> Bounce {
                         angle_rad(p, los).to_degrees(),
                     ]
                 });
-                let bound = crlb::joint(&receiver, &truths.map(|t| arrival(&t))).expect("observable");
+                let bound = crlb::joint(&receiver, &truths.map(|t| t.arrival())).expect("observable");
                 let angular = (0.5 * (bound[(1, 1)] + bound[(2, 2)])).sqrt().to_degrees();
                 let apart_deg =
                     libm::acos(los.aoa.vector().dot(truths[1].aoa.vector()).min(1.0)).to_degrees();
@@ -180,22 +180,4 @@ fn near_any(path: &cslam_core::ltd::EstimatedPath, truths: &[Truth; 2]) -> bool 
     truths
         .iter()
         .any(|t| (f64::from(path.path.c_tau_m) - t.c_tau_m).abs() < GATE_M && angle_rad(path, t) < GATE_RAD)
-}
-
-fn beam_direction(range: &Range) -> Direction<cslam_core::geometry::Gmt, f64> {
-    let beam = range
-        .codebook()
-        .beam(usize::from(BEAM))
-        .expect("beam of the codebook");
-    Direction::from_vector(beam.direction()).expect("unit")
-}
-
-/// The truth as the bound takes it.
-pub(super) fn arrival(truth: &Truth) -> Arrival {
-    Arrival {
-        c_tau_m: truth.c_tau_m,
-        aoa: truth.aoa,
-        snr: libm::exp10(truth.snr_db / 10.0),
-        phase_rad: truth.phase_rad,
-    }
 }

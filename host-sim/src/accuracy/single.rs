@@ -2,17 +2,17 @@
 
 use rayon::prelude::*;
 
-use cslam_core::geometry::Direction;
+use cslam_core::ltd::EstimatedPath;
 
 use super::{Mode, Range, Truth, angle_rad, direction, error, estimator};
-use crate::crlb::{self, Arrival, Receiver};
+use crate::crlb::{self, Receiver};
 use crate::random::Stream;
-use crate::statistics::median;
+use crate::statistics::{median, rms, wilson};
 
 /// Elevations of arrival: the dipole hears little beyond (signal.md section 1).
-const ELEVATIONS_DEG: std::ops::Range<f64> = -60.0..75.0;
+pub(super) const ELEVATIONS_DEG: std::ops::Range<f64> = -60.0..75.0;
 /// An estimate this far off took another lobe or another tap, and says nothing of the bound.
-const OUTLIER_SIGMAS: f64 = 10.0;
+pub(super) const OUTLIER_SIGMAS: f64 = 10.0;
 
 /// Figures of one SNR.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -29,10 +29,10 @@ pub struct Single {
     pub ratio: [f64; 3],
     /// Mean squared error in units of the estimator's own covariance, over 3: 1 when it is honest.
     pub nees: f64,
-    /// Median range error, m.
-    pub range_median_m: f64,
-    /// Median angle error, deg.
-    pub angle_median_deg: f64,
+    /// Range error of all found ones, outliers too: median and RMSE, m.
+    pub range_m: [f64; 2],
+    /// Angle error of all found ones, outliers too: median and RMSE, deg.
+    pub angle_deg: [f64; 2],
 }
 
 /// What one trial found.
@@ -52,12 +52,7 @@ pub fn single(mode: Mode, snr_db: f64, trials: usize, seed: u64) -> Single {
     // A beam in the middle of the first face.
     let beam = 12;
     let range = Range::new(&[beam], seed);
-    let aod = range
-        .codebook()
-        .beam(usize::from(beam))
-        .expect("beam of the codebook")
-        .direction();
-    let aod = Direction::from_vector(aod).expect("unit");
+    let aod = range.aim(beam);
     let receiver = Receiver::default();
     let results: Vec<Option<Trial>> = (0..trials as u32)
         .into_par_iter()
@@ -74,13 +69,7 @@ pub fn single(mode: Mode, snr_db: f64, trials: usize, seed: u64) -> Single {
                 };
                 let paths = range.sweep(&[truth], trial, estimator.as_mut());
                 let path = paths.first()?;
-                let arrival = Arrival {
-                    c_tau_m: truth.c_tau_m,
-                    aoa: truth.aoa,
-                    snr: libm::exp10(snr_db / 10.0),
-                    phase_rad: 0.0,
-                };
-                let bound = crlb::single(&receiver, &arrival).expect("observable");
+                let bound = crlb::single(&receiver, &truth.arrival()).expect("observable");
                 let e = error(path, &truth);
                 let normalised = std::array::from_fn(|i| e[i] / bound[(i, i)].sqrt());
                 let own = path.path.covariance.cast::<f64>().try_inverse();
@@ -102,8 +91,10 @@ pub fn single(mode: Mode, snr_db: f64, trials: usize, seed: u64) -> Single {
         .collect();
     // Of no good trial there is no mean: NaN.
     let count = good.len() as f64;
-    let all =
-        |pick: fn(&Trial) -> f64| median(&found.iter().map(pick).collect::<Vec<_>>()).unwrap_or(f64::NAN);
+    let all = |pick: fn(&Trial) -> f64| {
+        let values: Vec<f64> = found.iter().map(pick).collect();
+        [median(&values), rms(&values)].map(|figure| figure.unwrap_or(f64::NAN))
+    };
     Single {
         snr_db,
         trials,
@@ -113,8 +104,56 @@ pub fn single(mode: Mode, snr_db: f64, trials: usize, seed: u64) -> Single {
             (good.iter().map(|trial| trial.normalised[i].powi(2)).sum::<f64>() / count).sqrt()
         }),
         nees: good.iter().map(|g| g.nees).sum::<f64>() / count,
-        range_median_m: all(|trial| trial.range_m),
-        angle_median_deg: all(|trial| trial.angle_deg),
+        range_m: all(|trial| trial.range_m),
+        angle_deg: all(|trial| trial.angle_deg),
+    }
+}
+
+/// How often one path in one beam is found.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Detection {
+    /// SNR per element of gain one and active subcarrier, dB.
+    pub snr_db: f64,
+    /// Trials.
+    pub trials: usize,
+    /// Share in which something was found.
+    pub detected: f64,
+    /// Wilson interval of that share, 95 %.
+    pub interval: [f64; 2],
+    /// Share in which the path was found to be within 1 m, whatever lobe its angle took.
+    pub right_range: f64,
+}
+
+/// Counts detections of one path at one SNR, directions of arrival over the sphere. The threshold is that of whole sweeps.
+pub fn detection(mode: Mode, snr_db: f64, trials: usize, seed: u64) -> Detection {
+    let beam = 12;
+    let range = Range::new(&[beam], seed);
+    let found: Vec<[bool; 2]> = (0..trials as u32)
+        .into_par_iter()
+        .map_init(
+            || estimator(mode),
+            |estimator, trial| {
+                let mut stream = Stream::new(seed, u64::from(trial));
+                let truth = Truth {
+                    c_tau_m: 5.0 + 400.0 * stream.uniform(),
+                    aoa: direction(&mut stream, ELEVATIONS_DEG),
+                    aod: range.aim(beam),
+                    snr_db,
+                    phase_rad: std::f64::consts::TAU * stream.uniform(),
+                };
+                let paths = range.sweep(&[truth], trial, estimator.as_mut());
+                let near = |p: &EstimatedPath| (f64::from(p.path.c_tau_m) - truth.c_tau_m).abs() < 1.0;
+                [!paths.is_empty(), paths.iter().any(near)]
+            },
+        )
+        .collect();
+    let count = |i: usize| found.iter().filter(|f| f[i]).count();
+    Detection {
+        snr_db,
+        trials,
+        detected: count(0) as f64 / trials as f64,
+        interval: wilson(count(0), trials),
+        right_range: count(1) as f64 / trials as f64,
     }
 }
 
@@ -125,6 +164,8 @@ pub struct FalseAlarms {
     pub sweeps: usize,
     /// Sweeps in which something was found.
     pub sweeps_with_paths: usize,
+    /// Wilson interval of their share, 95 %.
+    pub interval: [f64; 2],
 }
 
 /// Sweeps of noise alone.
@@ -140,5 +181,6 @@ pub fn false_alarms(mode: Mode, sweeps: usize, seed: u64) -> FalseAlarms {
     FalseAlarms {
         sweeps,
         sweeps_with_paths: count,
+        interval: wilson(count, sweeps),
     }
 }

@@ -33,7 +33,7 @@ mod mix;
 mod noise;
 mod rays;
 mod simulator;
-mod spectrum;
+pub(crate) mod spectrum;
 pub mod squint;
 mod transmit;
 mod waves;

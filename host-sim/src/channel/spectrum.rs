@@ -51,7 +51,6 @@ impl Transform {
     }
 
     /// `X[k] = sum_n x[n] exp(-j 2 pi k n / N)`, in place.
-    #[cfg(test)]
     pub(crate) fn forward(&self, data: &mut Samples) {
         self.inverse(data);
         data[1..].reverse();

@@ -2,6 +2,7 @@
 
 pub(crate) mod accuracy;
 pub(crate) mod bench;
+pub(crate) mod estimate;
 pub(crate) mod fly;
 pub(crate) mod imu;
 pub(crate) mod record;

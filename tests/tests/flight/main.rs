@@ -93,7 +93,7 @@ fn the_chip_flies_the_bits_of_the_host() {
         );
     }
     let last = host.lines().last().expect("lines");
-    println!("{}", last.split(" covariance").next_back().unwrap_or_default());
+    println!("{}", last.split(" covariance").last().unwrap_or_default());
     for counted in ["spikes: ", "missing: ", "repeated: ", "stops: "] {
         let count = last.split(counted).nth(1).and_then(|rest| rest.split(',').next());
         assert!(

@@ -232,5 +232,6 @@ fn triad(first: &Vector3<f64>, second: &Vector3<f64>) -> Option<Matrix3<f64>> {
         return None;
     }
     let z = side.normalize();
-    Some(Matrix3::from_columns(&[x, z.cross(&x), z]))
+    let y = z.cross(&x);
+    Some(Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z))
 }
