@@ -149,13 +149,13 @@ impl<T: Real, const N: usize> Localizer<T, N> {
 
     /// Moves the filter to the time stamp of a sweep that is still being worked on.
     pub fn announce_sweep(&mut self, time_ns: u64) {
-        self.tick(time_ns);
+        self.catch_up(time_ns);
         self.filter.advance(time_ns);
     }
 
     /// Takes a sweep.
     pub fn sweep(&mut self, measurement: &SweepMeasurement<'_>) -> SweepVerdict {
-        self.tick(measurement.time_ns);
+        self.catch_up(measurement.time_ns);
         let verdict = self.filter.sweep(measurement);
         self.imu.set_errors(self.filter.imu_errors());
         verdict
@@ -187,6 +187,15 @@ impl<T: Real, const N: usize> Localizer<T, N> {
     /// What rest has shown, if there was rest.
     pub fn alignment(&self) -> Option<&Alignment> {
         self.alignment.as_ref()
+    }
+
+    /// Gives the filter all that is known of the motion up to `time_ns`. Without the step in the making it would take the
+    /// rest for a gap.
+    fn catch_up(&mut self, time_ns: u64) {
+        self.tick(time_ns);
+        if let Some(step) = self.imu.finish_step_before(time_ns) {
+            self.step(&step);
+        }
     }
 
     fn step(&mut self, step: &ImuStep) {

@@ -221,7 +221,12 @@ fn curvature_weights(motion: &[(Segment, Fix)]) -> Option<heapless::Vec<f64, WIN
     if norm.is_nan() || norm < 1e-6 {
         return None;
     }
-    Some(times().map(|t| shape(t) / norm).collect())
+    let mut weights = heapless::Vec::new();
+    for t in times() {
+        // Collecting would panic on one too many; there are as many as fixes.
+        weights.push(shape(t) / norm).ok()?;
+    }
+    Some(weights)
 }
 
 /// Orthonormal axes from a sure direction and a less sure one; `None` when they are nearly parallel.

@@ -71,8 +71,7 @@ impl Observer for Counts {
 
     fn advance(&mut self, steps: u32, work: impl FnOnce()) {
         let ((), instructions) = measure(work);
-        // The history takes some steps itself once it is full, so that a sweep finds fewer.
-        if let Some(each) = instructions.checked_div(steps.min(50)) {
+        if let Some(each) = instructions.checked_div(steps) {
             self.covariance.add(each);
         }
     }
