@@ -7,8 +7,10 @@
 //! ([`ImuIncrement`]), the errors that are taken out of it ([`ImuErrors`]), and the result ([`Pose`]).
 //!
 //! [`Localizer`] joins the parts. [`imu`]: from samples to increments, whatever happens to the sensor. [`filter`]: the
-//! error-state filter. [`planes`]: walls of the map as mirrors. [`hpc`]: the paper's localization, the baseline.
+//! error-state filter. [`bsm`]: direction and delay from beam squint symbols. [`planes`]: walls of the map as mirrors.
+//! [`hpc`]: the paper's localization, the baseline.
 
+pub mod bsm;
 pub mod filter;
 pub mod hpc;
 pub mod imu;

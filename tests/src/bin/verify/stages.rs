@@ -44,6 +44,8 @@ const THUMB: &str = "--target=thumbv7em-none-eabihf";
 /// Features of the tests' package: the verify driver and the emulated tests.
 const ALL_TESTS: &str = "--features=cslam-tests/verify,cslam-tests/emulated";
 const EMULATED_BOARD: &str = "--features=qemu-an500";
+/// The emulated board with the rivals of the networks' table.
+const ALL_BOARD: &str = "--features=qemu-an500,rivals";
 const LINK_CHECK: &str = "--features=stm32h743,link-check";
 
 /// Every stage, in order.
@@ -96,7 +98,7 @@ pub(crate) const STAGES: &[Stage] = &[
                 "--locked",
                 THUMB,
                 "-p=cslam-firmware",
-                EMULATED_BOARD,
+                ALL_BOARD,
                 "--",
                 "-Dwarnings",
             ]),
@@ -215,7 +217,7 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "kernels",
-        what: "the path estimator's kernels on the emulated Cortex-M7: bits of the host, committed instruction counts",
+        what: "kernels and networks on the emulated Cortex-M7: bits of the host, committed instruction counts",
         needs: &["toolchain", "qemu", "defmt-print", "firmware"],
         work: Work::Steps(&[step(&[
             "test",
@@ -223,6 +225,7 @@ pub(crate) const STAGES: &[Stage] = &[
             "--workspace",
             ALL_TESTS,
             "--test=kernels",
+            "--test=lscn",
         ])]),
     },
     Stage {
