@@ -50,6 +50,8 @@ enum Command {
     Record(commands::record::Args),
     /// Replay a recorded flight, checking every file
     Replay(commands::replay::Args),
+    /// Reproduce the paper's figures and tables, ours beside them
+    Reproduce(commands::reproduce::Args),
     /// Solve the reflection point of each path of a paths file
     ///
     /// Every path leads to a line: a point, or the reason why there is none. Where the file knows the truth (order and
@@ -77,6 +79,7 @@ pub fn main() -> ExitCode {
         Some(Command::Imu(args)) => commands::imu::run(&args),
         Some(Command::Record(args)) => commands::record::run(&args),
         Some(Command::Replay(args)) => commands::replay::run(&args),
+        Some(Command::Reproduce(args)) => commands::reproduce::run(&args),
         Some(Command::Solve(args)) => commands::solve::run(&args),
         Some(Command::Synth(args)) => commands::synth::run(&args),
         Some(Command::Trace(args)) => commands::trace::run(&args),

@@ -90,18 +90,14 @@ impl<T: Real, const N: usize> Localizer<T, N> {
         }
         let step = self.imu.push(sample);
         if let Some(step) = &step {
-            self.step(step);
+            self.filter.step(step);
         }
         step
     }
 
     /// Takes over what rest has shown, wherever it was found.
     pub fn align(&mut self, found: &Alignment) {
-        let sigma = &found.gyro_bias_sigma_rad_per_s;
-        self.filter.aligned(&filter::RestAlignment {
-            gyro_bias_rad_per_s: found.gyro_bias_rad_per_s,
-            sigma_rad_per_s: sigma.x.max(sigma.y).max(sigma.z),
-        });
+        self.filter.aligned(found);
         self.imu.set_errors(self.filter.imu_errors());
         self.alignment = Some(*found);
     }
@@ -111,7 +107,7 @@ impl<T: Real, const N: usize> Localizer<T, N> {
         // The measured step before the silence, then the silence: no more than two.
         for _ in 0..2 {
             match self.imu.elapse(now_ns) {
-                Some(step) => self.step(&step),
+                Some(step) => self.filter.step(&step),
                 None => break,
             }
         }
@@ -194,11 +190,7 @@ impl<T: Real, const N: usize> Localizer<T, N> {
     fn catch_up(&mut self, time_ns: u64) {
         self.tick(time_ns);
         if let Some(step) = self.imu.finish_step_before(time_ns) {
-            self.step(&step);
+            self.filter.step(&step);
         }
-    }
-
-    fn step(&mut self, step: &ImuStep) {
-        self.filter.inertial(step);
     }
 }

@@ -1,5 +1,5 @@
-//! Events of a flight as bytes, little-endian: a head of 16 bytes (kind, number of paths, flags, a spare byte, a 32-bit
-//! number, the time stamp in ns), then a body whose length the head tells.
+//! Events of a flight as bytes, little-endian: a head of 16 bytes (kind, number of paths, flags, number of double reflections,
+//! a 32-bit number, the time stamp in ns), then a body whose length the head tells.
 //!
 //! | kind | number | body |
 //! |---|---|---|
@@ -10,7 +10,7 @@
 //! | 5 sweep | the GMT's stop | GMT x y z and sigma (m), heading, pitch, roll (rad), then every path: f64 |
 //!
 //! A path is c tau and its sigma (m), AoA x y z (body axes) and its sigma (rad), face of departure (-1 for none), its two
-//! cosines and their sigmas: f64. Flag 1: the first path is the line of sight.
+//! cosines and their sigmas: f64. Flag 1: the first path is the line of sight. Double reflections come last.
 
 use cslam_core::geometry::{Direction, Matrix3, Position, Rotation, Vector3};
 use cslam_core::localization::ImuSample;
@@ -45,6 +45,8 @@ pub struct Sweep {
     pub line_of_sight: Option<PathMeasurement>,
     /// Paths of one reflection.
     pub reflections: heapless::Vec<PathMeasurement, PATHS>,
+    /// Paths of two reflections.
+    pub double_reflections: heapless::Vec<PathMeasurement, PATHS>,
 }
 
 /// What happens in a flight.
@@ -105,7 +107,7 @@ fn body_length(head: &[u8]) -> Option<usize> {
 
 /// An event from its head and its body; `None` when it is not one.
 fn decode(head: &[u8], body: &[u8]) -> Option<Event> {
-    let [kind, _, flags, _, n0, n1, n2, n3, time @ ..] = *head.first_chunk::<HEAD>()?;
+    let [kind, _, flags, double, n0, n1, n2, n3, time @ ..] = *head.first_chunk::<HEAD>()?;
     let (number, time_ns) = (u32::from_le_bytes([n0, n1, n2, n3]), u64::from_le_bytes(time));
     let mut narrow = body.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b));
     let mut wide = body.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
@@ -145,6 +147,10 @@ fn decode(head: &[u8], body: &[u8]) -> Option<Event> {
                 paths.push(path(numbers)?).ok()?;
             }
             let line_of_sight = (flags & 1 != 0 && !paths.is_empty()).then(|| paths.remove(0));
+            let single = paths.len().checked_sub(usize::from(double))?;
+            let mut double_reflections = heapless::Vec::new();
+            double_reflections.extend_from_slice(paths.get(single..)?).ok()?;
+            paths.truncate(single);
             Event::Sweep(Sweep {
                 time_ns,
                 stop: number,
@@ -156,6 +162,7 @@ fn decode(head: &[u8], body: &[u8]) -> Option<Event> {
                 mast_rad,
                 line_of_sight,
                 reflections: paths,
+                double_reflections,
             })
         }
         _ => return None,
@@ -192,11 +199,11 @@ fn path(bytes: &[u8]) -> Option<PathMeasurement> {
 impl Event {
     /// The event as bytes, handed to `put` piece by piece.
     pub fn encode(&self, put: &mut dyn FnMut(&[u8])) {
-        let head = |kind: u8, paths: usize, flags: u8, number: u32, time_ns: u64| {
+        let head = |kind: u8, paths: usize, flags: [u8; 2], number: u32, time_ns: u64| {
             let mut bytes = [0; HEAD];
             bytes[0] = kind;
             bytes[1] = paths as u8;
-            bytes[2] = flags;
+            bytes[2..4].copy_from_slice(&flags);
             bytes[4..8].copy_from_slice(&number.to_le_bytes());
             bytes[8..].copy_from_slice(&time_ns.to_le_bytes());
             bytes
@@ -205,32 +212,34 @@ impl Event {
         let wide = |put: &mut dyn FnMut(&[u8]), v: &[f64]| v.iter().for_each(|x| put(&x.to_le_bytes()));
         match self {
             Self::Imu(sample) => {
-                put(&head(1, 0, 0, 0, sample.time_ns));
+                put(&head(1, 0, [0; 2], 0, sample.time_ns));
                 narrow(put, sample.rate_rad_per_s.as_slice());
                 narrow(put, sample.specific_force_m_per_s2.as_slice());
             }
             Self::TwoWay { time_ns, offset_m } => {
-                put(&head(2, 0, 0, 0, *time_ns));
+                put(&head(2, 0, [0; 2], 0, *time_ns));
                 wide(put, &[*offset_m]);
             }
             Self::Magnetic { time_ns, field_ut } => {
-                put(&head(3, 0, 0, 0, *time_ns));
+                put(&head(3, 0, [0; 2], 0, *time_ns));
                 narrow(put, field_ut.as_slice());
             }
             Self::Plane(MappedPlane { id, plane }) => {
-                put(&head(4, 0, 0, *id, 0));
+                put(&head(4, 0, [0; 2], *id, 0));
                 narrow(put, plane.normal.vector().as_slice());
                 narrow(put, plane.centre.vector().as_slice());
                 narrow(put, plane.covariance.as_slice());
             }
             Self::Sweep(sweep) => {
-                let paths = sweep.reflections.len() + usize::from(sweep.line_of_sight.is_some());
-                let flags = u8::from(sweep.line_of_sight.is_some());
+                let double = sweep.double_reflections.len();
+                let paths = sweep.reflections.len() + double + usize::from(sweep.line_of_sight.is_some());
+                let flags = [u8::from(sweep.line_of_sight.is_some()), double as u8];
                 put(&head(5, paths, flags, sweep.stop, sweep.time_ns));
                 wide(put, sweep.gmt.position_m.as_slice());
                 wide(put, &[sweep.gmt.sigma_m]);
                 wide(put, &sweep.mast_rad);
-                for path in sweep.line_of_sight.iter().chain(&sweep.reflections) {
+                let reflected = sweep.reflections.iter().chain(&sweep.double_reflections);
+                for path in sweep.line_of_sight.iter().chain(reflected) {
                     wide(put, &[path.c_tau_m, path.c_tau_sigma_m]);
                     wide(put, path.aoa.vector().as_slice());
                     wide(put, &[path.aoa_sigma_rad]);

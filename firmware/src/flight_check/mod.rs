@@ -56,8 +56,8 @@ pub trait Observer {
     fn advance(&mut self, _steps: u32, work: impl FnOnce()) {
         work();
     }
-    /// Wraps the updates of a sweep of so many paths.
-    fn sweep(&mut self, _paths: usize, work: impl FnOnce() -> SweepVerdict) -> SweepVerdict {
+    /// Wraps the updates of a sweep.
+    fn sweep(&mut self, work: impl FnOnce() -> SweepVerdict) -> SweepVerdict {
         work()
     }
     /// Wraps a two-way exchange.
@@ -120,10 +120,10 @@ pub fn run<R: Read, T: Real, const N: usize>(
                     stop: sweep.stop,
                     line_of_sight: sweep.line_of_sight,
                     reflections: &sweep.reflections,
+                    double_reflections: &sweep.double_reflections,
                     planes: &planes,
                 };
-                let paths = sweep.reflections.len() + usize::from(sweep.line_of_sight.is_some());
-                let verdict = observer.sweep(paths, || localizer.sweep(&measurement));
+                let verdict = observer.sweep(|| localizer.sweep(&measurement));
                 let line = Line {
                     sweep: sweeps,
                     verdict,

@@ -7,6 +7,7 @@ pub(crate) mod fly;
 pub(crate) mod imu;
 pub(crate) mod record;
 pub(crate) mod replay;
+pub(crate) mod reproduce;
 pub(crate) mod solve;
 pub(crate) mod synth;
 pub(crate) mod trace;

@@ -3,15 +3,16 @@
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::localization::ImuSample;
+use cslam_core::localization::filter::PathMeasurement;
 use cslam_firmware::flight_check::{self, PATHS};
 use nalgebra::Vector3;
 
-use super::fly::{Receiver, transmitter};
-use super::{Planes, Prepared, Scenario, TruePath, TrueSweep};
-use crate::flight::{FlightConfig, FlightPlan};
+use super::fly::{PROCESSING_NS, Receiver, transmitter};
+use super::{Prepared, Scenario, TruePath, TrueSweep, planes_of};
+use crate::flight::FlightConfig;
 use crate::input::InputError;
 use crate::scene::Scene;
-use crate::sensors::{Event, SensedFlight, SensorsConfig};
+use crate::sensors::{Beacon, Event, SensorsConfig};
 
 /// A flight as events, and the truth that goes with it.
 #[derive(Debug)]
@@ -34,15 +35,19 @@ impl RecordedFlight {
         scenario: &Scenario,
         seed: u64,
     ) -> Result<Self, InputError> {
-        let planes = Planes::of(scene);
-        let prepared = Prepared::new(scene, &planes, flight, sensors, seed)?;
-        let sensed = SensedFlight::new(FlightPlan::plan(scene, flight, seed)?, sensors.clone(), seed)?;
-        let mut receiver = Receiver::new(&prepared, &planes, scenario);
+        let prepared = Prepared::new(scene, flight, sensors, seed)?;
+        let mut receiver = Receiver::new(&prepared, &planes_of(scene), scenario);
         let map = receiver.map.iter().copied().take(flight_check::MAP_PLANES);
         let mut events: Vec<_> = map.map(flight_check::Event::Plane).collect();
-        let mut waiting = None;
-        for stamped in sensed.events() {
+        let (mut begun, mut waiting) = (None, None);
+        for stamped in prepared.sensed.events() {
             let time_ns = stamped.uav_time_ns;
+            // A sweep's paths are there when its processing has ended.
+            if let Some((start_ns, beacon)) =
+                waiting.take_if(|(start_ns, _)| time_ns >= *start_ns + PROCESSING_NS)
+            {
+                events.push(measured(&prepared, &mut receiver, start_ns, &beacon));
+            }
             match stamped.event {
                 Event::Imu(sample) => events.push(flight_check::Event::Imu(ImuSample {
                     time_ns,
@@ -59,28 +64,12 @@ impl RecordedFlight {
                         events.push(flight_check::Event::TwoWay { time_ns, offset_m });
                     }
                 }
-                Event::Sweep { sweep } => waiting = Some((sweep, time_ns)),
+                Event::Sweep { sweep } => begun = Some((sweep, time_ns)),
                 // A sweep is of use when the beacon after it has said where the GMT was.
                 Event::Beacon(beacon) => {
-                    let Some((sweep, time_ns)) = waiting.take().filter(|(sweep, _)| *sweep == beacon.sweep)
-                    else {
-                        continue;
-                    };
-                    let truth = displaced(&prepared.sweeps[sweep as usize], &sensed.wrong_fix_m(sweep));
-                    let seen = receiver.sweep(sweep, &truth);
-                    let mut reflections = heapless::Vec::new();
-                    for path in seen.reflections.into_iter().take(PATHS - 1) {
-                        // As many as there is room for.
-                        let _ = reflections.push(path);
+                    if let Some((_, start_ns)) = begun.take().filter(|(sweep, _)| *sweep == beacon.sweep) {
+                        waiting = Some((start_ns, beacon));
                     }
-                    events.push(flight_check::Event::Sweep(flight_check::Sweep {
-                        time_ns,
-                        stop: beacon.sweep / beacon.sweeps_per_stop.max(1),
-                        gmt: transmitter(&beacon),
-                        mast_rad: beacon.heading_pitch_roll_rad,
-                        line_of_sight: seen.sight,
-                        reflections,
-                    }));
                 }
             }
         }
@@ -101,6 +90,33 @@ impl RecordedFlight {
     }
 }
 
+/// What a receiver makes of the sweep that a beacon tells of.
+fn measured(
+    prepared: &Prepared,
+    receiver: &mut Receiver<'_>,
+    time_ns: u64,
+    beacon: &Beacon,
+) -> flight_check::Event {
+    let truth = &prepared.sweeps[beacon.sweep as usize];
+    let shift_m = prepared.sensed.wrong_fix_m(beacon.sweep);
+    let seen = receiver.sweep(beacon.sweep, &displaced(truth, &shift_m));
+    let mut room = PATHS - usize::from(seen.sight.is_some());
+    let mut bounded = |paths: Vec<PathMeasurement>| {
+        let kept: heapless::Vec<PathMeasurement, PATHS> = paths.into_iter().take(room).collect();
+        room -= kept.len();
+        kept
+    };
+    flight_check::Event::Sweep(flight_check::Sweep {
+        time_ns,
+        stop: beacon.sweep / beacon.sweeps_per_stop.max(1),
+        gmt: transmitter(beacon),
+        mast_rad: beacon.heading_pitch_roll_rad,
+        line_of_sight: seen.sight,
+        reflections: bounded(seen.single),
+        double_reflections: bounded(seen.double),
+    })
+}
+
 fn narrow(v: &Vector3<f64>) -> Vector3<f32> {
     v.map(|c| c as f32)
 }
@@ -119,7 +135,6 @@ fn displaced(truth: &TrueSweep, shift_m: &Vector3<f64>) -> TrueSweep {
                 length_m: way.norm(),
                 arrival: direction,
                 departure: -direction,
-                plane: None,
             },
         );
     }

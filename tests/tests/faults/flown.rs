@@ -1,5 +1,7 @@
 //! A flight with a fault, flown and compared with the truth.
 
+use std::sync::OnceLock;
+
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::localization::filter::{SweepMeasurement, wrap_delay_m};
 use cslam_core::localization::{Localizer, LocalizerHealth};
@@ -11,7 +13,11 @@ use cslam_host_sim::sensors::SensorsConfig;
 use nalgebra::Rotation3;
 
 const SEED: u64 = 3;
-const DURATION_S: f64 = 45.0;
+const DURATION_S: f64 = 60.0;
+/// How long there is line of sight before a fault begins, and after, s.
+const SIGHTED_S: (f64, f64) = (4.0, 14.0);
+/// When the pose must be as good as before, s after the fault.
+const END_S: (f64, f64) = (10.0, 13.5);
 
 /// Errors at one time, or the worst of several.
 #[derive(Clone, Copy, Debug, Default)]
@@ -37,11 +43,11 @@ pub(crate) struct Flown {
     pub(crate) finite: bool,
     /// Time from the fault to the flag, s.
     pub(crate) flagged_after_s: Option<f64>,
-    /// Worst of the five seconds before the fault.
+    /// Worst of the four seconds before the fault.
     pub(crate) before: Figures,
-    /// Worst after it.
+    /// Worst from the fault to the end.
     pub(crate) worst: Figures,
-    /// Worst of the last three seconds.
+    /// Worst from ten seconds after the fault on.
     pub(crate) end: Figures,
     /// At the first sweep after the flag.
     pub(crate) at_flag: Option<Figures>,
@@ -51,8 +57,7 @@ pub(crate) struct Flown {
     pub(crate) late: u32,
 }
 
-/// Flies with faults that begin at `fault_s`; `flagged` says which flags are meant.
-pub(crate) fn fly(faults: &str, fault_s: f64, flagged: impl Fn(&LocalizerHealth) -> bool) -> Flown {
+fn recorded(faults: &str) -> RecordedFlight {
     let flight = FlightConfig {
         duration_s: DURATION_S,
         ..FlightConfig::default()
@@ -67,8 +72,40 @@ pub(crate) fn fly(faults: &str, fault_s: f64, flagged: impl Fn(&LocalizerHealth)
         ..Scenario::default()
     };
     let scene = Scene::load("outdoor").expect("built in");
-    let recorded = RecordedFlight::new(&scene, &flight, &sensors, &scenario, SEED).expect("a flight");
-    let mut localizer = Box::new(Localizer::<f32, 44>::new(&config(), 0));
+    RecordedFlight::new(&scene, &flight, &sensors, &scenario, SEED).expect("a flight")
+}
+
+/// Time of a sweep, s.
+fn sweep_s(sweep: usize) -> f64 {
+    (sweep as f64 + 1.0) * 0.5
+}
+
+/// The first sweep from 15 s on with line of sight around it for long enough.
+fn fault_sweep() -> usize {
+    static SWEEP: OnceLock<usize> = OnceLock::new();
+    *SWEEP.get_or_init(|| {
+        let truth = recorded("").truth;
+        let (before, after) = ((SIGHTED_S.0 * 2.0) as usize, (SIGHTED_S.1 * 2.0) as usize);
+        (30..truth.len().saturating_sub(after))
+            .find(|&sweep| {
+                truth[sweep - before..sweep + after]
+                    .iter()
+                    .all(|t| t.sight().is_some())
+            })
+            .expect("a stretch of line of sight")
+    })
+}
+
+/// Flies with faults, in which `@T` stands for the time at which they begin (a tenth of a second before a sweep) and `@S`
+/// for that sweep; `flagged` says which flags are meant.
+pub(crate) fn fly(faults: &str, flagged: impl Fn(&LocalizerHealth) -> bool) -> Flown {
+    let sweep = fault_sweep();
+    let fault_s = sweep_s(sweep) - 0.1;
+    let faults = faults
+        .replace("@T", &format!("{fault_s:?}"))
+        .replace("@S", &sweep.to_string());
+    let recorded = recorded(&faults);
+    let mut localizer = Box::new(Localizer::<f32, 50>::new(&config(), 0));
     let mut flown = Flown {
         finite: true,
         flagged_after_s: None,
@@ -105,29 +142,23 @@ pub(crate) fn fly(faults: &str, fault_s: f64, flagged: impl Fn(&LocalizerHealth)
                     stop: sweep.stop,
                     line_of_sight: sweep.line_of_sight,
                     reflections: &sweep.reflections,
+                    double_reflections: &sweep.double_reflections,
                     planes: &planes,
                 });
                 let time_s = sweep.time_ns as f64 * 1e-9;
-                let nearest = recorded
-                    .truth
-                    .iter()
-                    .zip(1u32..)
-                    .min_by(|a, b| {
-                        let off = |n: u32| (f64::from(n) * 0.5 - time_s).abs();
-                        off(a.1).total_cmp(&off(b.1))
-                    })
-                    .map(|(truth, _)| truth);
-                let figures = figures(&localizer, nearest.expect("sweeps"));
+                // The clock is off by microseconds only.
+                let number = (time_s * 2.0 - 0.5) as usize;
+                let figures = figures(&localizer, &recorded.truth[number]);
                 flown.finite &=
                     figures.is_none_or(|f| (f.position_m + f.attitude_deg + f.clock_ns).is_finite());
                 let figures = figures.unwrap_or_default();
-                if (fault_s - 5.0..fault_s).contains(&time_s) {
+                if (fault_s - SIGHTED_S.0..fault_s).contains(&time_s) {
                     flown.before = flown.before.worst(figures);
                 }
-                if time_s >= fault_s {
+                if (fault_s..fault_s + END_S.1).contains(&time_s) {
                     flown.worst = flown.worst.worst(figures);
                 }
-                if time_s > DURATION_S - 3.0 {
+                if (fault_s + END_S.0..fault_s + END_S.1).contains(&time_s) {
                     flown.end = flown.end.worst(figures);
                 }
                 if flown.flagged_after_s.is_some() {
@@ -146,7 +177,7 @@ pub(crate) fn fly(faults: &str, fault_s: f64, flagged: impl Fn(&LocalizerHealth)
 }
 
 /// Errors at the horizon, which is the sweep just taken; `None` without a pose.
-fn figures(localizer: &Localizer<f32, 44>, truth: &TrueSweep) -> Option<Figures> {
+fn figures(localizer: &Localizer<f32, 50>, truth: &TrueSweep) -> Option<Figures> {
     let filter = localizer.filter();
     if !filter.is_running() {
         return None;

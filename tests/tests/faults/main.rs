@@ -1,8 +1,8 @@
 //! Faults of sensors, beacon and transport through the localization that flies: rejected or ridden out, no number that is
 //! none, and flagged within a second.
 //!
-//! Every flight is half a minute and more outdoors at the error budget, without other outliers. What is asserted is stated
-//! beside each fault; what was measured is printed.
+//! Every flight is a minute outdoors at the error budget, without other outliers; faults begin when the filter has settled
+//! and line of sight lasts. What is asserted is stated beside each fault; what was measured is printed.
 
 mod flown;
 
@@ -10,12 +10,9 @@ use cslam_core::localization::LocalizerHealth;
 
 use flown::{Flown, fly};
 
-/// When faults begin, s: the filter has settled.
-const FAULT_S: f64 = 25.0;
-
 /// Flies with a fault and checks what holds for every fault; prints the figures.
 fn ride(name: &str, faults: &str, flagged: impl Fn(&LocalizerHealth) -> bool) -> Flown {
-    let flown = fly(faults, FAULT_S, flagged);
+    let flown = fly(faults, flagged);
     println!(
         "{name}: flagged after {:?} s; position before {:.2} m, worst {:.2} m, at the end {:.2} m; attitude {:.2}, {:.2}, \
          {:.2} deg; clock {:.2}, {:.2}, {:.2} ns",
@@ -38,7 +35,7 @@ fn ride(name: &str, faults: &str, flagged: impl Fn(&LocalizerHealth) -> bool) ->
     flown
 }
 
-/// The fault was flagged within a second, and the pose came back.
+/// The fault was flagged within a second, and ten seconds later the pose is as good as it was.
 fn ridden_out(flown: &Flown, worst_m: f64) {
     assert!(
         flown.flagged_after_s.is_some_and(|after| after <= 1.0),
@@ -68,13 +65,13 @@ fn without_a_fault_no_flag() {
         !health.imu.is_sound() || health.filter.beacon_implausible
     });
     assert_eq!(flown.flagged_after_s, None);
-    assert!(flown.worst.position_m < 1.0 && flown.end.position_m < 0.5);
+    assert!(flown.worst.position_m < 0.5);
 }
 
 #[test]
 fn an_inertial_sensor_that_stops() {
     for duration in ["0.5", "2.0"] {
-        let faults = format!("[[imu]]\nkind = \"stop\"\nstart_s = {FAULT_S}\nduration_s = {duration}");
+        let faults = format!("[[imu]]\nkind = \"stop\"\nstart_s = @T\nduration_s = {duration}");
         let flown = ride(&format!("stop for {duration} s"), &faults, |health| {
             health.imu.stopped
         });
@@ -85,8 +82,7 @@ fn an_inertial_sensor_that_stops() {
 #[test]
 fn an_inertial_sensor_that_sticks() {
     for axis in ["all", "gyro-z"] {
-        let faults =
-            format!("[[imu]]\nkind = \"stick\"\nstart_s = {FAULT_S}\nduration_s = 1.0\naxis = \"{axis}\"");
+        let faults = format!("[[imu]]\nkind = \"stick\"\nstart_s = @T\nduration_s = 1.0\naxis = \"{axis}\"");
         let flown = ride(&format!("stick, {axis}"), &faults, |health| health.imu.stuck);
         ridden_out(&flown, 8.0);
     }
@@ -96,7 +92,7 @@ fn an_inertial_sensor_that_sticks() {
 fn an_inertial_sensor_that_saturates() {
     for axis in ["all", "gyro-x", "accel-z"] {
         let faults =
-            format!("[[imu]]\nkind = \"saturate\"\nstart_s = {FAULT_S}\nduration_s = 0.5\naxis = \"{axis}\"");
+            format!("[[imu]]\nkind = \"saturate\"\nstart_s = @T\nduration_s = 0.5\naxis = \"{axis}\"");
         let flown = ride(&format!("saturation, {axis}"), &faults, |health| {
             health.imu.saturated
         });
@@ -106,15 +102,14 @@ fn an_inertial_sensor_that_saturates() {
 
 #[test]
 fn an_inertial_sensor_that_spikes() {
-    let faults =
-        format!("[[imu]]\nkind = \"spike\"\nstart_s = {FAULT_S}\nduration_s = 8.0\nspikes_per_s = 10.0");
+    let faults = format!("[[imu]]\nkind = \"spike\"\nstart_s = @T\nduration_s = 8.0\nspikes_per_s = 10.0");
     let flown = ride("spikes", &faults, |health| health.imu.spiking);
     ridden_out(&flown, 1.0);
 }
 
 #[test]
 fn a_clock_that_steps_by_100_ns() {
-    let faults = format!("[[clock]]\nat_s = {FAULT_S}\nstep_ns = 100.0");
+    let faults = format!("[[clock]]\nat_s = @T\nstep_ns = 100.0");
     let flown = ride("clock step", &faults, |health| {
         health.filter.clock_contested || health.filter.contested
     });
@@ -124,7 +119,7 @@ fn a_clock_that_steps_by_100_ns() {
 
 #[test]
 fn a_beacon_that_lies_by_5_m() {
-    let faults = format!("[[beacon]]\nstart_s = {FAULT_S}\nduration_s = 5.0\noffset_m = [3.0, -4.0, 0.0]");
+    let faults = format!("[[beacon]]\nstart_s = @T\nduration_s = 5.0\noffset_m = [3.0, -4.0, 0.0]");
     let flown = ride("beacon 5 m off", &faults, |health| {
         health.filter.beacon_implausible
     });
@@ -133,8 +128,7 @@ fn a_beacon_that_lies_by_5_m() {
 
 #[test]
 fn a_beacon_that_drifts_by_0_1_m_per_s() {
-    let faults =
-        format!("[[beacon]]\nstart_s = {FAULT_S}\nduration_s = 60.0\ndrift_m_per_s = [0.06, 0.08, 0.0]");
+    let faults = format!("[[beacon]]\nstart_s = @T\nduration_s = 60.0\ndrift_m_per_s = [0.06, 0.08, 0.0]");
     let flown = ride("beacon drift", &faults, |health| health.filter.beacon_implausible);
     // The pose follows the beacon by 0.1 m/s: flagged before that is 1.5 m.
     let moved = flown.flagged_after_s.map_or(f64::INFINITY, |after| 0.1 * after);
@@ -144,21 +138,21 @@ fn a_beacon_that_drifts_by_0_1_m_per_s() {
 
 #[test]
 fn fixes_that_are_10_m_off() {
-    let sweep = (FAULT_S * 2.0) as u32;
     for sweeps in [1, 3] {
-        let faults = format!("[[fix]]\nsweep = {sweep}\nsweeps = {sweeps}\ndistance_m = 10.0");
+        let faults = format!("[[fix]]\nsweep = @S\nsweeps = {sweeps}\ndistance_m = 10.0");
         let flown = ride(&format!("{sweeps} fixes 10 m off"), &faults, |health| {
             health.filter.contested
         });
-        ridden_out(&flown, 1.5);
+        // Not one of them has moved the pose.
+        ridden_out(&flown, 1.0);
     }
 }
 
 #[test]
 fn events_that_are_lost_doubled_or_late() {
     let faults = format!(
-        "[[transport]]\nevents = [\"imu\"]\nstart_s = {FAULT_S}\nlost = 0.02\ndoubled = 0.02\nlate = 0.02\nlate_by_s = 0.004\n\
-         [[transport]]\nevents = [\"timing\", \"beacon\"]\nstart_s = {FAULT_S}\nlost = 0.2\ndoubled = 0.1\nlate = 0.2\nlate_by_s = 0.3"
+        "[[transport]]\nevents = [\"imu\"]\nstart_s = @T\nlost = 0.02\ndoubled = 0.02\nlate = 0.02\nlate_by_s = 0.004\n\
+         [[transport]]\nevents = [\"timing\", \"beacon\"]\nstart_s = @T\nlost = 0.2\ndoubled = 0.1\nlate = 0.2\nlate_by_s = 0.3"
     );
     let flown = ride("transport", &faults, |_| false);
     assert!(flown.worst.position_m < 1.5 && flown.end.position_m < 0.6);

@@ -20,7 +20,7 @@ fn counts(text: &str) -> BTreeMap<String, f64> {
 
 fn measured() -> BTreeMap<String, f64> {
     let mut all = counts(&chip::flown(38).log);
-    all.extend(counts(&chip::flown(44).log));
+    all.extend(counts(&chip::flown(50).log));
     all
 }
 
@@ -51,7 +51,7 @@ fn no_part_costs_more_than_committed() {
 #[test]
 fn localization_meets_its_budgets() {
     let measured = measured();
-    for states in [38, 44] {
+    for states in [38, 50] {
         for (part, budget) in [
             ("inertial sample, most", 2_000.0),
             ("covariance step, most", 60_000.0),

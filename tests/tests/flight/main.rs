@@ -81,7 +81,7 @@ fn difference(host: &str, chip: &str) -> Option<String> {
 
 #[test]
 fn the_chip_flies_the_bits_of_the_host() {
-    let (host, chip) = (host::<44>(), chip::flown(44));
+    let (host, chip) = (host::<50>(), chip::flown(50));
     // The beacon after the last of 120 sweeps is not heard any more.
     assert_eq!(host.lines().count(), 119);
     assert_eq!(difference(&host, &chip.lines), None, "{}", chip.log);

@@ -76,7 +76,7 @@ impl Observer for Counts {
         }
     }
 
-    fn sweep(&mut self, _paths: usize, work: impl FnOnce() -> SweepVerdict) -> SweepVerdict {
+    fn sweep(&mut self, work: impl FnOnce() -> SweepVerdict) -> SweepVerdict {
         let (verdict, instructions) = measure(work);
         let kind = if verdict == SweepVerdict::NoSight {
             &mut self.sweep

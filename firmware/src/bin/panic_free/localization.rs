@@ -10,8 +10,8 @@ use cslam_core::localization::imu::Alignment;
 use cslam_core::localization::planes::Plane;
 use cslam_core::localization::{ImuErrors, ImuSample, Localizer};
 
-/// States of the filter with two planes.
-pub(crate) const STATES: usize = 44;
+/// States of the filter with four planes.
+pub(crate) const STATES: usize = 50;
 
 /// Flies on measurements of which the compiler knows nothing.
 pub(crate) fn fly(localizer: &mut Localizer<f32, STATES>) {
@@ -82,6 +82,7 @@ fn sweep(localizer: &mut Localizer<f32, STATES>) -> Option<()> {
         stop: black_box(0),
         line_of_sight: black_box(Some(path)),
         reflections: black_box(&paths),
+        double_reflections: black_box(&paths),
         planes: black_box(&planes),
     };
     black_box(localizer.sweep(&measurement));
