@@ -8,6 +8,7 @@
 //! | 3 magnetometer | | field x y z, uT: f32 |
 //! | 4 plane of the map | its id | normal x y z, centre x y z (m), covariance by columns: f32 |
 //! | 5 sweep | the GMT's stop | GMT x y z and sigma (m), heading, pitch, roll (rad), then every path: f64 |
+//! | 6 beginning of a sweep | | |
 //!
 //! A path is c tau and its sigma (m), AoA x y z (body axes) and its sigma (rad), face of departure (-1 for none), its two
 //! cosines and their sigmas: f64. Flag 1: the first path is the line of sight. Double reflections come last.
@@ -74,6 +75,11 @@ pub enum Event {
     },
     /// A plane of the map.
     Plane(MappedPlane),
+    /// A sweep begins; its paths come later.
+    Begin {
+        /// UAV clock, ns.
+        time_ns: u64,
+    },
     /// A sweep.
     Sweep(Sweep),
 }
@@ -100,6 +106,7 @@ fn body_length(head: &[u8]) -> Option<usize> {
         (2, 0) => Some(8),
         (3, 0) => Some(12),
         (4, 0) => Some(60),
+        (6, 0) => Some(0),
         (5, paths) if paths <= PATHS => Some(8 * (SWEEP_NUMBERS + paths * PATH_NUMBERS)),
         _ => None,
     }
@@ -165,6 +172,7 @@ fn decode(head: &[u8], body: &[u8]) -> Option<Event> {
                 double_reflections,
             })
         }
+        6 => Event::Begin { time_ns },
         _ => return None,
     })
 }
@@ -230,6 +238,7 @@ impl Event {
                 narrow(put, plane.centre.vector().as_slice());
                 narrow(put, plane.covariance.as_slice());
             }
+            Self::Begin { time_ns } => put(&head(6, 0, [0; 2], 0, *time_ns)),
             Self::Sweep(sweep) => {
                 let double = sweep.double_reflections.len();
                 let paths = sweep.reflections.len() + double + usize::from(sweep.line_of_sight.is_some());

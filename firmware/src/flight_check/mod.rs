@@ -111,9 +111,11 @@ pub fn run<R: Read, T: Real, const N: usize>(
                 let _ = observer.magnetic(|| localizer.magnetic(time_ns, &field_ut));
             }
             Event::Plane(plane) => planes.push(plane).map_err(|_| FlightCheckError::Planes)?,
-            Event::Sweep(sweep) => {
-                observer.advance(steps, || localizer.announce_sweep(sweep.time_ns));
+            Event::Begin { time_ns } => {
+                observer.advance(steps, || localizer.announce_sweep(time_ns));
                 steps = 0;
+            }
+            Event::Sweep(sweep) => {
                 let measurement = SweepMeasurement {
                     time_ns: sweep.time_ns,
                     gmt: sweep.gmt,

@@ -64,7 +64,10 @@ impl RecordedFlight {
                         events.push(flight_check::Event::TwoWay { time_ns, offset_m });
                     }
                 }
-                Event::Sweep { sweep } => begun = Some((sweep, time_ns)),
+                Event::Sweep { sweep } => {
+                    events.push(flight_check::Event::Begin { time_ns });
+                    begun = Some((sweep, time_ns));
+                }
                 // A sweep is of use when the beacon after it has said where the GMT was.
                 Event::Beacon(beacon) => {
                     if let Some((_, start_ns)) = begun.take().filter(|(sweep, _)| *sweep == beacon.sweep) {

@@ -134,6 +134,10 @@ pub(crate) fn fly(faults: &str, flagged: impl Fn(&LocalizerHealth) -> bool) -> F
                 let _ = localizer.magnetic(*time_ns, field_ut);
             }
             Event::Plane(plane) => planes.push(*plane),
+            Event::Begin { time_ns } => {
+                now_ns = now_ns.max(*time_ns);
+                localizer.announce_sweep(*time_ns);
+            }
             Event::Sweep(sweep) => {
                 now_ns = now_ns.max(sweep.time_ns);
                 localizer.sweep(&SweepMeasurement {

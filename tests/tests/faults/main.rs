@@ -75,7 +75,7 @@ fn an_inertial_sensor_that_stops() {
         let flown = ride(&format!("stop for {duration} s"), &faults, |health| {
             health.imu.stopped
         });
-        ridden_out(&flown, 8.0);
+        ridden_out(&flown, 1.0);
     }
 }
 
@@ -84,7 +84,7 @@ fn an_inertial_sensor_that_sticks() {
     for axis in ["all", "gyro-z"] {
         let faults = format!("[[imu]]\nkind = \"stick\"\nstart_s = @T\nduration_s = 1.0\naxis = \"{axis}\"");
         let flown = ride(&format!("stick, {axis}"), &faults, |health| health.imu.stuck);
-        ridden_out(&flown, 8.0);
+        ridden_out(&flown, 1.0);
     }
 }
 
@@ -96,7 +96,7 @@ fn an_inertial_sensor_that_saturates() {
         let flown = ride(&format!("saturation, {axis}"), &faults, |health| {
             health.imu.saturated
         });
-        ridden_out(&flown, 8.0);
+        ridden_out(&flown, 1.0);
     }
 }
 

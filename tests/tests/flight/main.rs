@@ -95,8 +95,12 @@ fn the_chip_flies_the_bits_of_the_host() {
     }
     let last = host.lines().last().expect("lines");
     println!("{}", last.split(" covariance").last().unwrap_or_default());
+    let inertial = last.split("ImuCounters").last().unwrap_or_default();
     for counted in ["spikes: ", "missing: ", "repeated: ", "stops: "] {
-        let count = last.split(counted).nth(1).and_then(|rest| rest.split(',').next());
+        let count = inertial
+            .split(counted)
+            .nth(1)
+            .and_then(|rest| rest.split(',').next());
         assert!(
             count.and_then(|c| c.parse::<u32>().ok()).is_some_and(|c| c > 0),
             "{counted}{count:?}"

@@ -61,6 +61,11 @@ pub struct MappedPlane {
 }
 
 impl MappedPlane {
+    /// The mirror image of a point, m.
+    pub fn image_m(&self, point_m: &Vector3<f64>) -> Vector3<f64> {
+        point_m - wide(self.plane.normal.vector()) * (2.0 * self.height_m(point_m))
+    }
+
     /// Height of a point above the plane, m.
     pub fn height_m(&self, point_m: &Vector3<f64>) -> f64 {
         wide(self.plane.normal.vector()).dot(&(point_m - wide(self.plane.centre.vector())))
@@ -299,9 +304,7 @@ pub(super) fn image_m(
     if first.height_m(gmt_m) <= 0.0 || last.height_m(uav_m) <= 0.0 {
         return None;
     }
-    Some(planes.iter().fold(*gmt_m, |from, plane| {
-        from - wide(plane.plane.normal.vector()) * (2.0 * plane.height_m(&from))
-    }))
+    Some(planes.iter().fold(*gmt_m, |from, plane| plane.image_m(&from)))
 }
 
 /// A plane as a mirror of the GMT.

@@ -7,7 +7,7 @@
 use super::gate::chi_square;
 use super::layout::{plane, planes};
 use super::measurement::{MAX_BOUNCES, MappedPlane, PathMeasurement, Transmitter, image_m};
-use super::nominal::wrap_delay_m;
+use super::nominal::{DELAY_PERIOD_M, wrap_delay_m};
 use super::row::Row;
 use super::{Filter, Slot};
 use crate::geometry::Real;
@@ -17,6 +17,8 @@ use nalgebra::Vector3;
 const AMBIGUITY: f64 = 9.0;
 /// Planes whose prediction is further off than this are not considered: delay m, angle rad.
 const NEAR: (f64, f64) = (8.0, 0.15);
+/// Square of the cosine of that angle, a chord of the unit sphere: `(1 - chord^2 / 2)^2`, a little less for rounding.
+const NEAR_COSINE_SQUARE: f64 = (1.0 - 0.5001 * NEAR.1 * NEAR.1) * (1.0 - 0.5001 * NEAR.1 * NEAR.1);
 
 /// Planes that a wave met, in its order.
 type Bounces = heapless::Vec<MappedPlane, MAX_BOUNCES>;
@@ -25,8 +27,12 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// A path of one reflection: matched to a plane, gated, taken in together with what it says about that plane.
     pub(super) fn reflection(&mut self, gmt: &Transmitter, path: &PathMeasurement, known: &[MappedPlane]) {
         let mut found = Match::default();
+        let view = self.view(path);
         for candidate in known {
-            self.weigh(gmt, path, &[candidate], &mut found);
+            let image_m = self.as_known(candidate).image_m(&gmt.position_m);
+            if view.may_be(&image_m) {
+                self.weigh(gmt, path, &[candidate], &mut found);
+            }
         }
         self.conclude(gmt, path, found);
     }
@@ -39,18 +45,38 @@ impl<T: Real, const N: usize> Filter<T, N> {
         known: &[MappedPlane],
     ) {
         let mut found = Match::default();
-        for first in known {
-            // The GMT must stand in front of the first plane: spares most pairs.
-            if self.as_known(first).height_m(&gmt.position_m) <= 0.0 {
+        let view = self.view(path);
+        for second in known {
+            // The UAV looks at the front of the last plane: spares most pairs. Seen in that mirror, what is left is a path
+            // of one reflection, so that no pair needs two images.
+            let Some(mirrored) = view.in_mirror(self.as_known(second)) else {
                 continue;
-            }
-            for second in known {
-                if first.id != second.id {
+            };
+            for first in known {
+                let plane_now = self.as_known(first);
+                if first.id != second.id
+                    && plane_now.height_m(&gmt.position_m) > 0.0
+                    && mirrored.may_be(&plane_now.image_m(&gmt.position_m))
+                {
                     self.weigh(gmt, path, &[first, second], &mut found);
                 }
             }
         }
         self.conclude(gmt, path, found);
+    }
+
+    /// Where a path seems to come from.
+    fn view(&self, path: &PathMeasurement) -> View {
+        let range = wrap_delay_m(path.c_tau_m - self.nominal.clock_offset_m);
+        View {
+            from_m: self.nominal.position_m,
+            direction: self.nominal.attitude * path.aoa.vector(),
+            range_m: if range < 0.0 {
+                range + DELAY_PERIOD_M
+            } else {
+                range
+            },
+        }
     }
 
     /// A plane as it is estimated now: from the state if it is there.
@@ -192,6 +218,43 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let covariance = found.plane.covariance.map(|c| T::of(f64::from(c)));
         self.covariance.reset_block(plane(index), &covariance);
         Some(index)
+    }
+}
+
+/// Where a path seems to come from: a quick look before an explanation is weighed, without roots.
+struct View {
+    from_m: Vector3<f64>,
+    direction: Vector3<f64>,
+    range_m: f64,
+}
+
+impl View {
+    /// Whether an image of the GMT may be the source: no image that [`Filter::weigh`] would keep is turned away.
+    fn may_be(&self, image_m: &Vector3<f64>) -> bool {
+        let way = image_m - self.from_m;
+        let (square, along) = (way.dot(&way), self.direction.dot(&way));
+        if along <= 0.0 || along * along < NEAR_COSINE_SQUARE * square {
+            return false;
+        }
+        let (low, high) = (self.range_m - NEAR.0, self.range_m + NEAR.0);
+        // Beyond this, the wrapped delay may be that of a longer way.
+        let far = DELAY_PERIOD_M - 2.0 * NEAR.0;
+        square > far * far || ((low <= 0.0 || square >= low * low) && square <= high * high)
+    }
+
+    /// The same, seen in a plane that the UAV looks at from its front; `None` for any other plane.
+    fn in_mirror(&self, plane: &MappedPlane) -> Option<Self> {
+        let normal = plane.plane.normal.vector().map(f64::from);
+        let towards = normal.dot(&self.direction);
+        // A direction that is off by the allowed angle may just meet the plane.
+        if towards > NEAR.1 || plane.height_m(&self.from_m) <= 0.0 {
+            return None;
+        }
+        Some(Self {
+            from_m: plane.image_m(&self.from_m),
+            direction: self.direction - normal * (2.0 * towards),
+            range_m: self.range_m,
+        })
     }
 }
 
