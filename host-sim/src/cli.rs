@@ -36,7 +36,7 @@ enum Command {
     ///
     /// The UAV hears the GMT on one link after the other, solves the reflection point of each path, judges it, and
     /// sends what it found to the ground. Every measurement has errors of the stated size; the receiver never sees the
-    /// truth. Writes map.ply, map_truth.ply, packets.bin and report.json.
+    /// truth. Writes point clouds, trajectories, packets, an MCAP recording, report.json and report.html.
     Fly(commands::fly::Args),
     /// Characterise the simulated IMU: Allan deviation of a run at rest
     ///
