@@ -15,8 +15,8 @@ use crate::geometry::Real;
 /// Time between two magnetic headings, ns: their error is slow, so that more of them say no more.
 const HEADING_INTERVAL_NS: u64 = 1_000_000_000;
 
-/// What the parts need to know.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What the parts need to know. The default has no magnetometer.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LocalizerConfig {
     /// Inertial sensor.
     pub imu: ImuConfig,
@@ -26,17 +26,6 @@ pub struct LocalizerConfig {
     pub filter: FilterConfig,
     /// The earth's magnetic field; `None` without a magnetometer.
     pub magnetic: Option<MagneticField>,
-}
-
-impl Default for LocalizerConfig {
-    fn default() -> Self {
-        Self {
-            imu: ImuConfig::default(),
-            rest: RestConfig::default(),
-            filter: FilterConfig::default(),
-            magnetic: None,
-        }
-    }
 }
 
 /// Trouble of the filter and of the inertial sensor.

@@ -35,6 +35,9 @@ impl Kind {
 /// All of a flight.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Counts {
+    /// Whether the pose has been found: before, samples are looked at for rest as well.
+    flying: bool,
+    before: Kind,
     sample: Kind,
     step: Kind,
     covariance: Kind,
@@ -47,6 +50,7 @@ pub(crate) struct Counts {
 impl Counts {
     /// A line for the mean and one for the most of each kind.
     pub(crate) fn print(&self, states: usize) {
+        self.before.print(states, "inertial sample before the start");
         self.sample.print(states, "inertial sample");
         self.step.print(states, "inertial sample that ends a step");
         self.covariance.print(states, "covariance step");
@@ -60,10 +64,10 @@ impl Counts {
 impl Observer for Counts {
     fn sample(&mut self, work: impl FnOnce() -> Option<ImuStep>) -> Option<ImuStep> {
         let (step, instructions) = measure(work);
-        let kind = if step.is_some() {
-            &mut self.step
-        } else {
-            &mut self.sample
+        let kind = match (self.flying, step) {
+            (false, _) => &mut self.before,
+            (true, None) => &mut self.sample,
+            (true, Some(_)) => &mut self.step,
         };
         kind.add(instructions);
         step
@@ -78,10 +82,10 @@ impl Observer for Counts {
 
     fn sweep(&mut self, work: impl FnOnce() -> SweepVerdict) -> SweepVerdict {
         let (verdict, instructions) = measure(work);
-        let kind = if verdict == SweepVerdict::NoSight {
-            &mut self.sweep
-        } else {
-            &mut self.sight
+        self.flying |= verdict == SweepVerdict::Started;
+        let kind = match verdict {
+            SweepVerdict::NoSight => &mut self.sweep,
+            _ => &mut self.sight,
         };
         kind.add(instructions);
         verdict
