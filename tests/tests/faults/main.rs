@@ -102,15 +102,15 @@ fn an_inertial_sensor_that_saturates() {
 
 #[test]
 fn an_inertial_sensor_that_spikes() {
-    let faults = format!("[[imu]]\nkind = \"spike\"\nstart_s = @T\nduration_s = 8.0\nspikes_per_s = 10.0");
-    let flown = ride("spikes", &faults, |health| health.imu.spiking);
+    let faults = "[[imu]]\nkind = \"spike\"\nstart_s = @T\nduration_s = 8.0\nspikes_per_s = 10.0";
+    let flown = ride("spikes", faults, |health| health.imu.spiking);
     ridden_out(&flown, 1.0);
 }
 
 #[test]
 fn a_clock_that_steps_by_100_ns() {
-    let faults = format!("[[clock]]\nat_s = @T\nstep_ns = 100.0");
-    let flown = ride("clock step", &faults, |health| {
+    let faults = "[[clock]]\nat_s = @T\nstep_ns = 100.0";
+    let flown = ride("clock step", faults, |health| {
         health.filter.clock_contested || health.filter.contested
     });
     ridden_out(&flown, 2.0);
@@ -119,8 +119,8 @@ fn a_clock_that_steps_by_100_ns() {
 
 #[test]
 fn a_beacon_that_lies_by_5_m() {
-    let faults = format!("[[beacon]]\nstart_s = @T\nduration_s = 5.0\noffset_m = [3.0, -4.0, 0.0]");
-    let flown = ride("beacon 5 m off", &faults, |health| {
+    let faults = "[[beacon]]\nstart_s = @T\nduration_s = 5.0\noffset_m = [3.0, -4.0, 0.0]";
+    let flown = ride("beacon 5 m off", faults, |health| {
         health.filter.beacon_implausible
     });
     ridden_out(&flown, 1.5);
@@ -128,8 +128,8 @@ fn a_beacon_that_lies_by_5_m() {
 
 #[test]
 fn a_beacon_that_drifts_by_0_1_m_per_s() {
-    let faults = format!("[[beacon]]\nstart_s = @T\nduration_s = 60.0\ndrift_m_per_s = [0.06, 0.08, 0.0]");
-    let flown = ride("beacon drift", &faults, |health| health.filter.beacon_implausible);
+    let faults = "[[beacon]]\nstart_s = @T\nduration_s = 60.0\ndrift_m_per_s = [0.06, 0.08, 0.0]";
+    let flown = ride("beacon drift", faults, |health| health.filter.beacon_implausible);
     // The pose follows the beacon by 0.1 m/s: flagged before that is 1.5 m.
     let moved = flown.flagged_after_s.map_or(f64::INFINITY, |after| 0.1 * after);
     assert!(moved < 1.5, "{moved} m");
@@ -150,11 +150,9 @@ fn fixes_that_are_10_m_off() {
 
 #[test]
 fn events_that_are_lost_doubled_or_late() {
-    let faults = format!(
-        "[[transport]]\nevents = [\"imu\"]\nstart_s = @T\nlost = 0.02\ndoubled = 0.02\nlate = 0.02\nlate_by_s = 0.004\n\
-         [[transport]]\nevents = [\"timing\", \"beacon\"]\nstart_s = @T\nlost = 0.2\ndoubled = 0.1\nlate = 0.2\nlate_by_s = 0.3"
-    );
-    let flown = ride("transport", &faults, |_| false);
+    let faults = "[[transport]]\nevents = [\"imu\"]\nstart_s = @T\nlost = 0.02\ndoubled = 0.02\nlate = 0.02\nlate_by_s = 0.004\n\
+         [[transport]]\nevents = [\"timing\", \"beacon\"]\nstart_s = @T\nlost = 0.2\ndoubled = 0.1\nlate = 0.2\nlate_by_s = 0.3";
+    let flown = ride("transport", faults, |_| false);
     assert!(flown.worst.position_m < 1.5 && flown.end.position_m < 0.6);
     assert!(flown.missing > 100 && flown.repeated > 100 && flown.late > 100);
 }
