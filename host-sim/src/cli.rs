@@ -50,7 +50,7 @@ enum Command {
     Record(commands::record::Args),
     /// Replay a recorded flight, checking every file
     Replay(commands::replay::Args),
-    /// Reproduce the paper's figures and tables, ours beside them
+    /// The paper's figures and tables, ours beside the printed values
     Reproduce(commands::reproduce::Args),
     /// Solve the reflection point of each path of a paths file
     ///
