@@ -14,7 +14,7 @@ use crate::localization::bsm::BsmConfig;
 use crate::localization::filter::FilterConfig;
 use crate::localization::hpc;
 use crate::localization::imu::{ImuConfig, MagneticField, RestConfig};
-use crate::lscn::{Classifier, PaperClassifier};
+use crate::lscn::{AcceptGate, Classifier, PaperClassifier};
 use crate::reflection::{Form, Gates};
 use crate::waveform::Waveform;
 
@@ -110,13 +110,11 @@ pub struct Config<'m> {
     /// What each path is.
     pub link_states: LinkStates<'m>,
     /// When a path is taken for one reflection.
-    pub acceptance: Acceptance,
+    pub accept: AcceptGate,
     /// Paths that are used.
     pub mapped: Mapped,
     /// Closed form of the reflection point.
     pub form: Form,
-    /// Gates of the reflection point.
-    pub gates: Gates,
     /// Edge of the map's voxels, m.
     pub voxel_edge_m: f32,
 }
@@ -130,28 +128,6 @@ pub enum LinkStates<'m> {
     Paper(PaperClassifier<'m>),
     /// Rules of geometry, path by path.
     Rules(Rules),
-}
-
-/// When a path is believed to be of first order, besides the gates of its point (link-state.md).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Acceptance {
-    /// Least probability of first order.
-    pub first_order: f32,
-    /// Least excess delay, m: points of smaller ones are far off.
-    pub excess_m: f32,
-    /// Least excess delay in its standard deviations.
-    pub excess_sigmas: f32,
-}
-
-impl Default for Acceptance {
-    /// 0.8, 1.5 m, 3.5 sigma.
-    fn default() -> Self {
-        Self {
-            first_order: 0.8,
-            excess_m: 1.5,
-            excess_sigmas: 3.5,
-        }
-    }
 }
 
 impl<'m> Config<'m> {
@@ -173,33 +149,34 @@ impl<'m> Config<'m> {
             departures: Departures::SquintFit,
             bsm: BsmConfig::default(),
             link_states,
-            acceptance: Acceptance::default(),
+            accept: AcceptGate {
+                point: Gates {
+                    ground_z_m: Some(0.0),
+                    ..AcceptGate::default().point
+                },
+                ..AcceptGate::default()
+            },
             mapped: Mapped::Every,
             form: Form::Vector,
-            gates: Gates {
-                ground_z_m: Some(0.0),
-                ..Gates::default()
-            },
             voxel_edge_m: 0.25,
         }
     }
 
-    /// The paper's methods throughout: its network, its closed form without our gates, its calibration, the strongest path.
+    /// The paper's methods in every stage but path estimation, which is a type: its network on the strongest path, its closed
+    /// form without our gates, its calibration with the strongest subcarrier.
     #[must_use]
-    pub fn paper(classifier: PaperClassifier<'m>, shared: &Self) -> Self {
+    pub fn paper(link_states: LinkStates<'m>) -> Self {
         Self {
             localization: Localization::Hpc(HpcConfig::default()),
             departures: Departures::SquintPick,
-            link_states: LinkStates::Paper(classifier),
-            acceptance: Acceptance {
-                first_order: 0.0,
-                excess_m: 0.0,
-                excess_sigmas: 0.0,
+            accept: AcceptGate {
+                min_probability: 0.0,
+                min_excess_m: 0.0,
+                point: Gates::open(),
             },
             mapped: Mapped::Strongest,
             form: Form::Paper,
-            gates: Gates::open(),
-            ..shared.clone()
+            ..Self::best(link_states)
         }
     }
 }

@@ -22,7 +22,7 @@ mod report;
 mod rules;
 mod sweep;
 
-pub use config::{Acceptance, Config, Departures, HpcConfig, LinkStates, Localization, Mapped};
+pub use config::{Config, Departures, HpcConfig, LinkStates, Localization, Mapped};
 pub use gain::LinkBudget;
 pub use receive::Residuals;
 pub use report::{Outcome, PathReport, SweepReport};

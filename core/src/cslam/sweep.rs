@@ -21,7 +21,7 @@ use crate::localization::filter::{
 use crate::lscn::{LinkGeometry, LinkState, Probabilities, Received};
 use crate::ltd::{EstimatedPath, PathEstimator};
 use crate::path::Path;
-use crate::reflection::{Ends, Verdict, solve};
+use crate::reflection::{Ends, Rejection, Verdict, solve};
 
 /// A sweep in hand.
 #[derive(Clone, Debug)]
@@ -340,7 +340,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         });
         let first_order = |path: &Judged| {
             path.probabilities
-                .is_some_and(|p| p.first_order >= self.config.acceptance.first_order)
+                .is_some_and(|p| p.first_order >= self.config.accept.min_probability)
         };
         let reflections: Vec<PathMeasurement, PATHS> = judged
             .iter()
@@ -415,13 +415,15 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let Some(probabilities) = judged.probabilities else {
             return Outcome::Unused;
         };
-        let acceptance = self.config.acceptance;
-        if probabilities.state() != LinkState::FirstOrder
-            || probabilities.first_order < acceptance.first_order
-        {
+        let accept = self.config.accept;
+        if probabilities.state() != LinkState::FirstOrder || probabilities.first_order < accept.min_probability {
             return Outcome::NotFirstOrder;
         }
-        match solve(ends, &judged.path, self.config.form, &self.config.gates) {
+        let excess_m = judged.path.c_tau_m - ends.uav.distance_m(&ends.gmt);
+        match solve(ends, &judged.path, self.config.form, &accept.point) {
+            Ok(Verdict::Accepted(_)) if excess_m < accept.min_excess_m => {
+                Outcome::Rejected(Rejection::ExcessDelayTooSmall)
+            }
             Err(error) => Outcome::Input(error),
             Ok(Verdict::Rejected(rejection)) => Outcome::Rejected(rejection),
             Ok(Verdict::Accepted(point)) => {

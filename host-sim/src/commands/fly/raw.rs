@@ -7,8 +7,8 @@ use cslam_core::cslam::{
 };
 use cslam_core::localization::filter::FilterConfig;
 use cslam_core::localization::hpc;
+use cslam_core::lscn::{Classifier, PaperClassifier, models};
 use cslam_core::ltd::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator};
-use cslam_core::reflection::{Form, Gates};
 
 use super::{Args, Config, Flown, Mode};
 use crate::flight_log::Header;
@@ -31,6 +31,9 @@ pub(super) struct Stages {
         help_heading = "One stage away from the mode (flights from raw samples)"
     )]
     estimator: Option<Mode>,
+    /// Link state, if not the mode's
+    #[arg(long, value_enum, help_heading = "One stage away from the mode (flights from raw samples)")]
+    link_state: Option<LinkStateChoice>,
     /// Localization, if not the mode's
     #[arg(
         long,
@@ -52,6 +55,16 @@ pub(super) struct Stages {
         help_heading = "One stage away from the mode (flights from raw samples)"
     )]
     mapped: Option<MappedChoice>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum LinkStateChoice {
+    /// Geometric networks, every path
+    Geometric,
+    /// The paper's network, the strongest path
+    Paper,
+    /// Rules of geometry, every path
+    Rules,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -92,7 +105,7 @@ pub(super) fn run(args: &Args, config: &Config) -> anyhow::Result<Flown> {
     }
     super::make_directory(&args.out)?;
     let world = World::new(&scene, config.world.clone(), args.seed)?;
-    let receiver = receiver_config(args);
+    let receiver = receiver_config(args)?;
     let estimation = EstimatorConfig::default();
     let log = match args.stages.estimator.unwrap_or(args.mode) {
         Mode::Best => fly(
@@ -141,23 +154,23 @@ fn fly<E: PathEstimator<CHANNELS, PATHS>>(
 }
 
 /// The receiver of a mode, with the stages that were asked to differ.
-fn receiver_config(args: &Args) -> Receiver<'static> {
-    let mut config = Receiver::best(LinkStates::Rules(Rules::default()));
-    if args.mode == Mode::Paper {
-        config = Receiver {
-            localization: Localization::Hpc(HpcConfig::default()),
-            departures: Departures::SquintPick,
-            acceptance: Acceptance {
-                first_order: 0.0,
-                excess_m: 0.0,
-                excess_sigmas: 0.0,
-            },
-            mapped: Mapped::Strongest,
-            form: Form::Paper,
-            gates: Gates::open(),
-            ..config
-        };
-    }
+fn receiver_config(args: &Args) -> anyhow::Result<Receiver<'static>> {
+    let of_mode = match args.mode {
+        Mode::Best => LinkStateChoice::Geometric,
+        Mode::Paper => LinkStateChoice::Paper,
+    };
+    let link_states = match args.stages.link_state.unwrap_or(of_mode) {
+        LinkStateChoice::Geometric => {
+            let classifier = Classifier::new(models::geometric()?, models::geometric_without_departure()?)?;
+            LinkStates::Geometric(classifier)
+        }
+        LinkStateChoice::Paper => LinkStates::Paper(PaperClassifier::new(models::paper()?)?),
+        LinkStateChoice::Rules => LinkStates::Rules(Rules::default()),
+    };
+    let mut config = match args.mode {
+        Mode::Best => Receiver::best(link_states),
+        Mode::Paper => Receiver::paper(link_states),
+    };
     let stages = &args.stages;
     if let Some(choice) = stages.localization {
         let with = |mode| {
@@ -186,5 +199,5 @@ fn receiver_config(args: &Args) -> Receiver<'static> {
             MappedChoice::Strongest => Mapped::Strongest,
         };
     }
-    config
+    Ok(config)
 }
