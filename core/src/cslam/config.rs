@@ -14,6 +14,7 @@ use crate::localization::bsm::BsmConfig;
 use crate::localization::filter::FilterConfig;
 use crate::localization::hpc;
 use crate::localization::imu::{ImuConfig, MagneticField, RestConfig};
+use crate::localization::planes::PlaneConfig;
 use crate::lscn::{AcceptGate, Classifier, PaperClassifier};
 use crate::reflection::{Form, Gates};
 use crate::waveform::Waveform;
@@ -115,6 +116,10 @@ pub struct Config<'m> {
     pub mapped: Mapped,
     /// Closed form of the reflection point.
     pub form: Form,
+    /// Planes that are looked for in the map.
+    pub planes: PlaneConfig,
+    /// Whether reflections off mapped planes hold the pose without line of sight.
+    pub map_aided: bool,
     /// Edge of the map's voxels, m.
     pub voxel_edge_m: f32,
 }
@@ -158,6 +163,8 @@ impl<'m> Config<'m> {
             },
             mapped: Mapped::Every,
             form: Form::Vector,
+            planes: PlaneConfig::default(),
+            map_aided: true,
             voxel_edge_m: 0.25,
         }
     }

@@ -6,7 +6,7 @@ use super::config::{HpcConfig, Localization};
 use crate::array::GmtArrays;
 use crate::geometry::{Body, Direction, Gmt, Position, Rotation, World};
 use crate::localization::filter::{
-    DELAY_PERIOD_M, Filter, Health, PathMeasurement, RestAlignment, SweepMeasurement, SweepVerdict,
+    DELAY_PERIOD_M, Filter, Health, PathMeasurement, SweepMeasurement, SweepVerdict,
     wrap_delay_m,
 };
 use crate::localization::hpc::{Hpc, Start};
@@ -36,10 +36,7 @@ impl<const STATES: usize> Localizer<STATES> {
     /// Takes over what rest has shown.
     pub(super) fn aligned(&mut self, alignment: &Alignment) {
         match self {
-            Self::Filter(filter) => filter.aligned(&RestAlignment {
-                gyro_bias_rad_per_s: alignment.gyro_bias_rad_per_s,
-                sigma_rad_per_s: alignment.gyro_bias_sigma_rad_per_s.amax(),
-            }),
+            Self::Filter(filter) => filter.aligned(alignment),
             Self::Hpc(hpc) => hpc.aligned(alignment),
         }
     }
@@ -52,13 +49,10 @@ impl<const STATES: usize> Localizer<STATES> {
         }
     }
 
-    /// Moves on. A step that was not measured is left out: the filter bridges what is missing and knows what that costs.
+    /// Moves on.
     pub(super) fn step(&mut self, step: &ImuStep) {
-        if step.motion == Motion::Coasting {
-            return;
-        }
         match self {
-            Self::Filter(filter) => filter.increment(&step.increment),
+            Self::Filter(filter) => filter.step(step),
             Self::Hpc(hpc) => hpc.step(step),
         }
     }
@@ -158,7 +152,11 @@ impl Calibrated {
         }
     }
 
+    /// A step that was not measured is left out: the next one is coasted to.
     fn step(&mut self, step: &ImuStep) {
+        if step.motion == Motion::Coasting {
+            return;
+        }
         if let Some(hpc) = &mut self.hpc {
             // A step that is out of order or not finite changes nothing.
             let _unchanged = hpc.step(&step.increment, None);

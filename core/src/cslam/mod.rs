@@ -36,7 +36,8 @@ use crate::block::BeamBlock;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Gmt, Real, Rotation, World};
 use crate::localization::bsm::BeamSquint;
-use crate::localization::imu::{Imu, ImuHealth, MagneticAid, RestAlignment, RestStatus};
+use crate::localization::imu::{Imu, ImuHealth, RestAlignment, RestStatus};
+use crate::localization::planes::PlaneMap;
 use crate::localization::{ImuSample, Pose};
 use crate::ltd::{BeamReport, PathEstimator};
 use crate::map::PointCloud;
@@ -45,6 +46,11 @@ use crate::map::PointCloud;
 pub const PATHS: usize = 9;
 /// Receive channels.
 pub const CHANNELS: usize = 32;
+
+/// Planes of the map that are looked for.
+pub const PLANES: usize = 24;
+/// Headings are no more frequent than this, ns: their error hardly changes in between.
+const HEADING_INTERVAL_NS: u64 = 1_000_000_000;
 
 /// What the GMT says about itself after a sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,9 +93,10 @@ pub struct Cslam<'m, E, const VOXELS: usize, const STATES: usize = 44> {
     squint: BeamSquint,
     imu: Imu,
     rest: Option<RestAlignment>,
-    magnetic: Option<MagneticAid>,
+    last_heading_ns: u64,
     localizer: Localizer<STATES>,
     map: PointCloud<VOXELS>,
+    planes: PlaneMap<PLANES>,
     open: Option<Open>,
     last_beacon: Option<(u64, Beacon)>,
     /// Clock offset by the last two-way exchange, m.
@@ -140,7 +147,8 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             squint,
             imu: Imu::new(config.imu),
             rest: Some(RestAlignment::new(config.rest)),
-            magnetic: config.magnetic_field.map(MagneticAid::new),
+            last_heading_ns: 0,
+            planes: PlaneMap::new(config.planes),
             localizer: Localizer::new(&config.localization),
             map: PointCloud::with_edge(config.voxel_edge_m).ok_or(ConfigError::VoxelEdge)?,
             open: None,
@@ -166,23 +174,21 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         }
     }
 
-    /// A sample of the magnetometer, uT in body axes.
+    /// A sample of the magnetometer, uT in body axes. The filter uses its heading only after a while without line of sight.
     pub fn magnetometer(&mut self, time_ns: u64, field_ut: &Vector3<f32>) {
         self.elapse(time_ns);
-        let (Some(aid), Some(pose)) = (&mut self.magnetic, self.localizer.expected()) else {
+        let (Some(field), Some(pose)) = (&self.config.magnetic_field, self.localizer.expected()) else {
             return;
         };
         let tilt_sigma_rad = libm::sqrtf(
             0.5 * (pose.attitude_covariance_rad2.m11 + pose.attitude_covariance_rad2.m22).max(0.0),
         );
-        // Refused headings are the rule: with line of sight there is something better.
-        if let Ok(heading) = aid.heading(
-            field_ut,
-            &pose.attitude,
-            tilt_sigma_rad,
-            time_ns,
-            self.last_sight_ns,
-        ) {
+        let since_ns = time_ns.saturating_sub(self.last_heading_ns);
+        // A disturbed field gives no heading: iron is near.
+        if since_ns >= HEADING_INTERVAL_NS
+            && let Ok(heading) = field.heading(field_ut, &pose.attitude, tilt_sigma_rad)
+        {
+            self.last_heading_ns = time_ns;
             let r = pose.attitude.matrix();
             let yaw_rad = r.m21.atan2_libm(r.m11) + heading.yaw_error_rad;
             self.localizer.heading(time_ns, yaw_rad, heading.sigma_rad);
@@ -255,6 +261,11 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     /// The map so far.
     pub fn map(&self) -> &PointCloud<VOXELS> {
         &self.map
+    }
+
+    /// Planes of the map.
+    pub fn planes(&self) -> &PlaneMap<PLANES> {
+        &self.planes
     }
 
     /// Pose by the newest inertial data; `None` before there is one.

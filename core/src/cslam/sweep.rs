@@ -8,7 +8,7 @@ use heapless::Vec;
 use super::config::{Departures, LinkStates, Mapped};
 use super::receive::{ends, length_m, to_world};
 use super::report::{Outcome, PathReport, SweepReport};
-use super::{CHANNELS, Cslam, PATHS, count};
+use super::{CHANNELS, Cslam, PATHS, PLANES, count};
 use crate::array::GmtArrays;
 use crate::array::half_wave_dipole;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
@@ -16,7 +16,7 @@ use crate::geometry::{Direction, Gmt, Rotation, World};
 use crate::localization::Pose;
 use crate::localization::bsm::{Bearing, Refusal, Sighting};
 use crate::localization::filter::{
-    FaceDirection, PathMeasurement, SweepMeasurement, SweepVerdict, Transmitter, wrap_delay_m,
+    FaceDirection, MappedPlane, PathMeasurement, SweepMeasurement, SweepVerdict, Transmitter, wrap_delay_m,
 };
 use crate::lscn::{LinkGeometry, LinkState, Probabilities, Received};
 use crate::ltd::{EstimatedPath, PathEstimator};
@@ -138,6 +138,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 probabilities: judged.and_then(|j| j.probabilities),
                 outcome,
             });
+        }
+        if let Some(ends) = ends.filter(|_| self.config.map_aided) {
+            self.planes.update(&self.map, &ends.uav);
         }
         let link = match paths.first() {
             None => LinkState::Outage,
@@ -338,16 +341,31 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             let squint = bearing.filter(|_| line == open.sighted).map(face_direction);
             self.measurement(path, squint, gmt)
         });
-        let first_order = |path: &Judged| {
-            path.probabilities
-                .is_some_and(|p| p.first_order >= self.config.accept.min_probability)
-        };
-        let reflections: Vec<PathMeasurement, PATHS> = judged
+        let (mut reflections, mut double_reflections) = (Vec::<_, PATHS>::new(), Vec::<_, PATHS>::new());
+        if self.config.map_aided {
+            let least = self.config.accept.min_probability;
+            for (path, heard) in judged.iter().flatten().zip(heard) {
+                let (Some(p), Some(measured)) = (path.probabilities, self.measurement(heard, None, gmt)) else {
+                    continue;
+                };
+                // There is room for every path.
+                let _fits = if p.first_order >= least {
+                    reflections.push(measured).is_ok()
+                } else if p.higher_order >= least {
+                    double_reflections.push(measured).is_ok()
+                } else {
+                    true
+                };
+            }
+        }
+        let planes: Vec<MappedPlane, PLANES> = self
+            .planes
+            .surfaces()
             .iter()
-            .flatten()
-            .zip(heard)
-            .filter(|(path, _)| self.config.mapped == Mapped::Every && first_order(path))
-            .filter_map(|(_, heard)| self.measurement(heard, None, gmt))
+            .map(|surface| MappedPlane {
+                id: surface.id,
+                plane: surface.plane,
+            })
             .collect();
         let verdict = self.localizer.sweep(
             open.sweep,
@@ -357,7 +375,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 stop,
                 line_of_sight,
                 reflections: &reflections,
-                planes: &[],
+                double_reflections: &double_reflections,
+                planes: &planes,
             },
         );
         self.imu.set_errors(self.localizer.imu_errors());
