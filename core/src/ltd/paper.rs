@@ -106,7 +106,8 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
             let scale = libm::scalbnf(1.0, kept.exponent - exponent);
             (0..KEPT).map(move |t| {
                 let column = core::array::from_fn(|c| {
-                    let x = kept.taps[c][t];
+                    let x = kept.taps.get(c).and_then(|row| row.get(t));
+                    let x = x.copied().unwrap_or(Iq::ZERO);
                     Complex::new(f32::from(x.re()), f32::from(x.im())) * scale
                 });
                 (m, kept.first + t, column)
