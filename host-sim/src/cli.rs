@@ -27,6 +27,12 @@ enum Command {
     ///
     /// Times the work as a user gets it, everything included. Figures hold for this machine and its load only.
     Bench(commands::bench::Args),
+    /// Classify links and paths: line of sight, one reflection, or more
+    ///
+    /// The models that come with the program, exactly as they fly: integer networks over features of the measured paths.
+    /// A path is accepted for the map when one reflection is probable and its point passes the gates. A link without a path
+    /// is an outage, state 0. Where the file knows the orders, the summary compares with them.
+    Classify(commands::classify::Args),
     /// Make a data set for the link-state classifier: ray-traced links as NumPy columns
     ///
     /// Every transmitter with every free point of a receiver grid, or a seeded sample of these links. The paper's
@@ -61,6 +67,8 @@ enum Command {
     Record(commands::record::Args),
     /// Replay a recorded flight, checking every file
     Replay(commands::replay::Args),
+    /// The paper's figures and tables, ours beside the printed values
+    Reproduce(commands::reproduce::Args),
     /// Solve the reflection point of each path of a paths file
     ///
     /// Every path leads to a line: a point, or the reason why there is none. Where the file knows the truth (order and
@@ -90,12 +98,14 @@ pub fn main() -> ExitCode {
     let result = match cli.command {
         Some(Command::Accuracy(args)) => commands::accuracy::run(&args),
         Some(Command::Bench(args)) => commands::bench::run(&args),
+        Some(Command::Classify(args)) => commands::classify::run(&args),
         Some(Command::Dataset(args)) => commands::dataset::run(&args),
         Some(Command::Estimate(args)) => commands::estimate::run(&args),
         Some(Command::Imu(args)) => commands::imu::run(&args),
         Some(Command::Quantize(args)) => commands::quantize::run(&args),
         Some(Command::Record(args)) => commands::record::run(&args),
         Some(Command::Replay(args)) => commands::replay::run(&args),
+        Some(Command::Reproduce(args)) => commands::reproduce::run(&args),
         Some(Command::Solve(args)) => commands::solve::run(&args),
         Some(Command::Synth(args)) => commands::synth::run(&args),
         Some(Command::Trace(args)) => commands::trace::run(&args),

@@ -1,5 +1,6 @@
 //! `cslam dataset`: ray-traced links for training and for figures.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -150,24 +151,27 @@ fn shard(text: &str) -> Result<(usize, usize), InputError> {
 }
 
 fn report(args: &Args, counts: &Counts) -> anyhow::Result<()> {
+    let mut out = std::io::stdout().lock();
     if args.json {
-        println!("{}", serde_json::to_string(counts)?);
+        writeln!(out, "{}", serde_json::to_string(counts)?)?;
         return Ok(());
     }
     let heard = counts.links - counts.outages;
     let share = |n: usize| 100.0 * n as f64 / heard.max(1) as f64;
-    println!(
+    writeln!(
+        out,
         "{} links in {}: {heard} with a path ({} paths), {} outages",
         counts.links,
         args.out.display(),
         counts.paths,
         counts.outages
-    );
-    println!(
+    )?;
+    writeln!(
+        out,
         "strongest path: line of sight {:.1} %, first order {:.1} %, higher order {:.1} %",
         share(counts.line_of_sight),
         share(counts.first_order),
         share(counts.higher_order)
-    );
+    )?;
     Ok(())
 }

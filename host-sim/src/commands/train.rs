@@ -1,5 +1,6 @@
 //! `cslam train`: from a data set to a float model.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -201,24 +202,27 @@ fn write(args: &Args, model: &FloatModel, curve: &[Epoch]) -> anyhow::Result<()>
 }
 
 fn print(args: &Args, report: &Report<'_>) -> anyhow::Result<()> {
+    let mut out = std::io::stdout().lock();
     if args.json {
-        println!("{}", serde_json::to_string(report)?);
+        writeln!(out, "{}", serde_json::to_string(report)?)?;
         return Ok(());
     }
-    println!(
+    writeln!(
+        out,
         "{} samples to train on, {} to validate; {} epochs in {:.0} s",
         report.training_samples,
         report.validation_samples,
         report.epochs.len(),
         report.elapsed_s
-    );
-    println!(
+    )?;
+    writeln!(
+        out,
         "validation: link state {:.4}, all samples {:.4}; temperature {:.3}, calibration error {:.4}",
         report.validation_link_accuracy,
         report.validation_accuracy,
         report.temperature,
         report.expected_calibration_error
-    );
-    println!("written {} and .svg", args.out.display());
+    )?;
+    writeln!(out, "written {} and .svg", args.out.display())?;
     Ok(())
 }

@@ -81,6 +81,13 @@ impl CalibrationError {
         error
     }
 
+    /// Adds the samples of another one.
+    pub fn append(&mut self, other: &Self) {
+        for ((count, sum, right), (c, s, r)) in self.bins.iter_mut().zip(other.bins) {
+            (*count, *sum, *right) = (*count + c, *sum + s, *right + r);
+        }
+    }
+
     /// The error, 0 to 1; 0 of nothing.
     pub fn value(&self) -> f64 {
         let all: usize = self.bins.iter().map(|(count, ..)| count).sum();

@@ -53,7 +53,8 @@ fn panel<'t>(
         .x_label_formatter(&|x| format!("{x:.0}"))
         .y_label_formatter(&|y| format!("{y:.3}"))
         .label_style(("sans-serif", 16))
-        .light_line_style(RGBColor(235, 235, 235))
+        .max_light_lines(0)
+        .bold_line_style(RGBColor(225, 225, 225))
         .draw()?;
     for (index, (name, colour)) in [("training", TRAINING), ("validation", VALIDATION)]
         .into_iter()

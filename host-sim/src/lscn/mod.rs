@@ -17,4 +17,6 @@ pub mod protocol;
 pub mod quantise;
 mod safetensors_file;
 pub mod samples;
+pub mod scores;
+pub mod shipped;
 pub mod training;
