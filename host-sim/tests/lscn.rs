@@ -326,7 +326,7 @@ fn faults_of_classification_are_named() {
     let with = |more: &[&str]| bad(&[&["classify", "--paths", &fixture()], more].concat());
     assert!(with(&["--model", text(&file)]).contains("m.lscn"));
     assert!(with(&["--bounds", "1,2,3"]).contains("six numbers"));
-    assert!(with(&["--range-sigma-m", "-1"]).contains("at least 0"));
+    assert!(with(&["--range-sigma-m=-1"]).contains("at least 0"));
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../core/models/paper-k9.lscn");
     assert!(with(&["--model", text(&shipped)]).contains("--model: a Paper model"));
 }

@@ -226,7 +226,8 @@ fn classify(
                         )
                     }),
                 });
-            (of_paths.first().copied().flatten(), lines.collect())
+            // The strongest path that is a measurement stands for the link.
+            (of_paths.iter().copied().flatten().next(), lines.collect())
         }
         // The paper maps the strongest path of a first-order link, and knows nothing of the others.
         Judge::Paper(classifier) => {

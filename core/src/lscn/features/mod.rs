@@ -80,6 +80,9 @@ const LENGTH_UNIT_M: f32 = 10.0;
 const MOST_DB: f32 = 40.0;
 const DB_UNIT: f32 = 10.0;
 
+/// A point nearer to the GMT than this has no better known direction, m.
+const NEAREST_M: f32 = 1e-3;
+
 /// Ranks are counted in eighths: the ninth path of nine has 1.
 const RANKS: f32 = 8.0;
 
@@ -186,11 +189,23 @@ impl<'a> LinkGeometry<'a> {
 
     /// Where a path that was reflected once was, and how strong it would be. `None` for lengths that overflow.
     fn single(&self, path: &Path<World>) -> Option<Single> {
-        // With this much excess there is a point in every direction.
+        // With this much excess there is a point in every direction. Only for a line of sight without any error can
+        // rounding put it beyond the GMT: then it is at the GMT.
         let length_m = path.c_tau_m.max(self.baseline_m + LEAST_EXCESS_M);
-        let solution = vector_point(&self.baseline, path.aoa.vector(), length_m)?;
+        let at_gmt = || {
+            (length_m < self.baseline_m + REFLECTED_EXCESS_M).then_some(VectorSolution {
+                distance_m: self.baseline_m,
+                denominator_m: LEAST_EXCESS_M,
+                one_plus_cos_bistatic: 1.0,
+            })
+        };
+        let solution = vector_point(&self.baseline, path.aoa.vector(), length_m).or_else(at_gmt)?;
         let from_gmt = self.baseline + path.aoa.vector() * solution.distance_m;
-        let incoming = Direction::<World>::from_vector(from_gmt).ok()?;
+        // A line of sight without any error has its point at the GMT: what left there left straight for the UAV.
+        let straight = || Direction::<World>::from_vector(self.baseline);
+        let incoming = Direction::<World>::from_vector(from_gmt)
+            .or_else(|_| straight())
+            .ok()?;
         let bounce = Bounce::new(incoming.vector(), path.aoa.vector(), length_m, WAVELENGTH_M);
         Some(Single {
             length_m,
@@ -284,8 +299,8 @@ impl<'a> LinkGeometry<'a> {
             // Only the point's error across the line from the GMT turns it; both tangents together.
             let line = incoming.vector();
             let across_m2 = (covariance.trace() - line.dot(&(covariance * line))).max(0.0);
-            let variance =
-                2.0 * departure.sigma_rad * departure.sigma_rad + across_m2 / from_gmt.norm_squared();
+            let variance = 2.0 * departure.sigma_rad * departure.sigma_rad
+                + across_m2 / from_gmt.norm_squared().max(NEAREST_M * NEAREST_M);
             *off_point = compressed(mismatch_rad, ANGLE_UNIT_RAD);
             *off_point_sigmas = compressed(mismatch_rad, sqrt(variance).max(1e-6));
             let straight = Direction::<World>::from_vector(self.baseline)?;

@@ -162,6 +162,36 @@ fn paths_are_seen_beside_the_others_of_their_link() {
 }
 
 #[test]
+fn an_exact_line_of_sight_has_features() {
+    for (x, y, z) in [
+        (2.0, 40.0, 9.0),
+        (111.438, 63.213, 18.709),
+        (4.0, 5.0, 30.0),
+        (4.5, 5.0, 1.5),
+        (-300.0, 20.0, 2.0),
+    ] {
+        let ends = Ends {
+            uav: at(x, y, z),
+            ..ends()
+        };
+        let towards =
+            |from: &Position, to: &Position| Direction::from_vector(to.from_origin(from)).expect("apart");
+        let mut los = over(&[]);
+        los.path.c_tau_m = ends.uav.distance_m(&ends.gmt);
+        los.path.aoa = towards(&ends.uav, &ends.gmt);
+        los.path.aod = Some(Departure {
+            direction: towards(&ends.gmt, &ends.uav),
+            sigma_rad: 0.0,
+        });
+        los.path.covariance = Matrix3::zeros();
+        let features = LinkGeometry::new(&ends, &[los])
+            .and_then(|l| l.features(&los))
+            .expect("a measurement");
+        assert!(features.without_departure()[0].abs() < 1e-3, "no excess");
+    }
+}
+
+#[test]
 fn what_is_not_known_is_said() {
     let mut path = mirrored_at_wall();
     path.gain_db = None;
