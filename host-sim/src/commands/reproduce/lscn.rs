@@ -25,7 +25,7 @@ use crate::statistics::quantile;
 use crate::table::Table;
 
 /// Arguments of `cslam reproduce lscn`.
-#[derive(clap::Args, Clone, Debug)]
+#[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Share of the paper's 28.8 million training links; 0.09 gives a million with a path
     #[arg(long, value_name = "R", default_value_t = 0.09)]
@@ -45,19 +45,6 @@ pub(crate) struct Args {
     /// Print one JSON object a row on standard output instead of the tables
     #[arg(long)]
     json: bool,
-}
-
-impl Default for Args {
-    fn default() -> Self {
-        Self {
-            rate: 0.09,
-            no_training: false,
-            models: None,
-            seed: 1,
-            threads: None,
-            json: false,
-        }
-    }
 }
 
 /// Values of K in the paper's figure.
