@@ -7,10 +7,13 @@
 //!
 //! A board's own image cannot pass, because its runtime and its log keep panics; what flies is checked here: ring,
 //! record, path, solver, map and packet encoder as [`Receiver::step`] puts them together, the packet decoder, path
-//! estimation from samples to paths in both modes, with its front end, and link states from a model file and measured
-//! paths to the gate into the map.
+//! estimation from samples to paths in both modes, with its front end, localization from samples and paths to the pose,
+//! and link states from a model file and measured paths to the gate into the map.
 #![no_std]
 #![no_main]
+
+#[path = "panic_free/localization.rs"]
+mod localization;
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
@@ -18,6 +21,7 @@ use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use cslam_core::block::BeamBlock;
 use cslam_core::geometry::{Body, Complex, Direction, GeometryError, Matrix3, Rotation, World};
+use cslam_core::localization::{Localizer, LocalizerConfig};
 use cslam_core::lscn::{AcceptGate, Classifier, LinkGeometry, Model, PaperClassifier, Received};
 use cslam_core::ltd::{
     Correlator, Detector, Estimator, EstimatorConfig, Iq, PaperEstimator, PathEstimator, Workspace,
@@ -75,6 +79,13 @@ impl Write for Downlink {
 
 #[entry]
 fn main() -> ! {
+    let localizer = cortex_m::singleton!(: Option<Localizer<f32, { localization::STATES }>> = None);
+    if let Some(place) = localizer {
+        localization::fly(place.insert(Localizer::new(
+            &black_box(LocalizerConfig::default()),
+            black_box(0),
+        )));
+    }
     // Places of their own, so that the link also shows that they fit.
     let map = cortex_m::singleton!(: BoardMap = BoardMap::new());
     let decoder = cortex_m::singleton!(: Decoder = Decoder::new());

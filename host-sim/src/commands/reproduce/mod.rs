@@ -1,6 +1,7 @@
 //! `cslam reproduce`: the paper's figures and tables, ours beside the printed values. One file a name.
 
 mod bsm;
+mod localization;
 mod lscn;
 
 use clap::Subcommand;
@@ -26,11 +27,17 @@ enum What {
     /// the program on links that they have not seen. Takes about ten minutes of processor time, all of it for the paper's
     /// networks. docs/link-state.md holds the tables.
     Lscn(lscn::Args),
+    /// Localization: filter and HPC over flights with every error of the budget
+    ///
+    /// Flights through a traced scene. Path errors come from the calibration errors of both ends' arrays; inertial samples,
+    /// clock, two-way timing and beacons from the sensor models. docs/localization.md holds the tables.
+    Localization(localization::Args),
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     match &args.what {
         What::Bsm(args) => bsm::run(args),
         What::Lscn(args) => lscn::run(args),
+        What::Localization(args) => localization::run(args),
     }
 }
