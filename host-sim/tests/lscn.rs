@@ -243,7 +243,7 @@ fn every_link_of_the_reference_list_is_classified() {
     }
     assert!(right / heard > 0.98, "{right} of {heard} links");
     assert!(
-        accepted > 300.0 && first / accepted > 0.98,
+        accepted > 300.0 && first / accepted > 0.95,
         "{first} of {accepted} accepted paths"
     );
 }
@@ -311,7 +311,7 @@ fn the_papers_mode_tells_of_the_strongest_path_only() {
                 .all(|p| p["first_order"].is_null() && p["accepted"] == false)
         );
         if let Some(first) = paths.first() {
-            assert!(first["accepted"] != true || line["state"] == 2);
+            assert!(first["accepted"] == false || line["state"] == 2);
         }
     }
     let table = good(&["classify", "--mode", "paper", "--paths", &fixture()]);
