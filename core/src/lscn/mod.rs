@@ -23,6 +23,7 @@ mod features;
 pub mod format;
 pub mod kernels;
 mod model;
+pub mod models;
 mod network;
 mod probability;
 mod shape;

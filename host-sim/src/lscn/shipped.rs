@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use cslam_core::lscn::models;
+
 use super::float_model::FloatModel;
 use super::model_file::ModelFile;
 use crate::input::InputError;
@@ -21,11 +23,9 @@ impl Default for Shipped {
     fn default() -> Self {
         let file = ModelFile::from_bytes;
         Self {
-            geometric: file(include_bytes!("../../../core/models/geometric.lscn")),
-            geometric_without_departure: file(include_bytes!(
-                "../../../core/models/geometric-without-departure.lscn"
-            )),
-            paper: file(include_bytes!("../../../core/models/paper-k9.lscn")),
+            geometric: file(models::geometric_file()),
+            geometric_without_departure: file(models::geometric_without_departure_file()),
+            paper: file(models::paper_file()),
         }
     }
 }
