@@ -101,3 +101,21 @@ fn the_angle_of_departure_comes_from_the_beams() {
     let figures = departures(Mode::Best, 10.0, 60, SEED);
     assert!(figures.rms_deg <= 0.5, "{figures:?}");
 }
+
+/// The page shows the committed table, and in it every figure asked for is reached. `cargo verify --only accuracy` measures
+/// the table again.
+#[test]
+fn the_documented_table_is_the_committed_one() {
+    let page = include_str!("../../docs/path-estimation.md");
+    let table = include_str!("../golden/accuracy.txt");
+    assert!(
+        page.contains(&format!("```\n{table}```\n")),
+        "docs/path-estimation.md has another table"
+    );
+    let asked = table
+        .split_once("asked for")
+        .expect("a table of what is asked for")
+        .1;
+    let reached = asked.lines().filter(|line| line.ends_with("  yes")).count();
+    assert!(reached >= 11 && !asked.contains("  no\n"), "{asked}");
+}

@@ -401,4 +401,39 @@ mod tests {
             .to_degrees();
         assert!(off > 0.3, "{off} deg");
     }
+
+    /// Where the amplitudes fit, the Gauss-Newton Hessian is the curvature of the cost, strength eliminated: the standard
+    /// deviation comes from it.
+    #[test]
+    fn hessian_is_the_curvature_of_the_cost() {
+        let codebook = Codebook::<f64>::default();
+        let departures = Default72::new(&Codebook::<f32>::default(), 0.0);
+        for (zenith, azimuth) in [(1.45, 0.2), (1.25, 0.6), (1.5, -2.0)] {
+            let truth = Direction::<Gmt, f64>::from_zenith_azimuth(zenith, azimuth).expect("angles");
+            let u = Direction::<Gmt>::from_vector(truth.vector().cast()).expect("unit");
+            // Three beams: the strength they leave open matters.
+            let looks: Vec<(Aim, f32, f32), LOOKS> = looks(&codebook, &truth, 0.1)
+                .iter()
+                .take(3)
+                .filter_map(|look| Some((departures.aims[usize::from(look.beam)]?, look.amplitude, 1e4)))
+                .collect();
+            let state = departures.expand(&looks, &u, u.vector());
+            let (e1, e2) = u.tangents();
+            let step = 2e-3;
+            let cost = |a: f32, b: f32| {
+                let moved = Direction::from_vector(u.vector() + (e1 * a + e2 * b) * step).expect("unit");
+                departures.cost(&looks, &moved, u.vector())
+            };
+            let curvature =
+                |a: f32, b: f32| (cost(a, b) + cost(-a, -b) - 2.0 * state.cost) / (2.0 * step * step);
+            let [h11, h12, h22] = state.hessian;
+            for (measured, expected) in [
+                (curvature(1.0, 0.0), h11),
+                (curvature(0.0, 1.0), h22),
+                (curvature(1.0, 1.0), h11 + 2.0 * h12 + h22),
+            ] {
+                assert!((measured / expected - 1.0).abs() < 0.05, "{measured} {expected}");
+            }
+        }
+    }
 }

@@ -445,4 +445,23 @@ mod tests {
         assert!((ratio - 10.46).abs() < 1.0, "{ratio} dB");
         assert!(paper.finish().is_empty(), "nothing is left for the next sweep");
     }
+
+    /// What counts is the energy in one tap of one beam, as for the strongest path, not the sum over beams.
+    #[test]
+    fn dynamic_range_is_that_of_single_beams() {
+        let faint = |share_db: f32| Made {
+            zenith_deg: 100.0,
+            azimuth_deg: -120.0,
+            amplitude: STRONG.amplitude * libm::powf(10.0, 0.05 * share_db),
+        };
+        for (share_db, expected) in [(-33.0, 2), (-35.0, 1)] {
+            let mut paper = paper();
+            keep(&mut paper, 41, 100, STRONG, -20);
+            for beam in [5, 6, 7, 8] {
+                keep(&mut paper, beam, 200, faint(share_db), -20);
+            }
+            let paths = paper.finish();
+            assert_eq!(paths.len(), expected, "{share_db} dB: {paths:?}");
+        }
+    }
 }

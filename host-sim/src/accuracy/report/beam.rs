@@ -25,7 +25,8 @@ pub(super) fn single_path(run: &Run<'_>, n: usize) -> Report {
     );
     let mut worst = 0.0_f64;
     for (mode, i) in each(run.modes, SNR_DB.len()) {
-        let r = single(mode, SNR_DB[i], n, run.seed);
+        let trials = if mode == Mode::Best { 4 * n } else { n };
+        let r = single(mode, SNR_DB[i], trials, run.seed);
         if mode == Mode::Best && r.snr_db >= -15.0 {
             worst = r.ratio.iter().fold(worst, |w, x| w.max(*x));
         }

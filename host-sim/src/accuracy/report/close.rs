@@ -69,14 +69,14 @@ pub(super) fn close_pairs(run: &Run<'_>, n: usize) -> Report {
         "possible by the bound",
     ];
     let mut rows = Rows::new(Case::Pairs, header);
-    let (mut met, mut margin) = (0, f64::INFINITY);
+    let (mut met, mut at_bound) = (0, 0);
     for (mode, i) in each(run.modes, 2 * SEPARATIONS.len()) {
         let (apart_m, apart_deg, expected) = SEPARATIONS[i / 2];
         let (second_db, expected) = ([0.0, -10.0][i % 2], expected[i % 2]);
         let r = pairs(mode, apart_m, apart_deg, second_db, n, run.seed);
         if mode == Mode::Best {
             met += usize::from(r.both >= expected);
-            margin = margin.min(r.both - expected);
+            at_bound += usize::from(r.both < expected && r.both >= r.possible);
         }
         let cells = vec![
             format!("{apart_m} m, {apart_deg} deg"),
@@ -90,12 +90,10 @@ pub(super) fn close_pairs(run: &Run<'_>, n: usize) -> Report {
     }
     if run.best() {
         let all = 2 * SEPARATIONS.len();
-        let measured = format!("{met} of {all}, least margin {margin:+.2}");
-        rows.target(
-            "pairs: at least the joint column of the design",
-            measured,
-            met == all,
-        );
+        // The design's shares are of 25 to 40 trials; where its 1.00 is more than the bound allows, the bound counts.
+        let measured = format!("{met} and {at_bound} of {all}");
+        let what = "pairs: at least the joint column of the design, or what the bound allows";
+        rows.target(what, measured, met + at_bound == all);
     }
     rows.done()
 }

@@ -35,8 +35,7 @@ impl Case {
     /// Trials of the case in units of the command's `--trials`.
     fn trials(self, unit: usize) -> usize {
         match self {
-            Self::Single => 40 * unit,
-            Self::Twin | Self::Detection => 10 * unit,
+            Self::Single | Self::Twin | Self::Detection => 10 * unit,
             Self::Noise | Self::Bounce => 2 * unit,
             Self::Scenes | Self::Pairs | Self::Departure => unit,
         }

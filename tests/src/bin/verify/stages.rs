@@ -138,6 +138,21 @@ pub(crate) const STAGES: &[Stage] = &[
         ])]),
     },
     Stage {
+        name: "accuracy",
+        what: "path estimation gives the committed figures, byte for byte, and every figure asked for is reached",
+        needs: &["toolchain"],
+        work: Work::Steps(&[step(&[
+            "run",
+            "--release",
+            "--locked",
+            "--package=cslam-host-sim",
+            "--bin=cslam",
+            "--",
+            "accuracy",
+            "--check=host-sim/golden/accuracy.txt",
+        ])]),
+    },
+    Stage {
         name: "doc",
         what: "the documentation builds without a warning",
         needs: &["toolchain"],
