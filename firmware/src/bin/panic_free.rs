@@ -6,10 +6,13 @@
 //! does not link either. It is made to be linked, not to be run: inputs are whatever the shared memory holds.
 //!
 //! A board's own image cannot pass, because its runtime and its log keep panics; what flies is checked here: ring,
-//! record, path, solver, map and packet encoder as [`Receiver::step`] puts them together, the packet decoder, and path
-//! estimation from samples to paths in both modes, with its front end.
+//! record, path, solver, map and packet encoder as [`Receiver::step`] puts them together, the packet decoder, path
+//! estimation from samples to paths in both modes, with its front end, and localization from samples and paths to the pose.
 #![no_std]
 #![no_main]
+
+#[path = "panic_free/localization.rs"]
+mod localization;
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
@@ -17,6 +20,7 @@ use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use cslam_core::block::BeamBlock;
 use cslam_core::geometry::{Body, Complex, Direction, GeometryError, Matrix3, Rotation, World};
+use cslam_core::localization::{Localizer, LocalizerConfig};
 use cslam_core::ltd::{
     Correlator, Detector, Estimator, EstimatorConfig, Iq, PaperEstimator, PathEstimator, Workspace,
 };
@@ -73,6 +77,13 @@ impl Write for Downlink {
 
 #[entry]
 fn main() -> ! {
+    let localizer = cortex_m::singleton!(: Option<Localizer<f32, { localization::STATES }>> = None);
+    if let Some(place) = localizer {
+        localization::fly(place.insert(Localizer::new(
+            &black_box(LocalizerConfig::default()),
+            black_box(0),
+        )));
+    }
     // Places of their own, so that the link also shows that they fit.
     let map = cortex_m::singleton!(: BoardMap = BoardMap::new());
     let decoder = cortex_m::singleton!(: Decoder = Decoder::new());

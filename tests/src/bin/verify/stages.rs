@@ -253,6 +253,18 @@ pub(crate) const STAGES: &[Stage] = &[
             "--test=lscn",
         ])]),
     },
+    Stage {
+        name: "flight",
+        what: "a minute of flight through localization on the emulated Cortex-M7: bits of the host, committed counts",
+        needs: &["toolchain", "qemu", "defmt-print", "firmware"],
+        work: Work::Steps(&[step(&[
+            "test",
+            "--locked",
+            "--workspace",
+            ALL_TESTS,
+            "--test=flight",
+        ])]),
+    },
 ];
 
 #[cfg(test)]
