@@ -239,7 +239,7 @@ fn missing_inertial_data_are_bridged_and_flagged() {
                 flagged = true;
             }
             // Wrong by metres only while it says so.
-            let limit = if filter.health().is_degraded() { 8.0 } else { 0.5 };
+            let limit = if filter.health().is_degraded() { 2.0 } else { 0.5 };
             assert!(
                 !filter.is_running() || error_m(&filter) < limit,
                 "{now} {}",
