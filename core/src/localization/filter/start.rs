@@ -1,5 +1,6 @@
 //! Start-up and hard re-fix: the pose from a window of sweeps, everything else kept.
 
+use super::gate::Innovation;
 use super::layout::{
     ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ARRAYS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, FACE_BIAS, FACES,
     GYRO_BIAS, GYRO_Z, POSITION, VELOCITY,
@@ -101,7 +102,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             self.covariance.reset(VELOCITY + i, T::of(velocity * velocity));
         }
         self.contested = 0;
-        self.last_innovation = None;
+        self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
     }
 
     fn set_pose(&mut self, solution: &Solution) {

@@ -44,6 +44,8 @@ pub enum SweepVerdict {
     Accepted,
     /// Taken in after the covariance was inflated: the vote says the filter was wrong.
     Inflated,
+    /// Possible, but the filter is too unsure to tell: kept until the next sweep agrees.
+    Held,
     /// Not taken in: it contradicts the filter.
     Rejected,
     /// The pose was set anew from the last sweeps.
@@ -154,12 +156,15 @@ impl<T: Real, const N: usize> Filter<T, N> {
             self.sure = sigma < gates.trusted_m;
         }
         let trusted = self.sure;
-        // With the angle of departure a path proves itself: of five numbers only three are needed for the position.
-        let proven = rows.len() == 5;
         self.last_innovation = Some(innovation);
 
-        let verdict = if chi2 <= gate && (trusted || proven || agrees) {
+        let verdict = if chi2 <= gate && (trusted || agrees) {
             SweepVerdict::Accepted
+        } else if chi2 <= gate {
+            // After an outage almost any place is possible: one sweep is no proof, a consistent fix elsewhere may be a lie.
+            self.counters.held = self.counters.held.saturating_add(1);
+            self.contested = 0;
+            return SweepVerdict::Held;
         } else if chi2 > gate && chi2 < MOST_INFLATED * gate && !trusted && agrees {
             // The filter was too sure: its uncertainty of pose and motion is raised to what the sweep says. Only a little:
             // beyond, a linear step would land anywhere, and the window does better.
@@ -173,8 +178,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if verdict != SweepVerdict::Rejected {
             self.take_rows(&rows);
             self.contested = 0;
-            // What is left of the innovation after the update.
-            self.last_innovation = None;
+            self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
             self.counters.accepted = self.counters.accepted.saturating_add(1);
             return verdict;
         }
