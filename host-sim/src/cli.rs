@@ -36,7 +36,7 @@ enum Command {
     ///
     /// The UAV hears the GMT on one link after the other, solves the reflection point of each path, judges it, and
     /// sends what it found to the ground. Every measurement has errors of the stated size; the receiver never sees the
-    /// truth. Writes map.ply, map_truth.ply, packets.bin and report.json.
+    /// truth. Writes point clouds, trajectories, packets, an MCAP recording, report.json and report.html.
     Fly(commands::fly::Args),
     /// Characterise the simulated IMU: Allan deviation of a run at rest
     ///
@@ -50,7 +50,7 @@ enum Command {
     Record(commands::record::Args),
     /// Replay a recorded flight, checking every file
     Replay(commands::replay::Args),
-    /// Reproduce the paper's figures and tables, ours beside them
+    /// The paper's figures and tables, ours beside the printed values
     Reproduce(commands::reproduce::Args),
     /// Solve the reflection point of each path of a paths file
     ///

@@ -1,7 +1,8 @@
 //! Beam squint symbols through the same channel and front end.
 //!
-//! Here the transmit field varies over the band by design, so each ray has its own waveform in each symbol, shaped by the
-//! 64 elements' phase shifters, true time delays and errors, with the squint of the elements' places at every subcarrier.
+//! Here the transmit field varies over the band by design, so each ray has its own waveform in each symbol, shaped by
+//! the 64 elements' phase shifters, true time delays and errors, with the squint of the elements' places at every
+//! subcarrier.
 
 use cslam_core::array::{GmtArrays, SquintConfig, SquintScheme, SquintSymbol, centred, phasor};
 use cslam_core::geometry::{Direction, Gmt};
@@ -38,11 +39,41 @@ impl Simulator {
         scheme: SquintScheme,
     ) -> Result<Sweep, RayError> {
         let rays = rays(link, instant, self.maker.waveform().carrier_hz)?;
-        let mut state = SweepState::new(self, &rays, instant, index);
+        Ok(self.squint_rays(&rays, instant, index, scheme, |_| true))
+    }
+
+    /// The same for rays that are already in the frames of the arrays. Only symbols that `wanted` accepts are made,
+    /// with the same samples as among all.
+    pub fn squint_rays(
+        &self,
+        rays: &[Ray],
+        instant: &Instant,
+        index: u32,
+        scheme: SquintScheme,
+        wanted: impl Fn(&SquintSymbol<f64>) -> bool,
+    ) -> Sweep {
+        let symbols = self.squint_symbols(scheme);
+        let places = (0..symbols.len()).filter(|place| wanted(&symbols[*place]));
+        self.shaped_rays(rays, instant, index, places, |place, ray| {
+            self.squint_response(&symbols[place], &ray.departure)
+        })
+    }
+
+    /// Blocks of symbols with any transmit pattern: `response` gives the field of symbol `place` towards a ray, one
+    /// value an active subcarrier, in units of a transmitter of gain one.
+    pub(crate) fn shaped_rays(
+        &self,
+        rays: &[Ray],
+        instant: &Instant,
+        index: u32,
+        places: impl Iterator<Item = usize>,
+        response: impl Fn(usize, &Ray) -> Vec<C64>,
+    ) -> Sweep {
+        let mut state = SweepState::new(self, rays, instant, index);
         let mut sweep = Sweep::default();
-        for (place, symbol) in self.squint_symbols(scheme).iter().enumerate() {
+        for place in places {
             let slot = self.beams() + place;
-            state.make_squint_waves(slot, symbol);
+            state.make_shaped_waves(slot, |ray| response(place, ray));
             let whole = |_: &SweepState<'_>, _| BeamField {
                 field: C64::new(1.0, 0.0),
                 slope_s: C64::new(0.0, 0.0),
@@ -51,7 +82,7 @@ impl Simulator {
                 sweep.blocks.push(state.digitise(slot, place as u16));
             }
         }
-        Ok(sweep)
+        sweep
     }
 
     /// Field of a symbol towards a departure on every active subcarrier, element errors included.
@@ -94,13 +125,13 @@ impl Simulator {
 }
 
 impl SweepState<'_> {
-    /// Replaces the waves by those of a squint symbol, at the clock of its slot.
-    fn make_squint_waves(&mut self, slot: usize, symbol: &SquintSymbol<f64>) {
+    /// Replaces the waves by those of a symbol with a pattern of its own, at the clock of its slot.
+    fn make_shaped_waves(&mut self, slot: usize, response: impl Fn(&Ray) -> Vec<C64>) {
         let clock_s = self.clock_s(slot);
         let simulator = self.simulator;
         let cfo_hz = simulator.config.impairments.cfo_hz;
         for (l, ray) in self.rays.iter().enumerate() {
-            let response = simulator.squint_response(symbol, &ray.departure);
+            let response = response(ray);
             for (j, waves) in self.waves.iter_mut().enumerate() {
                 let delay_s = self.receptions[l].delay_s[j] + clock_s;
                 waves[l] = shaped(simulator, ray, delay_s, cfo_hz, &response);

@@ -6,6 +6,7 @@ mod assignment;
 pub mod completeness;
 mod consistency;
 pub mod downlink;
+mod fates;
 mod figures;
 mod grid;
 mod link_state;
@@ -20,10 +21,11 @@ use serde::Serialize;
 
 pub use completeness::Completeness;
 pub use consistency::{ClockFigures, Consistency};
+pub use fates::Fate;
 pub use link_state::LinkStateFigures;
 pub use map::{MapFigures, PointErrors, true_vertices_m};
 pub use surface::Surfaces;
-pub use trajectory::{PoseError, TrajectoryFigures, visible_spans};
+pub use trajectory::{PoseError, TrajectoryFigures, attitude_error_rad, visible_spans};
 
 use crate::flight_log::FlightLog;
 use crate::scene::Scene;
@@ -42,6 +44,8 @@ pub struct Evaluation {
     pub consistency: Consistency,
     /// Link states.
     pub link_state: LinkStateFigures,
+    /// What became of every measured path.
+    pub fates: Vec<Fate>,
     /// Errors of single points.
     #[serde(skip)]
     pub point_errors: PointErrors,
@@ -63,6 +67,7 @@ pub fn evaluate(log: &mut FlightLog, scene: Option<&Scene>) -> Evaluation {
         clock: consistency::clock(&pose_errors),
         consistency: consistency::consistency(log, &pose_errors),
         link_state: link_state::judge(log),
+        fates: fates::fates(log),
         point_errors,
         pose_errors,
     }

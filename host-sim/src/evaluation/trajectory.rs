@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuat
 use serde::Serialize;
 
 use super::figures::{Spread, share};
-use crate::flight_log::{FlightLog, PoseRecord};
+use crate::flight_log::{FlightLog, PoseEstimate, PoseRecord, PoseTruth};
 use crate::statistics::rms;
 
 /// A sweep with line of sight counts for this long, s.
@@ -78,6 +78,11 @@ pub(super) fn rotation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
     UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
 }
 
+/// Rotation vector that turns the true attitude into the estimated one, world axes, rad.
+pub fn attitude_error_rad(estimate: &PoseEstimate, truth: &PoseTruth) -> Vector3<f64> {
+    (rotation(estimate.quaternion_wb) * rotation(truth.quaternion_wb).inverse()).scaled_axis()
+}
+
 /// Errors of all poses that there are.
 pub(super) fn errors(log: &FlightLog) -> Vec<PoseError> {
     let visible = visible_spans(log);
@@ -86,12 +91,11 @@ pub(super) fn errors(log: &FlightLog) -> Vec<PoseError> {
         let (Some(estimate), truth) = (record.estimate, record.truth) else {
             continue;
         };
-        let turn = rotation(estimate.quaternion_wb) * rotation(truth.quaternion_wb).inverse();
         let difference = |a: [f64; 3], b: [f64; 3]| Vector3::from(a) - Vector3::from(b);
         all.push(PoseError {
             time_s: record.time_s,
             position_m: difference(estimate.position_m, truth.position_m),
-            attitude_rad: turn.scaled_axis(),
+            attitude_rad: attitude_error_rad(&estimate, &truth),
             velocity_m_per_s: difference(estimate.velocity_m_per_s, truth.velocity_m_per_s),
             clock_s: estimate
                 .clock_offset_s

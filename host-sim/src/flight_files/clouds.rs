@@ -10,7 +10,7 @@ use super::ply::{self, Column, Encoding};
 use crate::flight_log::{FlightLog, PointRecord};
 
 /// Says that a point has no GMT position.
-const NO_GMT: u32 = u32::MAX;
+const NO_GMT: i32 = -1;
 
 /// One row of a cloud.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,8 +22,8 @@ struct Row {
     time_s: f64,
     /// NaN when it is not known.
     snr_db: f64,
-    gmt_index: u32,
-    hits: u32,
+    gmt_index: i32,
+    hits: i32,
 }
 
 impl Row {
@@ -34,7 +34,7 @@ impl Row {
             probability: point.first_order_probability.unwrap_or(f64::NAN),
             time_s: point.time_s,
             snr_db: point.snr_db.unwrap_or(f64::NAN),
-            gmt_index: point.gmt_index,
+            gmt_index: integer(point.gmt_index),
             hits: 1,
         }
     }
@@ -66,7 +66,7 @@ pub(super) fn map(out: &mut impl Write, encoding: Encoding, log: &FlightLog) -> 
         Row {
             position_m: cell.position_m,
             covariance_trace_m2: cell.covariance_trace_m2,
-            hits: cell.hits,
+            hits: integer(cell.hits),
             ..found.map_or(nothing, |point| Row::of(point))
         }
     });
@@ -102,7 +102,7 @@ pub(super) fn truth(out: &mut impl Write, encoding: Encoding, log: &FlightLog) -
         for place in first.filter_map(|p| p.last_vertex) {
             places.push(place);
             times.push(sweep.time_s as f32);
-            stops.push(sweep.estimate.gmt_index);
+            stops.push(integer(sweep.estimate.gmt_index));
         }
     }
     let coordinate = |axis: usize| Column::F32(places.iter().map(|p: &[f64; 3]| p[axis] as f32).collect());
@@ -111,10 +111,15 @@ pub(super) fn truth(out: &mut impl Write, encoding: Encoding, log: &FlightLog) -
         ("y", coordinate(1)),
         ("z", coordinate(2)),
         ("time_s", Column::F32(times)),
-        ("gmt_index", Column::U32(stops)),
+        ("gmt_index", Column::I32(stops)),
     ];
     let comment = "true first-order reflection points, world frame ENU, metres";
     ply::write(out, encoding, comment, &columns)
+}
+
+/// A count as a PLY integer, saturating.
+fn integer(count: u32) -> i32 {
+    i32::try_from(count).unwrap_or(i32::MAX)
 }
 
 /// The voxel of a point as the receiver computes it.
@@ -135,9 +140,9 @@ fn write(out: &mut impl Write, encoding: Encoding, comment: &str, rows: &[Row]) 
         ("snr_db", column(&|r| r.snr_db)),
         (
             "gmt_index",
-            Column::U32(rows.iter().map(|r| r.gmt_index).collect()),
+            Column::I32(rows.iter().map(|r| r.gmt_index).collect()),
         ),
-        ("hits", Column::U32(rows.iter().map(|r| r.hits).collect())),
+        ("hits", Column::I32(rows.iter().map(|r| r.hits).collect())),
     ];
     ply::write(out, encoding, comment, &columns)
 }

@@ -5,6 +5,7 @@
 
 mod clouds;
 pub mod ply;
+mod recording;
 mod tum;
 
 use std::fs::{self, File};
@@ -15,7 +16,7 @@ use anyhow::Context;
 
 use crate::evaluation::Evaluation;
 use crate::flight_log::FlightLog;
-use crate::report::Report;
+use crate::report::{Report, page};
 use crate::scene::Scene;
 use ply::Encoding;
 
@@ -36,14 +37,16 @@ pub struct Outputs<'a> {
 
 impl Outputs<'_> {
     /// Names of the files that [`write`](Self::write) makes.
-    pub const NAMES: [&'static str; 7] = [
+    pub const NAMES: [&'static str; 9] = [
         "map.ply",
         "points.ply",
         "map_truth.ply",
         "trajectory.tum",
         "truth.tum",
         "packets.bin",
+        "flight.mcap",
         "report.json",
+        "report.html",
     ];
 
     /// Writes all files into `out`, which must exist.
@@ -58,10 +61,12 @@ impl Outputs<'_> {
         file(out, "trajectory.tum", |f| tum::estimate(f, log))?;
         file(out, "truth.tum", |f| tum::truth(f, log))?;
         file(out, "packets.bin", |f| f.write_all(self.packets))?;
+        file(out, "flight.mcap", |f| recording::write(f, self))?;
         file(out, "report.json", |f| {
             serde_json::to_writer_pretty(&mut *f, self.report)?;
             writeln!(f)
-        })
+        })?;
+        file(out, "report.html", |f| page::write(f, self))
     }
 }
 

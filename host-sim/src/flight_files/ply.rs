@@ -7,22 +7,22 @@ use std::io::{self, Write};
 pub enum Column {
     /// `float`.
     F32(Vec<f32>),
-    /// `uint`.
-    U32(Vec<u32>),
+    /// `int`: Open3D skips unsigned ones.
+    I32(Vec<i32>),
 }
 
 impl Column {
     fn len(&self) -> usize {
         match self {
             Self::F32(values) => values.len(),
-            Self::U32(values) => values.len(),
+            Self::I32(values) => values.len(),
         }
     }
 
     fn type_name(&self) -> &'static str {
         match self {
             Self::F32(_) => "float",
-            Self::U32(_) => "uint",
+            Self::I32(_) => "int",
         }
     }
 }
@@ -69,12 +69,12 @@ pub fn write(
         for (index, (_, column)) in properties.iter().enumerate() {
             match (encoding, column) {
                 (Encoding::Binary, Column::F32(values)) => out.write_all(&values[row].to_le_bytes())?,
-                (Encoding::Binary, Column::U32(values)) => out.write_all(&values[row].to_le_bytes())?,
+                (Encoding::Binary, Column::I32(values)) => out.write_all(&values[row].to_le_bytes())?,
                 (Encoding::Ascii, column) => {
                     let separator = if index == 0 { "" } else { " " };
                     match column {
                         Column::F32(values) => write!(out, "{separator}{}", values[row])?,
-                        Column::U32(values) => write!(out, "{separator}{}", values[row])?,
+                        Column::I32(values) => write!(out, "{separator}{}", values[row])?,
                     }
                 }
             }
@@ -93,7 +93,7 @@ mod tests {
     fn columns() -> Vec<(&'static str, Column)> {
         vec![
             ("x", Column::F32(vec![0.1, -2.0])),
-            ("hits", Column::U32(vec![1, 70_000])),
+            ("hits", Column::I32(vec![1, 70_000])),
         ]
     }
 
@@ -102,7 +102,7 @@ mod tests {
         let mut text = Vec::new();
         write(&mut text, Encoding::Ascii, "test", &columns()).expect("a vector takes all");
         let expected = "ply\nformat ascii 1.0\ncomment test\nelement vertex 2\nproperty float x\n\
-                        property uint hits\nend_header\n0.1 1\n-2 70000\n";
+                        property int hits\nend_header\n0.1 1\n-2 70000\n";
         assert_eq!(String::from_utf8(text).expect("text"), expected);
     }
 

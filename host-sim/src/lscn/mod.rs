@@ -5,4 +5,6 @@
 //! feature functions make samples, and a small deterministic trainer makes a float model ([`float_model`]).
 
 pub mod float_model;
+pub mod model_file;
+pub mod quantise;
 mod safetensors_file;

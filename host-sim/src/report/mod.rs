@@ -1,5 +1,6 @@
 //! The figures of a flight: `report.json`, a table for a terminal, and a page for a browser.
 
+pub(crate) mod page;
 mod table;
 
 use std::collections::BTreeMap;
@@ -7,7 +8,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::evaluation::{
-    ClockFigures, Consistency, Evaluation, LinkStateFigures, MapFigures, TrajectoryFigures,
+    ClockFigures, Consistency, Evaluation, Fate, LinkStateFigures, MapFigures, TrajectoryFigures,
 };
 use crate::flight_log::FlightLog;
 
@@ -34,6 +35,8 @@ pub struct Report {
     pub measurements: usize,
     /// What became of paths that are no points, and whatever else the receiver counts: name, number.
     pub verdicts: BTreeMap<String, u64>,
+    /// What became of every measured path, by what it truly was.
+    pub fates: Vec<Fate>,
     /// Figures of the trajectory.
     pub trajectory: TrajectoryFigures,
     /// Figures of the clock.
@@ -75,6 +78,7 @@ impl Report {
             elapsed_s,
             measurements: log.sweeps.iter().map(|s| s.estimate.paths.len()).sum(),
             verdicts: log.counters.clone(),
+            fates: evaluation.fates.clone(),
             trajectory: evaluation.trajectory.clone(),
             clock: evaluation.clock,
             consistency: evaluation.consistency,

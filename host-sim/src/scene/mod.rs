@@ -15,6 +15,7 @@ mod place;
 mod ply;
 mod prism;
 mod street;
+mod triangles;
 mod weld;
 
 pub use face::{Face, FaceError, MAX_COORDINATE_M, PLANARITY_TOLERANCE_M};
@@ -23,6 +24,7 @@ pub use place::{BUILT_IN_NAMES, REFERENCE_SCENE_JSON};
 
 use index::FaceIndex;
 pub use index::SURFACE_MARGIN_M;
+pub(crate) use triangles::triangles;
 
 /// Cartesian vector in the world frame, m (or dimensionless for directions).
 pub(crate) type Vec3 = nalgebra::Vector3<f64>;

@@ -44,7 +44,8 @@ fn toolchain_without_rustup() -> Result<(), String> {
 pub(crate) fn qemu() -> Result<(), String> {
     let version = || output_of("qemu-system-arm", &["--version"]);
     if version().is_none() {
-        install_qemu()?;
+        let elsewhere = "Debian, Ubuntu, Fedora, Arch: qemu-system-arm; Homebrew: qemu";
+        install_package("qemu-system-arm", "qemu-system-arm", elsewhere)?;
     }
     let version = version().ok_or("qemu-system-arm was installed and does not run")?;
     println!("{}", version.lines().next().unwrap_or_default());
@@ -56,11 +57,12 @@ pub(crate) fn qemu() -> Result<(), String> {
     }
 }
 
-fn install_qemu() -> Result<(), String> {
-    let missing = "qemu-system-arm is missing; install it with your system's package manager \
-        (Debian, Ubuntu: qemu-system-arm; Fedora: qemu-system-arm; Arch: qemu-system-arm; Homebrew: qemu)";
+/// Installs a Debian package, or says how to get it. `elsewhere` names the package on other systems.
+fn install_package(program: &str, package: &str, elsewhere: &str) -> Result<(), String> {
+    let missing =
+        format!("{program} is missing; install it with your system's package manager ({elsewhere})");
     if output_of("apt-get", &["--version"]).is_none() {
-        return Err(missing.to_owned());
+        return Err(missing);
     }
     let is_root = output_of("id", &["-u"]).is_some_and(|id| id.trim() == "0");
     let sudo = !is_root && output_of("sudo", &["-n", "true"]).is_some();
@@ -78,9 +80,48 @@ fn install_qemu() -> Result<(), String> {
         .concat();
         install(words[0], &words[1..])
     };
-    let installed = apt(&["update"])
-        .and_then(|()| apt(&["install", "--yes", "--no-install-recommends", "qemu-system-arm"]));
+    let installed =
+        apt(&["update"]).and_then(|()| apt(&["install", "--yes", "--no-install-recommends", package]));
     installed.map_err(|error| format!("{missing}; {error}"))
+}
+
+/// A browser, by the system's package manager.
+pub(crate) fn browser() -> Result<(), String> {
+    let version = || output_of("chromium", &["--version"]);
+    if version().is_none() {
+        let elsewhere = "Debian, Fedora, Arch: chromium; Ubuntu: a chromium on the path";
+        install_package("chromium", "chromium", elsewhere)?;
+    }
+    let version = version().ok_or("chromium was installed and does not run")?;
+    println!("{}", version.lines().next().unwrap_or_default());
+    Ok(())
+}
+
+/// Where the checks' Python packages are installed, from the workspace's root.
+const PYTHON: &str = "target/verify-python";
+/// The packages, and a line that loads them all.
+const REQUIREMENTS: &str = "tests/tools/requirements.txt";
+const IMPORTS: &str =
+    "import evo, mcap, mcap_protobuf, open3d, plyfile; print(f'open3d {open3d.__version__}')";
+
+/// The tools that read a flight's files: evo, Open3D, plyfile and the mcap reader, in an environment of their own.
+pub(crate) fn python() -> Result<(), String> {
+    let python = format!("{PYTHON}/bin/python");
+    let loads = || output_of(&python, &["-c", IMPORTS]);
+    if loads().is_none() {
+        if output_of("python3", &["-c", "import venv, ensurepip"]).is_none() {
+            let elsewhere = "Debian, Ubuntu: python3-venv; elsewhere it comes with python3";
+            install_package("python3 with venv", "python3-venv", elsewhere)?;
+        }
+        install("python3", &["-m", "venv", PYTHON])?;
+        install(
+            &python,
+            &["-m", "pip", "install", "--quiet", "--requirement", REQUIREMENTS],
+        )?;
+    }
+    let version = loads().ok_or("the Python packages were installed and do not load")?;
+    println!("{}", version.trim());
+    Ok(())
 }
 
 /// The decoder of the image's log, by cargo.

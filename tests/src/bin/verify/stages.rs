@@ -42,8 +42,10 @@ const fn refused(arguments: &'static [&'static str], reason: &'static str) -> St
 
 const THUMB: &str = "--target=thumbv7em-none-eabihf";
 /// Features of the tests' package: the verify driver and the emulated tests.
-const ALL_TESTS: &str = "--features=cslam-tests/verify,cslam-tests/emulated";
+const ALL_TESTS: &str = "--features=cslam-tests/verify,cslam-tests/emulated,cslam-tests/outputs";
 const EMULATED_BOARD: &str = "--features=qemu-an500";
+/// The emulated board with the rivals of the networks' table.
+const ALL_BOARD: &str = "--features=qemu-an500,rivals";
 const LINK_CHECK: &str = "--features=stm32h743,link-check";
 
 /// Every stage, in order.
@@ -65,6 +67,18 @@ pub(crate) const STAGES: &[Stage] = &[
         what: "the decoder of the chip's log is there, or cargo installs it",
         needs: &["toolchain"],
         work: Work::SetUp(setup::defmt_print),
+    },
+    Stage {
+        name: "python",
+        what: "evo, Open3D, plyfile and the mcap reader load, or pip installs them under target/",
+        needs: &[],
+        work: Work::SetUp(setup::python),
+    },
+    Stage {
+        name: "browser",
+        what: "chromium is there, or the package manager installs it",
+        needs: &[],
+        work: Work::SetUp(setup::browser),
     },
     Stage {
         name: "fmt",
@@ -96,7 +110,7 @@ pub(crate) const STAGES: &[Stage] = &[
                 "--locked",
                 THUMB,
                 "-p=cslam-firmware",
-                EMULATED_BOARD,
+                ALL_BOARD,
                 "--",
                 "-Dwarnings",
             ]),
@@ -214,8 +228,20 @@ pub(crate) const STAGES: &[Stage] = &[
         ])]),
     },
     Stage {
+        name: "outputs",
+        what: "the tools of the field read a flight's files and agree with its report; a browser draws the page",
+        needs: &["toolchain", "python", "browser"],
+        work: Work::Steps(&[step(&[
+            "test",
+            "--locked",
+            "--workspace",
+            ALL_TESTS,
+            "--test=outputs",
+        ])]),
+    },
+    Stage {
         name: "kernels",
-        what: "the path estimator's kernels on the emulated Cortex-M7: bits of the host, committed instruction counts",
+        what: "kernels, whole sweeps and networks on the emulated Cortex-M7: bits of the host, committed counts",
         needs: &["toolchain", "qemu", "defmt-print", "firmware"],
         work: Work::Steps(&[step(&[
             "test",
@@ -223,6 +249,8 @@ pub(crate) const STAGES: &[Stage] = &[
             "--workspace",
             ALL_TESTS,
             "--test=kernels",
+            "--test=sweeps",
+            "--test=lscn",
         ])]),
     },
 ];

@@ -1,0 +1,219 @@
+//! Reception of a squint symbol: from int16 samples to one spectrum that holds the transmit pattern and nothing else.
+//!
+//! Each array forms a beam towards the path's known arrival, with nulls where the caller knows interferers (the ground
+//! bounce; signal.md section 6). Waveform, reference delay and lever arms are taken out, then the arrays are added:
+//! their oscillators are free, so the phases between them come from the symbol itself, as the principal direction of
+//! their Gram matrix. Against free gains for each array this loses nothing to first order, and it needs a quarter of
+//! the memory.
+
+use heapless::Vec;
+use nalgebra::Complex;
+
+use super::pattern::Spin;
+use crate::array::UavArrays;
+use crate::block::BeamBlock;
+use crate::constants::SPEED_OF_LIGHT_M_PER_S;
+use crate::geometry::{Body, Direction};
+use crate::ltd::{Channel, Correlator, Iq, Workspace, bin_at};
+use crate::waveform::{SAMPLES, Waveform};
+
+/// Interferers that can be nulled.
+pub const NULLS: usize = 2;
+/// Share of its power towards the path that an array must keep beside its nulls (-35 dB): weaker ones are left out.
+const LEAST_KEPT: f32 = 3e-4;
+/// Subcarriers beside the band that tell the noise begin this many beyond its edges.
+const GUARD: i32 = 12;
+/// Amplitudes are kept in units of 2^-34: thermal noise in sqrt(W) is then of the order of one.
+const REFERENCE_EXPONENT: i32 = -34;
+/// Iterations for the principal direction: the path stands far over the noise, a few suffice.
+const ITERATIONS: usize = 8;
+
+const ZERO: Complex<f32> = Complex::new(0.0, 0.0);
+
+/// One symbol: the path's response on the active subcarriers, at a reference delay.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spectrum<const ACTIVE: usize> {
+    pub(super) bins: [Complex<f32>; ACTIVE],
+    /// Noise variance of a bin, same units.
+    pub(super) noise: f32,
+}
+
+/// Receive beam of all arrays, and scratch.
+#[derive(Clone, Debug)]
+pub(super) struct Reception<const A: usize, const E: usize, const C: usize, const ACTIVE: usize> {
+    /// Conjugate waveform.
+    reference: [Complex<f32>; ACTIVE],
+    /// Offset of the first active subcarrier.
+    first: i32,
+    /// Phase per subcarrier of a metre of delay, rad.
+    per_m_rad: f32,
+    /// Conjugate weight of every channel; zeros for arrays that are left out.
+    weights: [Complex<f32>; C],
+    /// Delay taken out of each array, m; none where the array is left out.
+    delay_m: [Option<f32>; A],
+    channel: Channel,
+    sum: [Complex<f32>; SAMPLES],
+    rows: [[Complex<f32>; ACTIVE]; A],
+}
+
+impl<const A: usize, const E: usize, const C: usize, const ACTIVE: usize> Reception<A, E, C, ACTIVE> {
+    pub(super) fn new(waveform: &Waveform) -> Self {
+        const { assert!(C == A * E && A > 0) };
+        let per_m = core::f64::consts::TAU * waveform.spacing_hz() / SPEED_OF_LIGHT_M_PER_S;
+        Self {
+            reference: core::array::from_fn(|index| waveform.symbol::<f32>(index).conj()),
+            first: waveform.offset(0),
+            per_m_rad: per_m as f32,
+            weights: [ZERO; C],
+            delay_m: [None; A],
+            channel: [Iq::ZERO; SAMPLES],
+            sum: [ZERO; SAMPLES],
+            rows: [[ZERO; ACTIVE]; A],
+        }
+    }
+
+    /// Points the beam at `aoa`, with nulls. Returns whether any array keeps enough of the path.
+    pub(super) fn aim(
+        &mut self,
+        arrays: &UavArrays<f32, A, E>,
+        aoa: &Direction<Body>,
+        c_tau_m: f32,
+        nulls: &[Direction<Body>],
+    ) -> bool {
+        let steps = arrays.phase_step_rad(aoa);
+        let leads_m = arrays.lead_m(aoa);
+        let mut any = false;
+        for (j, weights) in self.weights.as_chunks_mut::<E>().0.iter_mut().enumerate() {
+            let of = |values: &[f32; A]| values.get(j).copied().unwrap_or(0.0);
+            let mut basis: Vec<[Complex<f32>; E], NULLS> = Vec::new();
+            for null in nulls.iter().take(NULLS) {
+                let mut vector = UavArrays::<f32, A, E>::steering(of(&arrays.phase_step_rad(null)));
+                if purge(&mut vector, &basis) > LEAST_KEPT {
+                    let _ = basis.push(vector);
+                }
+            }
+            let mut vector = UavArrays::<f32, A, E>::steering(of(&steps));
+            let keeps = purge(&mut vector, &basis) > LEAST_KEPT;
+            *weights = vector.map(|v| if keeps { v.conj() } else { ZERO });
+            if let Some(delay_m) = self.delay_m.get_mut(j) {
+                *delay_m = keeps.then(|| c_tau_m - of(&leads_m));
+            }
+            any |= keeps;
+        }
+        any
+    }
+
+    /// Phase per subcarrier of a metre of delay, rad.
+    pub(super) fn per_m_rad(&self) -> f32 {
+        self.per_m_rad
+    }
+
+    /// Hears a symbol. None when there is nothing but zeros.
+    pub(super) fn hear(
+        &mut self,
+        block: BeamBlock<'_, C>,
+        correlator: &Correlator,
+        work: &mut Workspace,
+    ) -> Option<Spectrum<ACTIVE>> {
+        let levelled = correlator.level(block);
+        let (mut noise, mut count) = (0.0, 0.0);
+        let channels = levelled.samples().as_chunks::<E>().0;
+        let weights = self.weights.as_chunks::<E>().0;
+        for (j, (channels, weights)) in channels.iter().zip(weights).enumerate() {
+            let Some(row) = self.rows.get_mut(j) else { continue };
+            let Some(delay_m) = self.delay_m.get(j).copied().flatten() else {
+                *row = [ZERO; ACTIVE];
+                continue;
+            };
+            self.sum = [ZERO; SAMPLES];
+            for (samples, weight) in channels.iter().zip(weights) {
+                correlator.spectrum(samples, &mut self.channel, work);
+                for (sum, x) in self.sum.iter_mut().zip(&self.channel) {
+                    *sum += Complex::new(f32::from(x.re()), f32::from(x.im())) * weight;
+                }
+            }
+            for (position, sum) in self.sum.iter().enumerate() {
+                let bin = bin_at(position) as i32;
+                let offset = if bin < SAMPLES as i32 / 2 {
+                    bin
+                } else {
+                    bin - SAMPLES as i32
+                };
+                let index = offset - self.first;
+                if let Some(slot) = usize::try_from(index).ok().and_then(|index| row.get_mut(index)) {
+                    *slot = *sum;
+                } else if index < -GUARD || index >= ACTIVE as i32 + GUARD {
+                    noise += sum.norm_sqr();
+                    count += 1.0;
+                }
+            }
+            let step = self.per_m_rad * delay_m;
+            let mut spin = Spin::new(self.first as f32 * step, step);
+            for (y, reference) in row.iter_mut().zip(&self.reference) {
+                *y *= reference * spin.next();
+            }
+        }
+        let direction = self.principal()?;
+        let mut bins = [ZERO; ACTIVE];
+        for (row, share) in self.rows.iter().zip(direction) {
+            for (bin, y) in bins.iter_mut().zip(row) {
+                *bin += share.conj() * y;
+            }
+        }
+        // A converter that shows the path and no noise at all rounds it: a twelfth of a squared step, both parts.
+        let noise = (noise / count).max(1.0 / 6.0);
+        // Symbols have gains of their own in the converter; their amplitudes are to be compared.
+        let scale = libm::scalbnf(1.0, levelled.exponent().saturating_sub(REFERENCE_EXPONENT));
+        let usable = (scale * scale * noise).is_finite() && scale > 0.0;
+        usable.then(|| Spectrum {
+            bins: bins.map(|y| y * scale),
+            noise: noise * scale * scale,
+        })
+    }
+
+    /// Relative gains of the arrays, of norm one: the principal direction of their Gram matrix by power iteration.
+    fn principal(&self) -> Option<[Complex<f32>; A]> {
+        let mut gram = [[ZERO; A]; A];
+        for (line, a) in gram.iter_mut().zip(&self.rows) {
+            for (element, b) in line.iter_mut().zip(&self.rows) {
+                *element = a.iter().zip(b).map(|(a, b)| a * b.conj()).sum();
+            }
+        }
+        // From the strongest array's column: never at right angles to the answer.
+        let strongest = (0..A).max_by(|a, b| gram[*a][*a].re.total_cmp(&gram[*b][*b].re))?;
+        let mut direction: [Complex<f32>; A] = core::array::from_fn(|j| gram[j][strongest]);
+        for _ in 0..ITERATIONS {
+            let norm = libm::sqrtf(direction.iter().map(Complex::norm_sqr).sum());
+            if norm.is_nan() || norm <= 0.0 {
+                return None;
+            }
+            direction = direction.map(|d| d / norm);
+            direction = core::array::from_fn(|j| gram[j].iter().zip(&direction).map(|(g, d)| g * d).sum());
+        }
+        let norm = libm::sqrtf(direction.iter().map(Complex::norm_sqr).sum());
+        (norm > 0.0).then(|| direction.map(|d| d / norm))
+    }
+}
+
+/// Takes the parts along an orthonormal basis out of a vector and scales the rest to norm one; returns the share of the
+/// power that it kept.
+fn purge<const E: usize>(vector: &mut [Complex<f32>; E], basis: &[[Complex<f32>; E]]) -> f32 {
+    let power = |v: &[Complex<f32>; E]| v.iter().map(Complex::norm_sqr).sum::<f32>();
+    let before = power(vector);
+    for b in basis {
+        let along: Complex<f32> = b.iter().zip(vector.iter()).map(|(b, v)| b.conj() * v).sum();
+        for (v, b) in vector.iter_mut().zip(b) {
+            *v -= b * along;
+        }
+    }
+    let after = power(vector);
+    let scale = if after > 0.0 {
+        1.0 / libm::sqrtf(after)
+    } else {
+        0.0
+    };
+    for v in vector.iter_mut() {
+        *v *= scale;
+    }
+    if before > 0.0 { after / before } else { 0.0 }
+}

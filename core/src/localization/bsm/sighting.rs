@@ -1,0 +1,89 @@
+//! What is known of the line of sight before its squint symbols are heard, and what stands beside it.
+
+use heapless::Vec;
+
+use super::NULLS;
+use crate::array::Codebook;
+use crate::geometry::{Body, Direction};
+use crate::ltd::EstimatedPath;
+
+/// Paths closer than this to the line of sight in arrival are images of it that the transmitter's element errors make,
+/// or cannot be told from it: not nulled, rad. Half a degree.
+const IMAGE_RAD: f32 = 0.0087;
+/// A path this near to where the ground bounce must come from is the ground bounce, rad. Two degrees.
+const BOUNCE_RAD: f32 = 0.035;
+
+/// What path estimation and link state said of the line of sight in the sweep before the symbols.
+#[derive(Clone, Debug)]
+pub struct Sighting {
+    /// Whether the link state is line of sight.
+    pub line_of_sight: bool,
+    /// Face of the GMT that sent the strongest beam.
+    pub face: usize,
+    /// Angle of arrival of the line of sight.
+    pub aoa: Direction<Body>,
+    /// Its delay on the receiver's clock, m. Good to a metre is enough.
+    pub c_tau_m: f32,
+    /// Angles of arrival of paths that come nearly at the same time, such as the ground bounce: nulled.
+    pub interferers: Vec<Direction<Body>, NULLS>,
+}
+
+impl Sighting {
+    /// Interferers are sought among the paths that come up to this much later than the line of sight, m: such a path is
+    /// not told apart by its delay in the narrow part of the band in which a symbol looks at the UAV.
+    pub const NEAR_M: f32 = 30.0;
+
+    /// From the paths of a sweep (strongest first), of which number `los` is the line of sight if there is one. None
+    /// when there is no such path or no such beam.
+    #[must_use]
+    pub fn new<const FACES: usize, const X: usize, const Z: usize, const ELEVATIONS: usize>(
+        line_of_sight: bool,
+        paths: &[EstimatedPath],
+        los: usize,
+        codebook: &Codebook<f32, FACES, X, Z, ELEVATIONS>,
+    ) -> Option<Self> {
+        let direct = paths.get(los)?;
+        let face = codebook.beam(usize::from(direct.beam))?.face;
+        let mut sighting = Self {
+            line_of_sight,
+            face,
+            aoa: direct.path.aoa,
+            c_tau_m: direct.path.c_tau_m,
+            interferers: Vec::new(),
+        };
+        for path in paths {
+            let later_m = path.path.c_tau_m - direct.path.c_tau_m;
+            if later_m > 0.0
+                && later_m < Self::NEAR_M
+                && path.path.aoa.angle_to_rad(&direct.path.aoa) > IMAGE_RAD
+                && sighting.interferers.push(path.path.aoa).is_err()
+            {
+                break;
+            }
+        }
+        Some(sighting)
+    }
+
+    /// The same with the ground bounce where flat ground puts it: `height_m` is the GMT antenna's over the ground,
+    /// `down` the vertical in body axes, good to a few degrees. The bounce comes from the GMT's image, `2 height_m`
+    /// under it.
+    ///
+    /// Far away, or low, path estimation does not resolve the bounce and its two paths are anywhere; the angle between
+    /// the two is known far better than that, and an error that both share only costs signal. Takes the place of the
+    /// paths that may be the bounce, and comes first.
+    #[must_use]
+    pub fn with_ground(mut self, height_m: f32, down: &Direction<Body>) -> Self {
+        let image = self.aoa.vector() * self.c_tau_m + down.vector() * (2.0 * height_m);
+        let Ok(bounce) = Direction::from_vector(image) else {
+            return self;
+        };
+        let others = self.interferers.clone();
+        self.interferers.clear();
+        let kept = others.iter().filter(|u| u.angle_to_rad(&bounce) > BOUNCE_RAD);
+        for direction in core::iter::once(&bounce).chain(kept) {
+            // The weakest finds no place.
+            let _ = self.interferers.push(*direction);
+        }
+        self
+    }
+}

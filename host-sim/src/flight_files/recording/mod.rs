@@ -1,0 +1,215 @@
+//! The flight as an MCAP recording for Foxglove: poses and transforms, the growing cloud, the scene, link states,
+//! innovations and errors, all on the flight's own time.
+//!
+//! Geometry uses Foxglove's well-known protobuf schemas, so its 3-D panel shows it as it is; series are JSON with a
+//! schema, so its plot panel takes them (`/errors.position_m`, `/innovations/los_delay.test_ratio`). Without compression
+//! and without a wall clock: the same flight gives the same bytes.
+
+mod geometry;
+mod series;
+
+use std::collections::BTreeMap;
+use std::io::{self, Seek, Write};
+
+use foxglove::Encode;
+use mcap::records::MessageHeader;
+use mcap::{WriteOptions, Writer};
+use serde::Serialize;
+
+use super::Outputs;
+use crate::flight_log::{FlightLog, Measurement, PoseRecord, SweepRecord};
+
+/// The accepted points are written anew after this many sweeps.
+const SWEEPS_PER_CLOUD: usize = 4;
+
+/// Writes the recording.
+pub(super) fn write(out: impl Write + Seek, outputs: &Outputs<'_>) -> io::Result<()> {
+    let mut recorder = Recorder::new(out).map_err(io::Error::other)?;
+    record(&mut recorder, outputs).map_err(io::Error::other)?;
+    recorder.writer.finish().map_err(io::Error::other)?;
+    Ok(())
+}
+
+fn record<W: Write + Seek>(recorder: &mut Recorder<W>, outputs: &Outputs<'_>) -> Result<(), mcap::McapError> {
+    let log = outputs.log;
+    if let Some(scene) = outputs.scene {
+        recorder.message("/scene", 0, &geometry::scene(scene))?;
+    }
+    let poses = log.trajectory();
+    let mut poses = poses.iter().peekable();
+    let mut points = 0;
+    for (index, sweep) in log.sweeps.iter().enumerate() {
+        while let Some(pose) = poses.next_if(|pose| pose.time_s <= sweep.time_s) {
+            record_pose(recorder, pose)?;
+        }
+        let accepted = log.points[points..]
+            .iter()
+            .take_while(|p| p.sweep <= sweep.sweep)
+            .count();
+        points += accepted;
+        record_sweep(recorder, sweep, accepted)?;
+        let last = index + 1 == log.sweeps.len();
+        if last || (index + 1) % SWEEPS_PER_CLOUD == 0 {
+            let time_ns = nanoseconds(sweep.time_s);
+            recorder.message(
+                "/points",
+                time_ns,
+                &geometry::points(&log.points[..points], time_ns),
+            )?;
+        }
+    }
+    for pose in poses {
+        record_pose(recorder, pose)?;
+    }
+    let end_ns = end_of(log);
+    recorder.message("/map", end_ns, &geometry::map(&log.map, end_ns))?;
+    recorder.message("/trajectory", end_ns, &geometry::path(log, false, end_ns))?;
+    recorder.message("/truth/trajectory", end_ns, &geometry::path(log, true, end_ns))
+}
+
+fn record_pose<W: Write + Seek>(
+    recorder: &mut Recorder<W>,
+    pose: &PoseRecord,
+) -> Result<(), mcap::McapError> {
+    let time_ns = nanoseconds(pose.time_s);
+    let truth = (pose.truth.position_m, pose.truth.quaternion_wb);
+    recorder.message("/tf", time_ns, &geometry::transform("body_true", truth, time_ns))?;
+    recorder.message("/truth/pose", time_ns, &geometry::pose(truth, time_ns))?;
+    if let Some(estimate) = &pose.estimate {
+        let estimated = (estimate.position_m, estimate.quaternion_wb);
+        recorder.message("/tf", time_ns, &geometry::transform("body", estimated, time_ns))?;
+        recorder.message("/pose", time_ns, &geometry::pose(estimated, time_ns))?;
+        recorder.json(
+            "/errors",
+            "cslam.Errors",
+            series::ERRORS,
+            time_ns,
+            &series::errors(estimate, &pose.truth),
+        )?;
+    }
+    Ok(())
+}
+
+fn record_sweep<W: Write + Seek>(
+    recorder: &mut Recorder<W>,
+    sweep: &SweepRecord,
+    accepted: usize,
+) -> Result<(), mcap::McapError> {
+    let time_ns = nanoseconds(sweep.time_s);
+    let gmt = (sweep.estimate.gmt_position_m, [1.0, 0.0, 0.0, 0.0]);
+    recorder.message("/tf", time_ns, &geometry::transform("gmt", gmt, time_ns))?;
+    let state = series::link_state(sweep, accepted);
+    recorder.json(
+        "/link_state",
+        "cslam.LinkState",
+        series::LINK_STATE,
+        time_ns,
+        &state,
+    )?;
+    for innovation in &sweep.estimate.innovations {
+        let topic = innovation_topic(innovation.measurement);
+        recorder.json(
+            &topic,
+            "cslam.Innovation",
+            series::INNOVATION,
+            time_ns,
+            &series::innovation(innovation),
+        )?;
+    }
+    Ok(())
+}
+
+fn innovation_topic(measurement: Measurement) -> String {
+    format!("/innovations/{}", measurement.key())
+}
+
+/// Time of the last thing in a log.
+fn end_of(log: &FlightLog) -> u64 {
+    let sweep_s = log.sweeps.last().map_or(0.0, |s| s.time_s);
+    let pose_s = log.poses.last().map_or(0.0, |p| p.time_s);
+    nanoseconds(sweep_s.max(pose_s))
+}
+
+/// Seconds as whole nanoseconds, rounded half up.
+fn nanoseconds(time_s: f64) -> u64 {
+    libm::floor(time_s * 1e9 + 0.5).max(0.0) as u64
+}
+
+/// Channels by topic, with the number of the next message.
+struct Recorder<W: Write + Seek> {
+    writer: Writer<W>,
+    channels: BTreeMap<String, (u16, u32)>,
+}
+
+impl<W: Write + Seek> Recorder<W> {
+    fn new(out: W) -> Result<Self, mcap::McapError> {
+        // The library's name would carry its version, and with it change the bytes.
+        let options = WriteOptions::new().compression(None).profile("").library("cslam");
+        Ok(Self {
+            writer: options.create(out)?,
+            channels: BTreeMap::new(),
+        })
+    }
+
+    /// Writes one of Foxglove's well-known messages.
+    fn message<M: Encode>(&mut self, topic: &str, time_ns: u64, message: &M) -> Result<(), mcap::McapError> {
+        let mut bytes = Vec::with_capacity(message.encoded_len().unwrap_or(0));
+        message
+            .encode(&mut bytes)
+            .map_err(|e| io::Error::other(e.to_string()))?;
+        let schema = || {
+            let schema = M::get_schema().unwrap_or_else(|| foxglove::Schema::new("", "", &[][..]));
+            (schema.name, schema.encoding, schema.data.into_owned())
+        };
+        self.put(topic, &M::get_message_encoding(), schema, time_ns, &bytes)
+    }
+
+    /// Writes a JSON object.
+    fn json(
+        &mut self,
+        topic: &str,
+        name: &str,
+        schema: &str,
+        time_ns: u64,
+        object: &impl Serialize,
+    ) -> Result<(), mcap::McapError> {
+        let bytes = serde_json::to_vec(object).map_err(io::Error::from)?;
+        let schema = || {
+            (
+                name.to_owned(),
+                "jsonschema".to_owned(),
+                schema.as_bytes().to_vec(),
+            )
+        };
+        self.put(topic, "json", schema, time_ns, &bytes)
+    }
+
+    fn put(
+        &mut self,
+        topic: &str,
+        encoding: &str,
+        schema: impl FnOnce() -> (String, String, Vec<u8>),
+        time_ns: u64,
+        bytes: &[u8],
+    ) -> Result<(), mcap::McapError> {
+        if !self.channels.contains_key(topic) {
+            let (name, schema_encoding, data) = schema();
+            let schema_id = self.writer.add_schema(&name, &schema_encoding, &data)?;
+            let channel_id = self
+                .writer
+                .add_channel(schema_id, topic, encoding, &BTreeMap::new())?;
+            self.channels.insert(topic.to_owned(), (channel_id, 0));
+        }
+        let Some((channel_id, sequence)) = self.channels.get_mut(topic) else {
+            return Ok(());
+        };
+        let header = MessageHeader {
+            channel_id: *channel_id,
+            sequence: *sequence,
+            log_time: time_ns,
+            publish_time: time_ns,
+        };
+        *sequence += 1;
+        self.writer.write_to_known_channel(&header, bytes)
+    }
+}

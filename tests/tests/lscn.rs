@@ -1,0 +1,89 @@
+//! The link state networks on the emulated Cortex-M7: the same bits as on the host, from measured paths to probabilities,
+//! at no more than the committed number of instructions. Run by `cargo verify`, stage `kernels`.
+
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
+
+use cslam_core::lscn::Activations;
+use cslam_core::lscn::kernels::Native;
+use cslam_firmware::lscn_check::{LINKS, Link, ModelFile, Networks, Which};
+use cslam_tests::cost::{counts, rises};
+use cslam_tests::{emulated_board, root};
+
+/// What the chip printed: one run for all tests.
+fn output() -> &'static str {
+    static OUTPUT: OnceLock<String> = OnceLock::new();
+    OUTPUT.get_or_init(|| {
+        let output = emulated_board("run", "lscn-an500")
+            .args(["--features", "rivals"])
+            .env("CSLAM_ICOUNT", "10")
+            .output()
+            .expect("cargo starts");
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(
+            output.status.success(),
+            "the run ended with {}:\n{text}{}",
+            output.status,
+            String::from_utf8_lossy(&output.stderr)
+        );
+        text
+    })
+}
+
+#[test]
+fn no_step_costs_more_than_committed() {
+    let path = root().join("tests/golden/lscn_cost.txt");
+    let table = std::fs::read_to_string(&path).expect("the committed table");
+    let measured = counts(output());
+    for (name, count) in &measured {
+        println!("{name}: {count}");
+    }
+    let rises = rises(&counts(&table), &measured);
+    assert!(rises.is_empty(), "{}", rises.join("\n"));
+}
+
+/// The design's budgets, whatever the table says: instructions for each multiplication, requantisation and the rounding of
+/// the inputs included, and for a whole link.
+#[test]
+fn the_networks_meet_their_budgets() {
+    let measured = counts(output());
+    let sum = |set: &str| -> f64 {
+        let steps: BTreeMap<_, _> = measured
+            .iter()
+            .filter(|(name, _)| name.starts_with(&format!("{set}, ")))
+            .collect();
+        assert!(steps.len() >= 4, "{set}: {steps:?}");
+        steps.values().copied().sum()
+    };
+    for (set, which) in [("geometric", Which::WithDeparture), ("paper", Which::Paper)] {
+        let macs = which.shape().expect("sound").macs() as f64;
+        let each = sum(set) / macs;
+        println!("{set}: {each:.3} instructions a multiplication");
+        assert!((0.5..=1.5).contains(&each), "{set}: {each}");
+    }
+    let link = measured["features and geometric, nine paths"];
+    assert!(link > 9.0 * sum("geometric") && link <= 60_000.0, "{link}");
+}
+
+/// Digests of every link: the chip's assembly against this machine's portable form. (The chip has compared its assembly
+/// with its own portable form and would have ended with an error.)
+#[test]
+fn the_chip_computes_the_bits_of_the_host() {
+    let mut files = [const { ModelFile::EMPTY }; 3];
+    let [a, b, c] = &mut files;
+    let models = [
+        a.random(Which::WithDeparture),
+        b.random(Which::WithoutDeparture),
+        c.random(Which::Paper),
+    ];
+    let networks = Networks::<Native>::new(models.map(|model| model.expect("sound")));
+    let mut work = Activations::new();
+    let mut seen = 0;
+    for line in output().lines().filter(|line| line.starts_with("link ")) {
+        let link = Link::random(seen).expect("a link");
+        let digest = networks.digest(&link, &mut work).expect("finite");
+        assert_eq!(line.trim(), format!("link {seen} {digest:016x}"));
+        seen += 1;
+    }
+    assert_eq!(seen, LINKS);
+}
