@@ -17,7 +17,13 @@ const BOARDS: [Board; 2] = [
     Board {
         feature: "qemu-an500",
         memory: "memory/mps2-an500.x",
-        binaries: &["cslam-an500", "kernels-an500", "lscn-an500", "sweeps-an500"],
+        binaries: &[
+            "cslam-an500",
+            "flight-an500",
+            "kernels-an500",
+            "lscn-an500",
+            "sweeps-an500",
+        ],
         logs: true,
     },
     Board {

@@ -54,8 +54,8 @@ impl Which {
     /// Its topology.
     pub fn shape(self) -> Option<Shape> {
         match self {
-            Self::WithDeparture => Shape::new(Kind::Geometric, GEOMETRIC_WITH_DEPARTURE_INPUTS, &[64, 64, 3]),
-            Self::WithoutDeparture => Shape::new(Kind::Geometric, GEOMETRIC_INPUTS, &[64, 64, 3]),
+            Self::WithDeparture => Shape::new(Kind::Geometric, GEOMETRIC_WITH_DEPARTURE_INPUTS, &[48, 32, 3]),
+            Self::WithoutDeparture => Shape::new(Kind::Geometric, GEOMETRIC_INPUTS, &[48, 32, 3]),
             Self::Paper => Shape::new(Kind::Paper, PAPER_INPUTS, &[10, 50, 100, 3]),
         }
     }

@@ -2,6 +2,7 @@
 
 pub mod accuracy;
 pub mod allan;
+pub mod bsm;
 pub mod channel;
 pub mod cli;
 mod commands;

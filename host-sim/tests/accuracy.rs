@@ -2,7 +2,9 @@
 //!
 //! `cslam accuracy` prints the same cases with more trials; docs/path-estimation.md holds its table.
 
-use cslam_host_sim::accuracy::{Mode, bounce, departures, false_alarms, pairs, scenes, single};
+use cslam_host_sim::accuracy::{
+    Mode, bounce, departures, detection, false_alarms, loss, pairs, scenes, single,
+};
 
 const SEED: u64 = 1;
 
@@ -18,6 +20,41 @@ fn one_path_is_estimated_at_the_bound() {
         // Its own covariance says how wrong it is.
         assert!((0.8..1.25).contains(&figures.nees), "{figures:?}");
     }
+}
+
+/// Four thousand trials tell the share to a percent: it must not be significantly under 0.9. The committed table has
+/// twenty thousand and holds the figure itself.
+#[test]
+fn a_path_at_minus_20_db_is_found() {
+    let figures = detection(Mode::Best, -20.0, 4000, SEED);
+    assert!(figures.interval[1] >= 0.9, "{figures:?}");
+    assert!(figures.right_range >= figures.detected - 0.005, "{figures:?}");
+}
+
+#[test]
+fn fixed_point_loses_nothing_to_double_precision() {
+    for snr_db in [-15.0, 10.0, 30.0] {
+        let figures = loss(snr_db, 150, SEED);
+        assert!(figures.trials >= 145, "{figures:?}");
+        assert!(
+            figures.loss[0] <= 0.02 && figures.with_converter[0] <= 0.02,
+            "{figures:?}"
+        );
+        // The pairs are pairs: the same noise, not just as much of it.
+        assert!(figures.loss[1] < 0.01, "{figures:?}");
+    }
+}
+
+/// Grid-limited: its errors are reported beside the best mode's, and do not fall with the SNR.
+#[test]
+fn paper_mode_is_limited_by_its_grid() {
+    let [low, high] = [0.0, 30.0].map(|snr_db| single(Mode::Paper, snr_db, 100, SEED));
+    let best = single(Mode::Best, 30.0, 100, SEED);
+    for figures in [&low, &high] {
+        assert!((0.2..0.45).contains(&figures.range_m[0]), "{figures:?}");
+        assert!((0.3..2.0).contains(&figures.angle_deg[0]), "{figures:?}");
+    }
+    assert!(best.range_m[0] < 1e-3 && best.angle_deg[0] < 0.02, "{best:?}");
 }
 
 #[test]

@@ -1,8 +1,9 @@
-//! Hybrid periodic positioning calibration (HPC), the paper's localization: a position fix every `T_c` steps, inertial sums
-//! in between.
+//! Hybrid periodic positioning calibration (HPC), the paper's localization: a position fix every `T_c` steps, inertial
+//! sums in between.
 //!
-//! Equations (bsm) and (imu) of the paper, with the sum corrected: it starts at the time of the last fix, q = n T_c, not one
-//! period earlier (the printed lower limit counts a whole period of motion twice). With the inertial position `p_imu`,
+//! Equations (bsm) and (imu) of the paper, with the sum corrected: it starts at the time of the last fix, q = n T_c,
+//! not one period earlier (the printed lower limit counts a whole period of motion twice). With the inertial position
+//! `p_imu`,
 //!
 //! `p(t) = p_fix(n) + sum_{q = n T_c}^{t-1} (p_imu(q+1) - p_imu(q)) = p_fix(n) + p_imu(t) - p_imu(n T_c)`.
 //!
@@ -13,8 +14,8 @@
 //!   measured forces. The fairest form that needs nothing but the paper's quantities.
 //!
 //! Attitude comes from the gyroscope alone, or from outside with every step (an AHRS). No clock state, no biases, no
-//! covariance: it is the baseline that the filter is measured against. Everything is `f64`: a literal `p_imu` runs away by
-//! kilometres, of which single precision resolves no step of a millisecond.
+//! covariance: it is the baseline that the filter is measured against. Everything is `f64`: a literal `p_imu` runs away
+//! by kilometres, of which single precision resolves no step of a millisecond.
 
 use core::fmt;
 use core::num::NonZeroU32;
@@ -110,8 +111,9 @@ impl Hpc {
         step.is_multiple_of(self.interval_steps.get())
     }
 
-    /// Moves on by an inertial increment. Between its start and the end of the last one, where samples are missing, the UAV
-    /// counts as coasting. `attitude`: R_wb at the start of the increment from elsewhere; without it the gyroscope's.
+    /// Moves on by an inertial increment. Between its start and the end of the last one, where samples are missing, the
+    /// UAV counts as coasting. `attitude`: R_wb at the start of the increment from elsewhere; without it the
+    /// gyroscope's.
     ///
     /// # Errors
     /// [`StepError`]; nothing has changed then.
@@ -147,8 +149,8 @@ impl Hpc {
     pub fn fix(&mut self, position: Position<World, f64>) {
         let elapsed_s = (self.time_ns - self.fix_ns) as f64 * NS;
         if self.mode == Mode::VelocityFromFixes && elapsed_s > 0.0 {
-            // The velocity that the last fix should have left with is off by the miss over the time; it has been off by as
-            // much ever since.
+            // The velocity that the last fix should have left with is off by the miss over the time; it has been off by
+            // as much ever since.
             self.velocity_m_per_s += (position.vector() - self.position_m()) / elapsed_s;
         }
         self.fix_m = *position.vector();
@@ -219,8 +221,8 @@ mod tests {
 
     #[test]
     fn the_sum_starts_at_the_last_fix() {
-        // Constant velocity: after a fix the position is the fix, and T later the fix and T of motion. The printed limit
-        // would add the period before the fix as well.
+        // Constant velocity: after a fix the position is the fix, and T later the fix and T of motion. The printed
+        // limit would add the period before the fix as well.
         for mode in [Mode::Literal, Mode::VelocityFromFixes] {
             let mut hpc = hpc(mode, [2.0, 0.0, 0.0]);
             for period in 1..=5 {
@@ -257,8 +259,8 @@ mod tests {
 
     #[test]
     fn an_accelerometer_bias_acts_from_the_start_or_from_the_fix_before_last() {
-        // Bias b, fixes every T: the error at the end of period n is b T^2 (n - 1/2) with free velocity; from fixes, where
-        // the velocity is right in the mean of the period before, b T^2.
+        // Bias b, fixes every T: the error at the end of period n is b T^2 (n - 1/2) with free velocity; from fixes,
+        // where the velocity is right in the mean of the period before, b T^2.
         let (b, period_s) = (0.2_f32, 1.0);
         for (mode, expected) in [(Mode::Literal, 4.5), (Mode::VelocityFromFixes, 1.0)] {
             let mut hpc = hpc(mode, [0.0; 3]);

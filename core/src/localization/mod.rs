@@ -6,17 +6,19 @@
 //! Types that all parts share stand here: what an inertial sensor delivers ([`ImuSample`]), its integral over a step
 //! ([`ImuIncrement`]), the errors that are taken out of it ([`ImuErrors`]), and the result ([`Pose`]).
 //!
-//! [`imu`]: from samples to increments, whatever happens to the sensor. [`filter`]: the error-state filter. [`bsm`]: direction
-//! and delay from beam squint symbols. [`planes`]: walls of the map as mirrors. [`hpc`]: the paper's localization, the
-//! baseline.
+//! [`Localizer`] joins the parts. [`imu`]: from samples to increments, whatever happens to the sensor. [`filter`]: the
+//! error-state filter. [`bsm`]: direction and delay from beam squint symbols. [`planes`]: walls of the map as mirrors.
+//! [`hpc`]: the paper's localization, the baseline.
 
 pub mod bsm;
 pub mod filter;
 pub mod hpc;
 pub mod imu;
 mod inertial;
+mod localizer;
 pub mod planes;
 mod pose;
 
 pub use inertial::{ImuErrors, ImuIncrement, ImuSample};
+pub use localizer::{Localizer, LocalizerConfig, LocalizerHealth};
 pub use pose::{ClockEstimate, Pose};

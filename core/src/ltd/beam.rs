@@ -12,6 +12,7 @@ use super::cholesky::{regular, spread};
 use super::detector::Detector;
 use super::fit::{Fit, Place, REACH, fit};
 use super::grid::AngleGrid;
+use super::meter::{Meter, Stage, within};
 use super::model::ArrayModel;
 use super::screen::least_excess;
 use super::stages::Channel;
@@ -51,7 +52,7 @@ pub(super) struct Found<const A: usize> {
 
 /// Immutable tools of the search.
 #[derive(Clone, Copy)]
-pub(super) struct Search<'a, const A: usize, const E: usize> {
+pub(super) struct Search<'a, const A: usize, const E: usize, M = ()> {
     pub(super) model: &'a ArrayModel<A, E>,
     pub(super) template: &'a Template,
     pub(super) grid: &'a AngleGrid<A>,
@@ -63,6 +64,8 @@ pub(super) struct Search<'a, const A: usize, const E: usize> {
     pub(super) calibration_share: f32,
     /// Whether candidates that cannot reach the floor are passed over by their power alone.
     pub(super) screening: bool,
+    /// Told where the time goes.
+    pub(super) meter: &'a M,
 }
 
 /// The beam under search: residual taps, their profile, and what was found.
@@ -72,7 +75,7 @@ pub(super) struct Beam<'a, const A: usize, const C: usize> {
     pub(super) found: &'a mut Vec<Found<A>, SOURCES>,
 }
 
-impl<const A: usize, const E: usize> Search<'_, A, E> {
+impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
     /// Finds the paths of a beam with at least `floor` of energy (squared LSB over all channels). Returns the noise
     /// variance of a tap that remains. `beam.found` must be empty.
     pub(super) fn run<const C: usize>(&self, beam: &mut Beam<'_, A, C>, floor: f32) -> f32 {
@@ -120,20 +123,24 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
                 }
             }
         }
-        self.refit_pulled(beam);
+        within(self.meter, Stage::Cyclic, || self.refit_pulled(beam));
         self.settle(beam)
     }
 
     /// Scores one path that shows at `tap`. None where its place cannot be told: one array alone sees only a cone.
     fn single<const C: usize>(&self, beam: &Beam<'_, A, C>, tap: usize, noise: f32) -> Option<Found<A>> {
+        let outer = self.meter.enter(Stage::CoarseGrid);
         let window = self.window::<C, SINGLE>(beam, tap, -REACH, REACH);
         let delay_taps = vertex(beam.profile, tap);
         let snapshot = window.snapshot(self.template, delay_taps);
         let u = self.grid.strongest::<E, C>(&snapshot);
+        self.meter.enter(Stage::Refine);
         let fit: Fit<1, 3, A> =
             self.fit::<1, 3, C, SINGLE>(&window, [Place { delay_taps, u }], noise, SINGLE_STEPS);
         // A group of its own.
-        regular(&fit.hessian).then(|| self.found(&fit, 0, tap, noise, beam.found.len() as u8))
+        let found = regular(&fit.hessian).then(|| self.found(&fit, 0, tap, noise, beam.found.len() as u8));
+        self.meter.enter(outer);
+        found
     }
 
     pub(super) fn fit<const L: usize, const D: usize, const C: usize, const W: usize>(
@@ -195,15 +202,17 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
     ) {
         let sources = found.map(|f| f.source);
         let noise = found.iter().map(|f| f.noise).fold(f32::INFINITY, f32::min);
-        change(
-            self.model,
-            self.template,
-            beam.taps,
-            beam.profile,
-            &sources,
-            noise,
-            way,
-        );
+        within(self.meter, Stage::Cancel, || {
+            change(
+                self.model,
+                self.template,
+                beam.taps,
+                beam.profile,
+                &sources,
+                noise,
+                way,
+            );
+        });
     }
 
     /// Tries a second path beside the first one found, from the residual's local peak.
@@ -283,10 +292,20 @@ fn candidate<const C: usize>(
     let sigma = noise * libm::sqrtf(C as f32);
     let (alone, paired) = (1.0 / sigma, 1.0 / (core::f32::consts::SQRT_2 * sigma));
     let (mut best, mut most) = (None, CANDIDATE_SIGMAS);
-    let excess = |n: usize| profile[n & (SAMPLES - 1)] as f32 - mean;
-    let mut here = excess(taps.start);
+    let power = |n: usize| profile[n & (SAMPLES - 1)];
+    let excess = |power: u64| power as f32 - mean;
+    // Few taps come near: the others are passed over in integers, with a tenth of a standard deviation to spare.
+    let near = CANDIDATE_SIGMAS - 0.1;
+    let near_alone = (mean + near * sigma) as u64;
+    let near_paired = (2.0 * mean + near * core::f32::consts::SQRT_2 * sigma) as u64;
+    let mut next = power(taps.start);
     for n in taps {
-        let next = excess(n + 1);
+        let here = next;
+        next = power(n + 1);
+        if here <= near_alone && here.saturating_add(next) <= near_paired {
+            continue;
+        }
+        let (here, next) = (excess(here), excess(next));
         let sum = (here + next) * paired;
         let (score, tap) = if sum > here * alone && here > next {
             (sum, n)
@@ -298,7 +317,6 @@ fn candidate<const C: usize>(
         if score > most && !missed.contains(&(tap & (SAMPLES - 1))) {
             (best, most) = (Some(tap & (SAMPLES - 1)), score);
         }
-        here = next;
     }
     best.map(|tap| (tap, most / paired))
 }

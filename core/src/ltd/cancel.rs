@@ -9,9 +9,11 @@
 use nalgebra::{Complex, Vector3};
 
 use super::iq::Iq;
+use super::kernels::Native;
+use super::kernels::stage::Stages;
 use super::model::{ArrayModel, steering};
 use super::phase::phasor;
-use super::stages::Channel;
+use super::stages::{Channel, FRACTION_BITS};
 use super::template::{SPAN, Template};
 use crate::waveform::SAMPLES;
 
@@ -69,9 +71,6 @@ pub(super) enum Change {
     Add,
 }
 
-/// Bits behind the point of the model's amplitude.
-const FRACTION_BITS: i32 = 8;
-
 /// Changes the taps by the sum of the sources' models and keeps `profile` in step. Close sources of opposite phase are
 /// larger than their sum, which is what fits int16: they must go together. `noise`: variance of a tap, which sets the reach;
 /// adding back must use the sources and the value that were used for subtracting.
@@ -93,41 +92,30 @@ pub(super) fn change<const L: usize, const A: usize, const E: usize, const C: us
     // The whole period once: from -256 to 255.
     let count = (2 * reach + 1).min(SAMPLES);
     let first = -(reach as i32);
-    let start = origin.wrapping_sub(reach);
+    // In two stretches where it runs over the period's end.
+    let start = origin.wrapping_sub(reach) & (SAMPLES - 1);
+    let ahead = count.min(SAMPLES - start);
+    let mut columns = [[[0_i32; 2]; L]; SAMPLES];
     for (j, ((step, lead), rows)) in model.arrays().zip(taps.as_chunks_mut::<E>().0).enumerate() {
-        let mut columns = [[[0_i32; 2]; SAMPLES]; L];
-        for (column, source) in columns.iter_mut().zip(sources) {
+        for (l, source) in sources.iter().enumerate() {
             let (away, gain) = source.seen_from(origin, template.centre_turns());
             let delay = away - lead.dot(&source.u);
             let scaled = gain.get(j).copied().unwrap_or_default() * (1 << FRACTION_BITS) as f32;
-            for (value, d) in column.iter_mut().zip(kernel(template, first, delay)).take(count) {
-                let v = scaled * d;
-                *value = [v.re as i32, v.im as i32];
-            }
+            let column = columns.iter_mut().take(count).filter_map(|row| row.get_mut(l));
+            fill(template, first, count, delay, scaled, column);
         }
         let phases: [[Iq; E]; L] = sources
             .each_ref()
             .map(|source| steering::<E>(step.dot(&source.u)).map(q15));
+        let columns = columns.as_flattened();
+        let (before, behind) = columns.split_at_checked(L * ahead).unwrap_or((columns, &[]));
+        let behind = behind.get(..L * (count - ahead)).unwrap_or(&[]);
         for (e, row) in rows.iter_mut().enumerate() {
-            for i in 0..count {
-                let (mut re, mut im) = (HALF, HALF);
-                for (column, phases) in columns.iter().zip(&phases) {
-                    let ([x, y], w) = (column[i & (SAMPLES - 1)], phases[e]);
-                    re = re.wrapping_add(high(x, w.re())).wrapping_add(high(y, -w.im()));
-                    im = im.wrapping_add(high(x, w.im())).wrapping_add(high(y, w.re()));
+            let phases = phases.each_ref().map(|elements| elements[e]);
+            for (at, part) in [(start, before), (0, behind)] {
+                if let (Some(taps), Some(powers)) = (row.get_mut(at..), profile.get_mut(at..)) {
+                    Native::cancel(taps, powers, part, &phases, change == Change::Add);
                 }
-                let model = Iq::new(limited(re), limited(im));
-                let n = start.wrapping_add(i) & (SAMPLES - 1);
-                let old = row[n];
-                let mut clips = 0;
-                let new = match change {
-                    Change::Subtract => old.saturating_sub(model, &mut clips),
-                    Change::Add => old.saturating_add(model, &mut clips),
-                };
-                row[n] = new;
-                profile[n] = profile[n]
-                    .wrapping_add(u64::from(new.power()))
-                    .wrapping_sub(u64::from(old.power()));
             }
         }
     }
@@ -139,23 +127,17 @@ fn q15(s: Complex<f32>) -> Iq {
     Iq::new(part(s.re), part(s.im))
 }
 
-/// `x w / 2^16` of a 32-bit number and a Q15 factor, floor (SMULWB).
-fn high(x: i32, w: i16) -> i32 {
-    ((i64::from(x) * i64::from(w)) >> 16) as i32
-}
-
-/// Half an LSB of an amplitude with [`FRACTION_BITS`] - 1 bits behind the point.
-const HALF: i32 = 1 << (FRACTION_BITS - 2);
-
-/// LSB of an amplitude to which [`HALF`] was added (so round half up), limited to int16. The same integer is subtracted and
-/// added back, so that adding back undoes a subtraction exactly.
-fn limited(x: i32) -> i16 {
-    (x >> (FRACTION_BITS - 1)).clamp(i32::from(i16::MIN), i32::from(i16::MAX)) as i16
-}
-
-/// The kernel with its band centre put back, at coordinates `first`, `first + 1`, ...: from the table near the peak, by the
-/// closed form beyond. Phases advance by products and start anew every 32 taps, so that their rounding stays under 4e-6.
-fn kernel(template: &Template, first: i32, delay: f32) -> impl Iterator<Item = Complex<f32>> {
+/// Fills a column with the kernel times `gain`, cut to integers, at coordinates `first`, `first + 1`, ..., `count` of them: from the table near
+/// the peak, by the closed form beyond, band centre put back. Phases advance by products and start anew every 32 taps, so
+/// that their rounding stays under 4e-6.
+fn fill<'a>(
+    template: &Template,
+    first: i32,
+    count: usize,
+    delay: f32,
+    gain: Complex<f32>,
+    column: impl Iterator<Item = &'a mut [i32; 2]>,
+) {
     // Half turns per tap of the two sines in D(x) = sin(pi Na x / N) / (Na sin(pi x / N)).
     let (band_step, period_step) = (0.5 * template.occupancy(), 0.5 / SAMPLES as f32);
     let (band_turn, period_turn) = (phasor(band_step), phasor(period_step));
@@ -163,24 +145,32 @@ fn kernel(template: &Template, first: i32, delay: f32) -> impl Iterator<Item = C
     let centre_turn = phasor(centre);
     let zero = Complex::new(0.0, 0.0);
     let (mut band, mut period, mut twist) = (zero, zero, zero);
-    (0..SAMPLES as i32).map(move |i| {
+    let near = |x: f32| x.abs() < (SPAN - 1) as f32;
+    // The closed form's phases are not needed where every tap is near.
+    let far = !(near(first as f32 - delay) && near((first + count as i32 - 1) as f32 - delay));
+    for (i, value) in (0..).zip(column) {
         let x = (first + i) as f32 - delay;
         if i & 31 == 0 {
-            band = phasor(band_step * x);
-            period = phasor(period_step * x);
+            if far {
+                band = phasor(band_step * x);
+                period = phasor(period_step * x);
+            }
             twist = phasor(centre * (first + i) as f32);
         } else {
-            band *= band_turn;
-            period *= period_turn;
+            if far {
+                band *= band_turn;
+                period *= period_turn;
+            }
             twist *= centre_turn;
         }
-        let value = if x.abs() < (SPAN - 1) as f32 {
+        let d = if near(x) {
             template.at(x)[0]
         } else {
             band.im / (template.active() * period.im)
         };
-        twist * value
-    })
+        let v = gain * (twist * d);
+        *value = [v.re as i32, v.im as i32];
+    }
 }
 
 #[cfg(test)]

@@ -334,4 +334,71 @@ mod tests {
             "no such beam"
         );
     }
+
+    /// Amplitudes with noise and gain errors of the stated size: the direction errs as much as it says.
+    #[test]
+    fn error_is_what_the_fit_says() {
+        let codebook = Codebook::<f64>::default();
+        let mut state = 5_u32;
+        let mut normal = || {
+            let mut sum = -6.0_f32;
+            for _ in 0..12 {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                sum += (state >> 8) as f32 / 16_777_216.0;
+            }
+            sum
+        };
+        let departures = Default72::new(&Codebook::<f32>::default(), 0.06);
+        let (mut squares, mut sigmas, trials) = (0.0, 0.0, 150);
+        for k in 0..trials {
+            let azimuth = -3.1 + 6.2 * (0.618_034 * f64::from(k)).fract();
+            let elevation = 0.05 + 0.33 * (0.414_214 * f64::from(k)).fract();
+            let truth =
+                Direction::<Gmt, f64>::from_zenith_azimuth(core::f64::consts::FRAC_PI_2 - elevation, azimuth)
+                    .expect("angles");
+            let mut looks = looks(&codebook, &truth, 0.1);
+            let noise = 0.01 * looks[0].amplitude;
+            for look in &mut looks {
+                look.amplitude += look.amplitude * 0.06 * normal() + noise * normal();
+                look.variance = noise * noise;
+            }
+            looks.sort_unstable_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+            let (found, sigma_rad) = departures.fit(looks.iter().copied()).expect("looks");
+            let off = found.vector().cast::<f64>().cross(truth.vector()).norm();
+            squares += 0.5 * (off / f64::from(sigma_rad)).powi(2);
+            sigmas += f64::from(sigma_rad).to_degrees();
+        }
+        let (honest, sigma_deg) = (squares / f64::from(trials), sigmas / f64::from(trials));
+        assert!((0.6..1.4).contains(&honest), "{honest}, sigma {sigma_deg} deg");
+        assert!(sigma_deg < 0.4, "{sigma_deg}");
+    }
+
+    #[test]
+    fn heavier_beams_decide() {
+        let codebook = Codebook::<f64>::default();
+        let departures = Default72::new(&Codebook::<f32>::default(), 0.0);
+        let truth = Direction::<Gmt, f64>::from_zenith_azimuth(1.45, 0.2).expect("angles");
+        let mut looks = looks(&codebook, &truth, 0.2);
+        // One beam lies by 30 %, and says so.
+        looks[1].amplitude *= 1.3;
+        looks[1].variance = 100.0;
+        let (found, _) = departures.fit(looks.iter().copied()).expect("looks");
+        let off = found
+            .vector()
+            .cast::<f64>()
+            .cross(truth.vector())
+            .norm()
+            .to_degrees();
+        assert!(off < 0.1, "{off} deg");
+        // Taken at its word it pulls.
+        looks[1].variance = 1e-6;
+        let (pulled, _) = departures.fit(looks.iter().copied()).expect("looks");
+        let off = pulled
+            .vector()
+            .cast::<f64>()
+            .cross(truth.vector())
+            .norm()
+            .to_degrees();
+        assert!(off > 0.3, "{off} deg");
+    }
 }

@@ -10,6 +10,7 @@ use super::departure::{Departures, Look};
 use super::detector::Detector;
 use super::grid::AngleGrid;
 use super::merge::{Detection, Detections, Merged};
+use super::meter::{Meter, Stage};
 use super::model::ArrayModel;
 use super::screen::Screen;
 use super::template::Template;
@@ -111,6 +112,7 @@ pub struct Estimator<
     const Z: usize = 8,
     const MOST: usize = 360,
     const K: usize = 9,
+    M = (),
 > {
     model: ArrayModel<A, E>,
     template: Template,
@@ -133,6 +135,7 @@ pub struct Estimator<
     strongest: f32,
     /// Noise variance of a tap in the last beam searched, amplitude units squared.
     noise: f32,
+    meter: M,
 }
 
 impl<
@@ -149,6 +152,28 @@ impl<
 {
     /// An estimator with empty state. All tables are computed here.
     pub fn new<const ELEVATIONS: usize>(config: &EstimatorConfig<A, E, FACES, X, Z, ELEVATIONS>) -> Self {
+        Self::with_meter(config, ())
+    }
+}
+
+impl<
+    const A: usize,
+    const E: usize,
+    const C: usize,
+    const BEAMS: usize,
+    const FACES: usize,
+    const X: usize,
+    const Z: usize,
+    const MOST: usize,
+    const K: usize,
+    M: Meter,
+> Estimator<A, E, C, BEAMS, FACES, X, Z, MOST, K, M>
+{
+    /// The same, with a meter of where the time goes.
+    pub fn with_meter<const ELEVATIONS: usize>(
+        config: &EstimatorConfig<A, E, FACES, X, Z, ELEVATIONS>,
+        meter: M,
+    ) -> Self {
         const { assert!(C == A * E && K <= 255) };
         let model = ArrayModel::new(&config.arrays, &config.waveform);
         let share = libm::powf(10.0, -0.1 * config.dynamic_range_db);
@@ -171,6 +196,7 @@ impl<
             detections: Detections::new(),
             strongest: 0.0,
             noise: 0.0,
+            meter,
         }
     }
 
@@ -220,6 +246,69 @@ impl<
         count
     }
 
+    /// Everything about one beam.
+    fn search(&mut self, block: BeamBlock<'_, C>) -> BeamReport {
+        let levelled = self.correlator.level(block);
+        // A tap gathers Na times the power of a sample at most: a weaker beam cannot hold a path worth reporting.
+        let most = f64::from(self.template.active()) * levelled.mean_power();
+        let weak = BeamReport {
+            weak: true,
+            ..BeamReport::default()
+        };
+        if most < f64::from(self.share * self.strongest) {
+            return weak;
+        }
+        let exponent = levelled.exponent().saturating_add(TAP_EXPONENT);
+        let to_lsb = libm::scalbnf(1.0, exponent.saturating_mul(-2));
+        let floor = self.share * self.strongest * to_lsb;
+        if let Some(screen) = &self.screen
+            && screen.can_tell(floor, self.noise * to_lsb)
+        {
+            self.meter.enter(Stage::Detection);
+            let folded = self
+                .correlator
+                .detect(&levelled, screen.channels(), &mut self.work);
+            if screen.is_empty(&folded, floor) {
+                return weak;
+            }
+            self.meter.enter(Stage::FrontEnd);
+        }
+        let taps = self.correlator.correlate(levelled, &mut self.work);
+        let (clips, unexamined) = (taps.clips(), taps.unexamined());
+        self.profile = *taps.profile();
+        self.found.clear();
+        let BeamBlock {
+            samples,
+            beam,
+            exponent,
+        } = taps.into_natural();
+        let search = Search {
+            model: &self.model,
+            template: &self.template,
+            grid: &self.grid,
+            detector: &self.detector,
+            threshold: self.threshold,
+            calibration_share: self.calibration_share,
+            screening: self.screen.is_some(),
+            meter: &self.meter,
+        };
+        let mut under = Beam {
+            taps: samples,
+            profile: &mut self.profile,
+            found: &mut self.found,
+        };
+        self.meter.enter(Stage::Detection);
+        let noise = search.run(&mut under, floor);
+        self.meter.enter(Stage::Rest);
+        self.noise = noise * libm::scalbnf(1.0, exponent.saturating_mul(2));
+        BeamReport {
+            paths: self.keep(noise, exponent, beam),
+            weak: false,
+            clips,
+            unexamined,
+        }
+    }
+
     fn estimated(&self, index: usize, merged: &Merged) -> EstimatedPath {
         let (c_tau_m, aoa, covariance) = merged.mean();
         let first = &merged.strongest;
@@ -262,74 +351,28 @@ impl<
     const Z: usize,
     const MOST: usize,
     const K: usize,
-> PathEstimator<C, K> for Estimator<A, E, C, BEAMS, FACES, X, Z, MOST, K>
+    M: Meter,
+> PathEstimator<C, K> for Estimator<A, E, C, BEAMS, FACES, X, Z, MOST, K, M>
 {
     fn push_beam(&mut self, block: BeamBlock<'_, C>) -> BeamReport {
-        let levelled = self.correlator.level(block);
-        // A tap gathers Na times the power of a sample at most: a weaker beam cannot hold a path worth reporting.
-        let most = f64::from(self.template.active()) * levelled.mean_power();
-        let weak = BeamReport {
-            weak: true,
-            ..BeamReport::default()
-        };
-        if most < f64::from(self.share * self.strongest) {
-            return weak;
-        }
-        let exponent = levelled.exponent().saturating_add(TAP_EXPONENT);
-        let to_lsb = libm::scalbnf(1.0, exponent.saturating_mul(-2));
-        let floor = self.share * self.strongest * to_lsb;
-        if let Some(screen) = &self.screen
-            && screen.can_tell(floor, self.noise * to_lsb)
-        {
-            let folded = self
-                .correlator
-                .detect(&levelled, screen.channels(), &mut self.work);
-            if screen.is_empty(&folded, floor) {
-                return weak;
-            }
-        }
-        let taps = self.correlator.correlate(levelled, &mut self.work);
-        let (clips, unexamined) = (taps.clips(), taps.unexamined());
-        self.profile = *taps.profile();
-        self.found.clear();
-        let BeamBlock {
-            samples,
-            beam,
-            exponent,
-        } = taps.into_natural();
-        let search = Search {
-            model: &self.model,
-            template: &self.template,
-            grid: &self.grid,
-            detector: &self.detector,
-            threshold: self.threshold,
-            calibration_share: self.calibration_share,
-            screening: self.screen.is_some(),
-        };
-        let mut under = Beam {
-            taps: samples,
-            profile: &mut self.profile,
-            found: &mut self.found,
-        };
-        let noise = search.run(&mut under, floor);
-        self.noise = noise * libm::scalbnf(1.0, exponent.saturating_mul(2));
-        BeamReport {
-            paths: self.keep(noise, exponent, beam),
-            weak: false,
-            clips,
-            unexamined,
-        }
+        let outer = self.meter.enter(Stage::FrontEnd);
+        let report = self.search(block);
+        self.meter.enter(outer);
+        report
     }
 
     fn finish(&mut self) -> Vec<EstimatedPath, K> {
+        let outer = self.meter.enter(Stage::Merge);
         let merged: Vec<Merged, K> = self.detections.merge(self.share);
-        let paths = merged
-            .iter()
-            .enumerate()
-            .map(|(index, path)| self.estimated(index, path))
-            .collect();
+        self.meter.enter(Stage::Departure);
+        let mut paths: Vec<EstimatedPath, K> = Vec::new();
+        for (index, path) in merged.iter().enumerate() {
+            // As many as were merged: there is room.
+            let _ = paths.push(self.estimated(index, path));
+        }
         self.detections.clear();
         (self.strongest, self.noise) = (0.0, 0.0);
+        self.meter.enter(outer);
         paths
     }
 }

@@ -35,6 +35,12 @@ const fn directions() -> usize {
     sum
 }
 
+/// Directions that one bound serves.
+const GROUP: usize = 3;
+/// Bins by which neighbours in the table differ at most: a step along a ring or into the next one is 5.7 degrees at most,
+/// 1.6 bins, and each place is rounded.
+const NEAR: usize = 2;
+
 /// Table of the grid for `A` arrays.
 #[derive(Clone, Debug)]
 pub(super) struct AngleGrid<const A: usize> {
@@ -129,20 +135,53 @@ impl<const A: usize> AngleGrid<A> {
         sum
     }
 
-    /// Direction with the largest sum of its bins' powers.
+    /// Direction with the largest sum of its bins' powers, the first of equals. Neighbours in the table lie within [`NEAR`] bins
+    /// of each other, so one look at the largest powers near a direction bounds it and both its neighbours, and most need
+    /// no look of their own.
     fn scan(&self, powers: &[[f32; BINS]; A]) -> Vector3<f32> {
-        let (mut best, mut most) = (0, -1.0);
-        for (index, bins) in self.bins.iter().enumerate() {
-            let mut sum = 0.0;
-            for (powers, bin) in powers.iter().zip(bins) {
-                sum += powers[usize::from(*bin) & (BINS - 1)];
+        let upper = powers.each_ref().map(widened);
+        let (mut bounds, mut promising) = ([0.0; DIRECTIONS.div_ceil(GROUP)], (0, -1.0));
+        for (group, (bound, members)) in bounds.iter_mut().zip(self.bins.chunks(GROUP)).enumerate() {
+            let middle = members.get(1).or(members.first());
+            *bound = middle.map_or(0.0, |bins| total(&upper, bins));
+            if *bound > promising.1 {
+                promising = (group, *bound);
             }
-            if sum > most {
-                (best, most) = (index, sum);
+        }
+        let members = self.bins.chunks(GROUP).nth(promising.0).unwrap_or(&[]);
+        let reached = members.iter().map(|bins| total(powers, bins)).fold(0.0, f32::max);
+        // A little less than what the most promising group reaches: the best one exceeds it.
+        let (mut best, mut most) = (0, 0.999 * reached);
+        for (group, (bound, members)) in bounds.iter().zip(self.bins.chunks(GROUP)).enumerate() {
+            if *bound > most {
+                for (i, bins) in members.iter().enumerate() {
+                    let sum = total(powers, bins);
+                    if sum > most {
+                        (best, most) = (GROUP * group + i, sum);
+                    }
+                }
             }
         }
         direction(best)
     }
+}
+
+/// Sum of the powers in one bin of each array.
+fn total<const A: usize>(powers: &[[f32; BINS]; A], bins: &[u8; A]) -> f32 {
+    let mut sum = 0.0;
+    for (powers, bin) in powers.iter().zip(bins) {
+        sum += powers[usize::from(*bin) & (BINS - 1)];
+    }
+    sum
+}
+
+/// The largest power within [`NEAR`] bins of each.
+fn widened(powers: &[f32; BINS]) -> [f32; BINS] {
+    let at = |bin: usize| powers[bin & (BINS - 1)];
+    let pairs: [f32; BINS] = core::array::from_fn(|bin| at(bin).max(at(bin + 1)));
+    let pair = |bin: usize| pairs[bin & (BINS - 1)];
+    // Pairs from bin - 2, from bin, and the bin two above.
+    core::array::from_fn(|bin| pair(bin + BINS - NEAR).max(pair(bin)).max(at(bin + NEAR)))
 }
 
 /// Direction of a grid index; the last one's for an index beyond the grid.
@@ -183,6 +222,36 @@ mod tests {
             worst = worst.max(libm::acosf(nearest.min(1.0)).to_degrees());
         }
         assert!(worst < 0.75 * STEP_DEG as f32, "{worst} deg");
+    }
+
+    #[test]
+    fn bound_holds_and_changes_nothing() {
+        let model = ArrayModel::<4, 8>::new(&UavArrays::default(), &Waveform::default());
+        let grid = AngleGrid::new(&model);
+        for pair in grid.bins.windows(2) {
+            for (a, b) in pair[0].iter().zip(&pair[1]) {
+                let apart = a.wrapping_sub(*b) & 31;
+                assert!(apart <= NEAR as u8 || apart >= 32 - NEAR as u8, "{pair:?}");
+            }
+        }
+        let mut state = 1_u32;
+        for round in 0..300 {
+            let powers: [[f32; BINS]; 4] = core::array::from_fn(|_| {
+                core::array::from_fn(|_| {
+                    state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                    // Few levels, so that equals occur; some all zero.
+                    (state >> 28) as f32 * (round % 10) as f32
+                })
+            });
+            let (mut best, mut most) = (0, -1.0);
+            for (index, bins) in grid.bins.iter().enumerate() {
+                let sum = total(&powers, bins);
+                if sum > most {
+                    (best, most) = (index, sum);
+                }
+            }
+            assert_eq!(grid.scan(&powers), direction(best));
+        }
     }
 
     #[test]

@@ -11,6 +11,7 @@ use super::beam::{Beam, Found, SINGLE_STEPS, Search};
 use super::cancel::{Change, Source};
 use super::cholesky::regular;
 use super::fit::{Fit, Place, REACH};
+use super::meter::{Meter, Stage, within};
 use super::window::{JOINT, Window};
 
 /// Paths nearer than this in delay form a group, whatever their directions: a single array sees only a cone, so even
@@ -33,7 +34,7 @@ const ATTEMPTS: usize = 3;
 /// Half the separation in delay at which two paths of one direction are started, taps.
 const SPLIT_TAPS: f32 = 0.2;
 
-impl<const A: usize, const E: usize> Search<'_, A, E> {
+impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
     /// The group to which a source is close: to all of its members.
     pub(super) fn neighbours<const C: usize>(&self, beam: &Beam<'_, A, C>, source: &Source<A>) -> Option<u8> {
         let close = |f: &Found<A>| {
@@ -56,11 +57,11 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
         noise: f32,
     ) -> bool {
         let members = beam.members(group);
-        match *members.as_slice() {
+        within(self.meter, Stage::JointFit, || match *members.as_slice() {
             [a] => self.extend::<1, 3, 2, 6, C>(beam, [a], source, noise),
             [a, b] => self.extend::<2, 6, 3, 9, C>(beam, [a, b], source, noise),
             _ => false,
-        }
+        })
     }
 
     /// Refits the members of a group.
@@ -120,12 +121,17 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
                 }
             }
         }
-        let with: Fit<M, N, A> = self.best(&window, start, noise);
         let least = MEMBER_GAIN * noise / self.template.occupancy();
-        let gain = with.energy - without.energy;
+        let worth = least.max(self.calibration_share * without.energy);
         let inside = |places: &[Place]| places.iter().all(|p| p.delay_taps.abs() < JOINT as f32);
-        let sound = inside(&with.places) && regular(&with.hessian);
-        if gain > least && gain > self.calibration_share * without.energy && sound {
+        // One more member explains at most what is left.
+        let left = window.energy().0 - without.energy;
+        let with: Option<Fit<M, N, A>> = (left > worth).then(|| self.best(&window, start, noise));
+        if let Some(with) = with
+            && with.energy - without.energy > worth
+            && inside(&with.places)
+            && regular(&with.hessian)
+        {
             self.replace(beam, &members, &with, &old[0], noise);
             true
         } else if without.energy - kept.energy > least && inside(&without.places) && regular(&without.hessian)
@@ -199,7 +205,9 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
         let (energy, samples) = window.energy();
         // Mean and standard deviation of noise that is oversampled by 1 / occupancy.
         let mean = samples as f32 * noise;
-        let most = mean + RESIDUAL_SIGMAS * noise * libm::sqrtf(samples as f32 / self.template.occupancy());
+        let spread = noise * libm::sqrtf(samples as f32 / self.template.occupancy());
+        // What the arrays' errors leave, no start explains.
+        let most = mean + RESIDUAL_SIGMAS * spread + self.calibration_share * energy;
         for attempt in 0..ATTEMPTS {
             if energy - best.energy < most {
                 break;
@@ -259,8 +267,13 @@ impl<const A: usize, const E: usize> Search<'_, A, E> {
 impl<const A: usize, const C: usize> Beam<'_, A, C> {
     /// Indices of a group's members.
     fn members(&self, group: u8) -> Vec<usize, MEMBERS> {
-        let all = self.found.iter().enumerate().filter(|(_, f)| f.group == group);
-        all.map(|(index, _)| index).take(MEMBERS).collect()
+        let mut members = Vec::new();
+        for (index, found) in self.found.iter().enumerate() {
+            if found.group == group && members.push(index).is_err() {
+                break;
+            }
+        }
+        members
     }
 
     fn all<const L: usize>(&self, members: [usize; L]) -> Option<[Found<A>; L]> {

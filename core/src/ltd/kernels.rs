@@ -1,6 +1,7 @@
 //! The set of kernels that the front end runs on: portable, or assembly for ARM cores with the DSP instructions. Both
 //! give the same bits; on a chip both are there, so that the equality can be tested there.
 
+use super::iq::Iq;
 use super::stages::{self, Channel, FoldedPowers, Powers};
 use super::tables::{Tail, Twiddles};
 
@@ -28,7 +29,7 @@ pub type Native = Armv7em;
 pub(super) mod stage {
     #[cfg(all(target_arch = "arm", feature = "armv7em"))]
     use super::Armv7em;
-    use super::{Channel, FoldedPowers, Portable, Powers, Tail, Twiddles, stages};
+    use super::{Channel, FoldedPowers, Iq, Portable, Powers, Tail, Twiddles, stages};
     #[cfg(all(target_arch = "arm", feature = "armv7em"))]
     use crate::simd;
 
@@ -65,6 +66,7 @@ pub(super) mod stage {
         power_folded(kept: &Channel, powers: &mut FoldedPowers);
         natural(kept: &mut Channel, scratch: &mut Channel);
         energy(input: &Channel) -> u64;
+        cancel(taps: &mut [Iq], powers: &mut [u64], columns: &[[i32; 2]], phases: &[Iq], add: bool);
     }
 }
 

@@ -12,8 +12,6 @@ use heapless::Vec;
 use super::correlator::{FOLDED_TAPS, Folded};
 use super::detector::{Detector, quantile};
 
-/// Elements of each array that are looked at.
-const PER_ARRAY: usize = 2;
 /// Standard deviations by which a path at the floor may fall short of its mean: one in a hundred does.
 const MISS_SIGMAS: f32 = 2.33;
 /// Power of a path's two strongest neighbouring taps over that of a tap at its peak, at the worst fraction of a tap:
@@ -35,10 +33,15 @@ pub(super) struct Screen<const C: usize> {
 impl<const C: usize> Screen<C> {
     /// Screen that looks at two elements in each array of `E`, a quarter of its length from either end.
     pub(super) fn new<const E: usize>() -> Self {
-        let element = |c: &usize| c % E == E / 4 || c % E == E - 1 - E / 4;
-        let channels: Vec<u8, C> = (0..C).filter(element).map(|c| c as u8).collect();
+        const { assert!(E > 0 && C <= 256) };
+        let mut channels = Vec::new();
+        for c in 0..C {
+            if c % E == E / 4 || c % E == E - 1 - E / 4 {
+                // At most C of them.
+                let _ = channels.push(c as u8);
+            }
+        }
         let count = channels.len();
-        debug_assert!(count <= PER_ARRAY * C / E);
         Self {
             detector: Detector::new(count, WORTH, FOLDED_TAPS),
             quiet: quantile(2 * count, WORTH / FOLDED_TAPS as f64) as f32,

@@ -360,6 +360,45 @@ pub(super) fn natural(kept: &mut Channel, scratch: &mut Channel) {
     *kept = *scratch;
 }
 
+/// Bits behind the point of the amplitudes in [`cancel`]'s columns.
+pub(super) const FRACTION_BITS: i32 = 8;
+
+/// Takes the sum of some models out of a stretch of a channel's taps, or adds it, saturating, and keeps `powers`, the sum of
+/// |tap|^2 over channels, in step. A model is a column of complex amplitudes, [`FRACTION_BITS`] behind the point, times a
+/// phase factor (Q15, parts within +-32 767); `columns` holds one amplitude of every model for each tap. The sum is rounded
+/// once, half up, and limited to int16: the same integers are subtracted and added, so that adding undoes subtracting unless
+/// a tap saturates.
+pub(crate) fn cancel(taps: &mut [Iq], powers: &mut [u64], columns: &[[i32; 2]], phases: &[Iq], add: bool) {
+    // A product drops one bit: Q15 times 2^-16.
+    const BITS: i32 = FRACTION_BITS - 1;
+    let limited = |x: i32| (x >> BITS).clamp(i32::from(i16::MIN), i32::from(i16::MAX)) as i16;
+    let rows = taps.iter_mut().zip(powers);
+    for ((tap, power), amplitudes) in rows.zip(columns.chunks_exact(phases.len().max(1))) {
+        let (mut re, mut im) = (1 << (BITS - 1), 1 << (BITS - 1));
+        for ([x, y], w) in amplitudes.iter().zip(phases) {
+            re = high(*x, w.re()).wrapping_add(re);
+            im = high(*x, w.im()).wrapping_add(im);
+            re = high(*y, -w.im()).wrapping_add(re);
+            im = high(*y, w.re()).wrapping_add(im);
+        }
+        let (old, model, unbounded) = (*tap, Iq::new(limited(re), limited(im)), &mut 0);
+        let new = if add {
+            old.saturating_add(model, unbounded)
+        } else {
+            old.saturating_sub(model, unbounded)
+        };
+        *tap = new;
+        *power = power
+            .wrapping_add(u64::from(new.power()))
+            .wrapping_sub(u64::from(old.power()));
+    }
+}
+
+/// `x w / 2^16`, floor (SMULWB).
+fn high(x: i32, w: i16) -> i32 {
+    ((i64::from(x) * i64::from(w)) >> 16) as i32
+}
+
 /// Sum of |x|^2 over a channel, at most 2^40.
 pub(super) fn energy(input: &Channel) -> u64 {
     input.iter().map(|x| u64::from(x.power())).sum()

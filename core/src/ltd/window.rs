@@ -57,18 +57,17 @@ impl<const C: usize, const W: usize> Window<C, W> {
 
     /// Weighted sum over the taps nearest to a delay, for each channel: the kernel's two taps on either side.
     pub(super) fn snapshot(&self, template: &Template, delay_taps: f32) -> [Complex<f32>; C] {
-        let weights = self.coordinates().map(|x| {
+        let mut weights = [0.0; W];
+        for (weight, x) in weights.iter_mut().zip(self.coordinates()) {
             let away = x - delay_taps;
             if away.abs() < 2.5 {
-                template.at(away)[0]
-            } else {
-                0.0
+                *weight = template.at(away)[0];
             }
-        });
+        }
         let mut out = [Complex::new(0.0, 0.0); C];
         for (sum, row) in out.iter_mut().zip(&self.taps) {
-            for (y, weight) in row.iter().zip(weights.clone()) {
-                *sum += y * weight;
+            for (y, weight) in row.iter().zip(&weights) {
+                *sum += y * *weight;
             }
         }
         out

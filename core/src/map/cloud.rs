@@ -133,7 +133,7 @@ impl<const N: usize> PointCloud<N> {
     }
 
     /// Every point, in the order in which the places were first taken.
-    pub fn points(&self) -> impl ExactSizeIterator<Item = &MapPoint> {
+    pub fn points(&self) -> impl ExactSizeIterator<Item = &MapPoint> + Clone {
         self.cells.iter().map(|cell| &cell.point)
     }
 

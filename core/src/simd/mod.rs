@@ -17,7 +17,8 @@
 use core::arch::asm;
 
 use crate::lscn::dense::{self, Quad, record_length};
-use crate::ltd::stages::{Channel, EIGHTH, FoldedPowers, MINUS_EIGHTH, Powers};
+use crate::ltd::Iq;
+use crate::ltd::stages::{self, Channel, EIGHTH, FoldedPowers, MINUS_EIGHTH, Powers};
 use crate::ltd::tables::{Tail, Twiddles};
 
 #[macro_use]
@@ -26,6 +27,8 @@ mod instructions;
 mod columns;
 #[macro_use]
 mod layer;
+#[macro_use]
+mod cancel;
 
 /// Half an LSB at bit 16.
 const ROUND_16: u32 = 1 << 15;
@@ -397,6 +400,64 @@ pub(crate) fn energy(input: &Channel) -> u64 {
         );
     }
     (u64::from(high) << 32) | u64::from(low)
+}
+
+/// See `stages::cancel`. Sums of one or two models; more are rare and left to the portable form.
+#[inline(never)]
+pub(crate) fn cancel(taps: &mut [Iq], powers: &mut [u64], columns: &[[i32; 2]], phases: &[Iq], add: bool) {
+    let count = taps.len().min(powers.len());
+    match (phases, add) {
+        ([w], false) => cancel_loop!(
+            one_model!(),
+            "qsub16",
+            count.min(columns.len()),
+            taps,
+            powers,
+            columns,
+            w,
+            w
+        ),
+        ([w], true) => cancel_loop!(
+            one_model!(),
+            "qadd16",
+            count.min(columns.len()),
+            taps,
+            powers,
+            columns,
+            w,
+            w
+        ),
+        ([w, v], false) => {
+            cancel_loop!(
+                two_models!(),
+                "qsub16",
+                count.min(columns.len() / 2),
+                taps,
+                powers,
+                columns,
+                w,
+                v
+            );
+        }
+        ([w, v], true) => {
+            cancel_loop!(
+                two_models!(),
+                "qadd16",
+                count.min(columns.len() / 2),
+                taps,
+                powers,
+                columns,
+                w,
+                v
+            );
+        }
+        _ => stages::cancel(taps, powers, columns, phases, add),
+    }
+}
+
+/// `j w`. Parts within +-32 767.
+fn turned(w: &Iq) -> Iq {
+    Iq::new(-w.im(), w.re())
 }
 
 /// Square root, correctly rounded.

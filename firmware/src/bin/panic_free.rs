@@ -6,10 +6,13 @@
 //! does not link either. It is made to be linked, not to be run: inputs are whatever the shared memory holds.
 //!
 //! A board's own image cannot pass, because its runtime and its log keep panics; what flies is checked here: ring,
-//! record, path, solver, map and packet encoder as [`Receiver::step`] puts them together, the packet decoder, and the
-//! path estimation's front end.
+//! record, path, solver, map and packet encoder as [`Receiver::step`] puts them together, the packet decoder, path
+//! estimation from samples to paths in both modes, with its front end, and localization from samples and paths to the pose.
 #![no_std]
 #![no_main]
+
+#[path = "panic_free/localization.rs"]
+mod localization;
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
@@ -17,7 +20,10 @@ use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use cslam_core::block::BeamBlock;
 use cslam_core::geometry::{Body, Complex, Direction, GeometryError, Matrix3, Rotation, World};
-use cslam_core::ltd::{Correlator, Detector, Iq, Workspace};
+use cslam_core::localization::{Localizer, LocalizerConfig};
+use cslam_core::ltd::{
+    Correlator, Detector, Estimator, EstimatorConfig, Iq, PaperEstimator, PathEstimator, Workspace,
+};
 use cslam_core::path::Path;
 use cslam_core::reflection::Form;
 use cslam_core::telemetry::Decoder;
@@ -26,7 +32,11 @@ use cslam_firmware::front_end_check::{Block, CHANNELS, SUBSET};
 use cslam_firmware::measurement;
 use cslam_firmware::receiver::{BoardMap, Receiver, board_gates};
 use cslam_firmware::ring::{AccessError, Consumer, Producer, SharedMemory};
+use cslam_firmware::sweep_check::PATHS;
 use embedded_io::{ErrorKind, ErrorType, Write};
+
+type Best = Estimator<4, 8, CHANNELS, 72, 3, 8, 8, 360, PATHS>;
+type Paper = PaperEstimator<4, 8, CHANNELS, 72, PATHS>;
 
 /// Memory of which the compiler knows nothing.
 struct Opaque;
@@ -67,6 +77,13 @@ impl Write for Downlink {
 
 #[entry]
 fn main() -> ! {
+    let localizer = cortex_m::singleton!(: Option<Localizer<f32, { localization::STATES }>> = None);
+    if let Some(place) = localizer {
+        localization::fly(place.insert(Localizer::new(
+            &black_box(LocalizerConfig::default()),
+            black_box(0),
+        )));
+    }
     // Places of their own, so that the link also shows that they fit.
     let map = cortex_m::singleton!(: BoardMap = BoardMap::new());
     let decoder = cortex_m::singleton!(: Decoder = Decoder::new());
@@ -77,6 +94,16 @@ fn main() -> ! {
     let work = cortex_m::singleton!(: Workspace = Workspace::new());
     if let (Some(block), Some(work)) = (block, work) {
         listen(&Correlator::new(&black_box(Waveform::default())), block, work);
+        let config = black_box(EstimatorConfig::default());
+        let best = cortex_m::singleton!(: Best = Best::new(&config));
+        if let Some(best) = best {
+            estimate(best, block);
+        }
+        // One mode is active at a time; only the default has a place of its own.
+        if let Some(paper) = black_box(None::<&mut Paper>) {
+            *paper = Paper::new(&config);
+            estimate(paper, block);
+        }
     }
     loop {
         cortex_m::asm::nop();
@@ -123,6 +150,16 @@ fn listen(correlator: &Correlator, samples: &mut Block, work: &mut Workspace) {
     taps.window(black_box(0), black_box(0), &mut window);
     black_box((window, taps.clips(), taps.exponent()));
     black_box(taps.into_natural());
+}
+
+/// Everything that path estimation does with a sweep.
+fn estimate<E: PathEstimator<CHANNELS, PATHS>>(estimator: &mut E, samples: &mut Block) {
+    black_box(estimator.push_beam(BeamBlock {
+        samples,
+        beam: black_box(0),
+        exponent: black_box(0),
+    }));
+    black_box(estimator.finish());
 }
 
 /// A path of the array, turned from body to world axes.

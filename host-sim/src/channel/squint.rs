@@ -1,7 +1,8 @@
 //! Beam squint symbols through the same channel and front end.
 //!
-//! Here the transmit field varies over the band by design, so each ray has its own waveform in each symbol, shaped by the
-//! 64 elements' phase shifters, true time delays and errors, with the squint of the elements' places at every subcarrier.
+//! Here the transmit field varies over the band by design, so each ray has its own waveform in each symbol, shaped by
+//! the 64 elements' phase shifters, true time delays and errors, with the squint of the elements' places at every
+//! subcarrier.
 
 use cslam_core::array::{GmtArrays, SquintConfig, SquintScheme, SquintSymbol, centred, phasor};
 use cslam_core::geometry::{Direction, Gmt};
@@ -41,8 +42,8 @@ impl Simulator {
         Ok(self.squint_rays(&rays, instant, index, scheme, |_| true))
     }
 
-    /// The same for rays that are already in the frames of the arrays. Only symbols that `wanted` accepts are made, with the
-    /// same samples as among all.
+    /// The same for rays that are already in the frames of the arrays. Only symbols that `wanted` accepts are made,
+    /// with the same samples as among all.
     pub fn squint_rays(
         &self,
         rays: &[Ray],
@@ -58,8 +59,8 @@ impl Simulator {
         })
     }
 
-    /// Blocks of symbols with any transmit pattern: `response` gives the field of symbol `place` towards a ray, one value an active
-    /// subcarrier, in units of a transmitter of gain one.
+    /// Blocks of symbols with any transmit pattern: `response` gives the field of symbol `place` towards a ray, one
+    /// value an active subcarrier, in units of a transmitter of gain one.
     pub(crate) fn shaped_rays(
         &self,
         rays: &[Ray],

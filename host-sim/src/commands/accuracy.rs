@@ -15,8 +15,8 @@ use crate::table::Table;
 pub(crate) struct Args {
     /// Which case; all when absent
     case: Option<Case>,
-    /// Unit of the number of trials: scenes, pairs and departures of each row; bounces are twice, single paths ten, sweeps
-    /// of noise twenty, weak paths forty (at -20 dB two hundred) times as many
+    /// Unit of the number of trials: scenes, pairs and departures of each row; bounces are twice, twins and weak paths ten, single paths forty times
+    /// as many; where the best mode is asked for a share: sweeps of noise twenty, paths at -20 dB two hundred times
     #[arg(long, value_name = "N", default_value_t = 100)]
     trials: usize,
     /// Whose estimator; both beside each other when absent

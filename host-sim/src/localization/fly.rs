@@ -4,13 +4,14 @@ use core::f64::consts::PI;
 
 use cslam_core::geometry::{Direction, Position, Real, Rotation};
 use cslam_core::localization::filter::{
-    ATTITUDE, CLOCK_OFFSET, Filter, FilterConfig, MappedPlane, POSITION, PathMeasurement, RestAlignment,
-    SweepMeasurement, SweepVerdict, Transmitter, wrap_delay_m,
+    ATTITUDE, CLOCK_OFFSET, Filter, FilterConfig, MappedPlane, POSITION, PathMeasurement, SweepMeasurement,
+    SweepVerdict, Transmitter, wrap_delay_m,
 };
+use cslam_core::localization::imu::{Alignment, Imu, ImuConfig, RestAlignment, RestConfig, RestStatus};
 use cslam_core::localization::planes::Plane;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use super::flights::{Heard, Planes, Prepared, TruePath, TrueSweep};
+use super::flights::{Heard, Prepared, TruePath, TrueSweep};
 use super::radio::{Ends, Hardware, RadioErrors};
 use crate::seeded::{Seeded, Source};
 use crate::sensors::Beacon;
@@ -50,10 +51,12 @@ pub struct Scenario {
     pub map: Option<(f64, f64)>,
     /// Whether reflections have an angle of departure.
     pub reflected_departure: bool,
-    /// Share of true single reflections that are detected.
-    pub reflection_rate: f64,
-    /// Share of double reflections that are taken for single ones.
-    pub misjudged_rate: f64,
+    /// Share of reflected paths that the estimator finds.
+    pub detected: f64,
+    /// Share of reflections whose order is misjudged, one for more or more for one.
+    pub misjudged: f64,
+    /// Paths of a higher order that are tried on pairs of planes, at most.
+    pub double_reflections: usize,
     /// No line of sight between these times, s.
     pub outage_s: Option<(f64, f64)>,
     /// Two-way timing is lost in the outage too.
@@ -70,8 +73,9 @@ impl Default for Scenario {
             outliers: Outliers { rate: 0.02, run: 1 },
             map: None,
             reflected_departure: true,
-            reflection_rate: 0.7,
-            misjudged_rate: 0.02,
+            detected: 0.95,
+            misjudged: 0.02,
+            double_reflections: 3,
             outage_s: None,
             timing_in_outage: true,
             start: Start::Rest,
@@ -88,7 +92,9 @@ pub struct Record {
     pub running: bool,
     /// Whether the sweep had line of sight.
     pub sight: bool,
-    /// Single reflections handed to the filter.
+    /// Whether a wrong path was taken for it.
+    pub outlier: bool,
+    /// Reflections handed to the filter.
     pub reflections: usize,
     /// Distance to the GMT, m.
     pub range_m: f64,
@@ -100,121 +106,107 @@ pub struct Record {
     pub clock_m: f64,
     /// Normalised squared errors: position, attitude (3 each), clock (1).
     pub nees: [f64; 3],
-    /// Innovation test ratio of the sweep.
-    pub ratio: f32,
+    /// Normalised innovation squared of the sweep's line of sight, of 5 degrees of freedom.
+    pub nis: f64,
     /// What became of the line of sight.
     pub verdict: SweepVerdict,
 }
 
-/// Flies a filter of `N` states whose covariance is in `T` over a flight; a record a sweep.
-pub fn fly<T: Real, const N: usize>(flight: &Prepared, planes: &Planes, scenario: &Scenario) -> Vec<Record> {
+/// A sweep is processed this long after it began, ns: the estimator takes that long.
+pub(super) const PROCESSING_NS: u64 = 200_000_000;
+
+/// Flies a filter of `N` states whose covariance is in `T` over a flight, with `planes` as its map; a record a sweep.
+///
+/// Everything that flies is in use: monitor and integration of the inertial samples, alignment at rest, the filter with its
+/// history. Sweeps are handed over 0.2 s late.
+pub fn fly<T: Real, const N: usize>(
+    flight: &Prepared,
+    planes: &[(Vector3<f64>, Vector3<f64>)],
+    scenario: &Scenario,
+) -> Vec<Record> {
     let mut receiver = Receiver::new(flight, planes, scenario);
-    let begin_s = match scenario.start {
-        Start::Rest => 0.0,
-        Start::Flight(at) | Start::FlightAligned(at) => at,
+    let begin_ns = match scenario.start {
+        Start::Rest => 0,
+        Start::Flight(at_s) | Start::FlightAligned(at_s) => (at_s * 1e9) as u64,
     };
-    let begin_ns = (begin_s * 1e9) as u64;
+    let rest = match scenario.start {
+        Start::Flight(_) => None,
+        Start::Rest | Start::FlightAligned(_) => align(flight),
+    };
     let mut filter = Filter::<T, N>::new(scenario.filter, begin_ns);
-    let mut align = Alignment::new(flight, !matches!(scenario.start, Start::Flight(_)));
-    let (mut records, mut waiting) = (Vec::new(), None);
-    for &(at, heard) in &flight.heard {
-        if let Heard::Inertial(increment) = heard
-            && let Some(rest) = align.take(&increment)
-            && begin_ns <= at
-        {
+    let mut imu = Imu::new(ImuConfig::default());
+    let mut aligned = false;
+    let (mut records, mut begun, mut waiting) = (Vec::new(), None, None);
+    for &(at, heard) in flight.heard.iter().filter(|(at, _)| *at > begin_ns) {
+        if !aligned && let Some(rest) = rest.filter(|rest| rest.time_ns <= at) {
             filter.aligned(&rest);
+            imu.set_errors(filter.imu_errors());
+            aligned = true;
         }
-        if at < begin_ns {
-            if align.done_before(begin_ns)
-                && let Some(rest) = align.found
-            {
-                filter.aligned(&rest);
-            }
-            continue;
+        if waiting
+            .as_ref()
+            .is_some_and(|(time_ns, _)| at >= time_ns + PROCESSING_NS)
+            && let Some((time_ns, beacon)) = waiting.take()
+        {
+            records.push(sweep(&mut filter, &mut receiver, time_ns, &beacon));
+            imu.set_errors(filter.imu_errors());
         }
         match heard {
-            Heard::Inertial(increment) => filter.increment(&increment),
+            Heard::Inertial(sample) => {
+                if let Some(step) = imu.push(&sample) {
+                    filter.step(&step);
+                }
+            }
             Heard::Timing(offset_m) => {
                 if !receiver.timing_lost(at) {
                     let _ = filter.two_way(at, offset_m);
                 }
             }
-            Heard::Magnetic(_) => {}
-            Heard::Sweep(sweep) => waiting = Some((at, sweep)),
+            Heard::Sweep(sweep) => begun = Some((at, sweep)),
             Heard::Beacon(beacon) => {
-                let Some((time_ns, sweep)) = waiting.take().filter(|(_, sweep)| *sweep == beacon.sweep)
-                else {
-                    continue;
-                };
-                let truth = &flight.sweeps[sweep as usize];
-                let seen = receiver.sweep(sweep, truth);
-                let measurement = SweepMeasurement {
-                    time_ns,
-                    gmt: transmitter(&beacon),
-                    stop: beacon.sweep / beacon.sweeps_per_stop.max(1),
-                    line_of_sight: seen.sight,
-                    reflections: &seen.reflections,
-                    planes: &receiver.map,
-                };
-                let verdict = filter.sweep(&measurement);
-                let visible = truth.sight().is_some() && !receiver.in_outage(sweep);
-                records.push(record(
-                    &filter,
-                    truth,
-                    sweep,
-                    visible,
-                    seen.reflections.len(),
-                    verdict,
-                ));
+                if let Some((time_ns, _)) = begun.take().filter(|(_, sweep)| *sweep == beacon.sweep) {
+                    waiting = Some((time_ns, beacon));
+                }
             }
         }
     }
     records
 }
 
-/// Gyroscope bias from the first three seconds, on the ground.
-struct Alignment {
-    turn: Vector3<f64>,
-    time_s: f64,
-    wanted: bool,
-    found: Option<RestAlignment>,
+fn sweep<T: Real, const N: usize>(
+    filter: &mut Filter<T, N>,
+    receiver: &mut Receiver<'_>,
+    time_ns: u64,
+    beacon: &Beacon,
+) -> Record {
+    let truth = &receiver.flight.sweeps[beacon.sweep as usize];
+    let seen = receiver.sweep(beacon.sweep, truth);
+    let measurement = SweepMeasurement {
+        time_ns,
+        gmt: transmitter(beacon),
+        stop: beacon.sweep / beacon.sweeps_per_stop.max(1),
+        line_of_sight: seen.sight,
+        reflections: &seen.single,
+        double_reflections: &seen.double,
+        planes: &receiver.map,
+    };
+    let verdict = filter.sweep(&measurement);
+    record(filter, truth, beacon.sweep, &seen, verdict)
 }
 
-/// Length of the alignment, s.
-const REST_S: f64 = 2.9;
-
-impl Alignment {
-    fn new(_flight: &Prepared, wanted: bool) -> Self {
-        Self {
-            turn: Vector3::zeros(),
-            time_s: 0.0,
-            wanted,
-            found: None,
-        }
-    }
-
-    fn take(&mut self, increment: &cslam_core::localization::ImuIncrement) -> Option<RestAlignment> {
-        if !self.wanted || self.found.is_some() {
-            return None;
-        }
-        self.turn += increment.delta_angle_rad.map(f64::from);
-        self.time_s += f64::from(increment.dt_s());
-        if self.time_s < REST_S {
-            return None;
-        }
-        self.found = Some(RestAlignment {
-            gyro_bias_rad_per_s: (self.turn / self.time_s).map(|c| c as f32),
-            sigma_rad_per_s: (0.01 * DEG) as f32,
-        });
-        self.found
-    }
-
-    fn done_before(&mut self, _begin_ns: u64) -> bool {
-        self.found.is_some()
-    }
+/// What the rest before the flight shows.
+fn align(flight: &Prepared) -> Option<Alignment> {
+    let mut rest = RestAlignment::new(RestConfig::default());
+    flight.heard.iter().find_map(|(_, heard)| match heard {
+        Heard::Inertial(sample) => match rest.push(sample) {
+            RestStatus::Aligned(alignment) => Some(alignment),
+            RestStatus::Gathering { .. } | RestStatus::Moving => None,
+        },
+        _ => None,
+    })
 }
 
-fn transmitter(beacon: &Beacon) -> Transmitter {
+pub(super) fn transmitter(beacon: &Beacon) -> Transmitter {
     let [heading, pitch, roll] = beacon.heading_pitch_roll_rad;
     Transmitter {
         position_m: beacon.position_m.into(),
@@ -228,8 +220,7 @@ fn record<T: Real, const N: usize>(
     filter: &Filter<T, N>,
     truth: &TrueSweep,
     sweep: u32,
-    sight: bool,
-    reflections: usize,
+    seen: &Seen,
     verdict: SweepVerdict,
 ) -> Record {
     let state = filter.nominal();
@@ -247,8 +238,9 @@ fn record<T: Real, const N: usize>(
     Record {
         time_s: (f64::from(sweep) + 1.0) * 0.5,
         running: filter.is_running(),
-        sight,
-        reflections,
+        sight: seen.visible,
+        outlier: seen.wrong,
+        reflections: seen.single.len() + seen.double.len(),
         range_m: (truth.gmt_m - truth.motion.position_m).norm(),
         position_m,
         attitude_rad,
@@ -258,23 +250,29 @@ fn record<T: Real, const N: usize>(
             nees(&attitude_rad, ATTITUDE),
             clock_m * clock_m / clock_variance,
         ],
-        ratio: filter.test_ratios().line_of_sight,
+        nis: f64::from(filter.test_ratios().line_of_sight) * FilterConfig::default().gates.five,
         verdict,
     }
 }
 
 /// What the receiver made of a sweep.
-struct Seen {
-    sight: Option<PathMeasurement>,
-    reflections: Vec<PathMeasurement>,
+pub(super) struct Seen {
+    /// Whether the GMT can be seen.
+    visible: bool,
+    /// Whether `sight` is a wrong path.
+    wrong: bool,
+    pub(super) sight: Option<PathMeasurement>,
+    pub(super) single: Vec<PathMeasurement>,
+    pub(super) double: Vec<PathMeasurement>,
 }
 
 /// The radio of one flight: hardware, map and the luck of the day.
-struct Receiver<'a> {
+pub(super) struct Receiver<'a> {
     flight: &'a Prepared,
     scenario: &'a Scenario,
     hardware: Hardware,
-    map: Vec<MappedPlane>,
+    gmt_attitude: Rotation3<f64>,
+    pub(super) map: Vec<MappedPlane>,
     outliers: Seeded,
     run: Option<(u32, Wrong)>,
 }
@@ -291,11 +289,14 @@ enum Wrong {
 }
 
 impl<'a> Receiver<'a> {
-    fn new(flight: &'a Prepared, planes: &Planes, scenario: &'a Scenario) -> Self {
+    pub(super) fn new(
+        flight: &'a Prepared,
+        planes: &[(Vector3<f64>, Vector3<f64>)],
+        scenario: &'a Scenario,
+    ) -> Self {
         let mut random = Seeded::new(flight.seed, Source::MappedPlanes);
         let map = scenario.map.map_or(Vec::new(), |(offset_m, tilt_deg)| {
             planes
-                .planes
                 .iter()
                 .enumerate()
                 .filter_map(|(id, (normal, centre))| {
@@ -324,6 +325,7 @@ impl<'a> Receiver<'a> {
             flight,
             scenario,
             hardware: Hardware::new(scenario.radio, flight.seed),
+            gmt_attitude: flight.sensed.sweep_truth(0).gmt_attitude,
             map,
             outliers: Seeded::new(flight.seed, Source::RadioOutliers),
             run: None,
@@ -337,7 +339,7 @@ impl<'a> Receiver<'a> {
             .is_some_and(|(from, to)| time_s > from && time_s <= to)
     }
 
-    fn timing_lost(&self, time_ns: u64) -> bool {
+    pub(super) fn timing_lost(&self, time_ns: u64) -> bool {
         let time_s = time_ns as f64 * 1e-9;
         !self.scenario.timing_in_outage
             && self
@@ -346,12 +348,12 @@ impl<'a> Receiver<'a> {
                 .is_some_and(|(from, to)| time_s > from && time_s <= to)
     }
 
-    fn sweep(&mut self, sweep: u32, truth: &TrueSweep) -> Seen {
+    pub(super) fn sweep(&mut self, sweep: u32, truth: &TrueSweep) -> Seen {
         // Each sweep has noise of its own, so that one more path does not shift all later draws.
         let mut random = Seeded::numbered(self.flight.seed, Source::RadioNoise, sweep);
         let ends = Ends {
             attitude: truth.motion.attitude,
-            gmt_attitude: self.flight.gmt_attitude,
+            gmt_attitude: self.gmt_attitude,
             clock_offset_m: truth.clock_offset_m,
         };
         let hidden = self.in_outage(sweep);
@@ -364,27 +366,35 @@ impl<'a> Receiver<'a> {
             .sight()
             .filter(|_| !hidden)
             .and_then(|path| measure(path, &mut random));
-        let mut reflections = Vec::new();
-        for path in &truth.paths {
-            let found = random.uniform();
-            let measured = measure(path, &mut random);
-            let share = match path.order {
-                1 => self.scenario.reflection_rate,
-                2 => self.scenario.reflection_rate * self.scenario.misjudged_rate,
-                _ => 0.0,
+        let visible = sight.is_some();
+        let (mut single, mut double) = (Vec::new(), Vec::new());
+        for path in truth.paths.iter().filter(|path| path.order > 0) {
+            let (found, judged) = (random.uniform(), random.uniform());
+            let Some(mut measured) = measure(path, &mut random).filter(|_| found < self.scenario.detected)
+            else {
+                continue;
             };
-            if let Some(mut path) = measured.filter(|_| found < share) {
-                if !self.scenario.reflected_departure {
-                    path.departure = None;
-                }
-                reflections.push(path);
+            if !self.scenario.reflected_departure {
+                measured.departure = None;
+            }
+            let misjudged = judged < self.scenario.misjudged;
+            if (path.order == 1) != misjudged {
+                single.push(measured);
+            } else {
+                double.push(measured);
             }
         }
-        if let Some(wrong) = wrong {
-            let path = wrong_path(truth, &wrong);
-            sight = path.and_then(|path| measure(&path, &mut random));
+        double.truncate(self.scenario.double_reflections);
+        if let Some(wrong) = &wrong {
+            sight = wrong_path(truth, wrong).and_then(|path| measure(&path, &mut random));
         }
-        Seen { sight, reflections }
+        Seen {
+            visible,
+            wrong: wrong.is_some(),
+            sight,
+            single,
+            double,
+        }
     }
 
     /// The run of outliers that this sweep belongs to.
@@ -424,7 +434,6 @@ fn wrong_path(truth: &TrueSweep, wrong: &Wrong) -> Option<TruePath> {
         length_m: way.norm(),
         arrival: way.normalize(),
         departure: -way.normalize(),
-        plane: None,
     };
     let way = truth.gmt_m - truth.motion.position_m;
     match wrong {
@@ -443,6 +452,29 @@ fn wrong_path(truth: &TrueSweep, wrong: &Wrong) -> Option<TruePath> {
                 departure: Rotation3::new(*departure) * plain.departure,
                 ..plain
             })
+        }
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// A record with a position error along x, everything else as expected.
+    pub(in super::super) fn record(time_s: f64, sight: bool, error_m: f64) -> Record {
+        Record {
+            time_s,
+            running: true,
+            sight,
+            outlier: false,
+            reflections: 0,
+            range_m: 50.0,
+            position_m: Vector3::x() * error_m,
+            attitude_rad: Vector3::zeros(),
+            clock_m: 0.0,
+            nees: [3.0, 3.0, 1.0],
+            nis: 5.0,
+            verdict: SweepVerdict::Accepted,
         }
     }
 }

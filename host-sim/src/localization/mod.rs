@@ -3,12 +3,20 @@
 //!
 //! The samples are left out: a path's delay and directions come from the tracer, with the errors of both ends' arrays
 //! from their physical causes ([`Hardware`]). So a flight of two minutes takes a second, and hundreds can be flown.
-//! `docs/localization.md` holds the tables.
+//! `cslam reproduce localization` prints the tables, `docs/localization.md` holds them.
 
+mod baseline;
+mod figures;
 mod flights;
 mod fly;
+mod phases;
 mod radio;
+mod recorded;
 
-pub use flights::{Heard, Planes, Prepared, TruePath, TrueSweep};
+pub use baseline::{AttitudeSource, hpc};
+pub use figures::Figures;
+pub use flights::{Heard, Prepared, TruePath, TrueSweep, planes_of};
 pub use fly::{Outliers, Record, Scenario, Start, fly};
+pub use phases::{OutageFigures, StartFigures, outage_start_s, sighted_start_s};
 pub use radio::{Ends, Hardware, RadioErrors};
+pub use recorded::RecordedFlight;

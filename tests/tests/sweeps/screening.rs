@@ -3,7 +3,7 @@
 use cslam_core::ltd::{EstimatedPath, Estimator, EstimatorConfig, PathEstimator};
 use cslam_host_sim::channel::{Impairments, Ray};
 
-use crate::recordings::Recorder;
+use crate::recorder::Recorder;
 
 type Best = Estimator<4, 8, 32, 72, 3, 8, 8, 360, 9>;
 

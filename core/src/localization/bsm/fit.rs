@@ -4,9 +4,9 @@
 //! normal equations fall apart into two by two for the direction and one for the delay: their errors are uncorrelated.
 //! With unit weights in the noise's standard deviation the inverse of the matrix is the Cramer-Rao bound.
 //!
-//! A gain that is wholly free makes false optima: in a null of its pattern a symbol of the right phase can claim to be a faint
-//! image of a giant signal. All symbols have the same transmitter and the same way, so a symbol that asks for more
-//! than twice the gain of the best heard one is left out.
+//! A gain that is wholly free makes false optima: in a null of its pattern a symbol of the right phase can claim to be
+//! a faint image of a giant signal. All symbols have the same transmitter and the same way, so a symbol that asks for
+//! more than twice the gain of the best heard one is left out.
 
 use nalgebra::{Complex, Matrix2, Vector2};
 
@@ -20,13 +20,13 @@ const LONGEST_M: f32 = 1.0;
 /// Iterations at most. The sixth is usually the last.
 const ITERATIONS: usize = 16;
 /// Steps under this share of a standard deviation (squared, all parameters) end the iteration.
-const SETTLED: f32 = 1e-4;
-/// Energies are not compared when the step promises less than this share of them: they would differ by rounding. That near,
-/// two full steps are taken without a look.
-const ROUNDING: f32 = 4e-6;
-const BLIND_STEPS: u32 = 2;
+pub(super) const SETTLED: f32 = 1e-4;
+/// Energies are not compared when the step promises less than this share of them: they would differ by rounding. That
+/// near, two full steps are taken without a look.
+pub(super) const ROUNDING: f32 = 4e-6;
+pub(super) const BLIND_STEPS: u32 = 2;
 /// A fit whose next step is shorter than half a standard deviation is good enough when the iterations are used up.
-const NEAR_ENOUGH: f32 = 0.25;
+pub(super) const NEAR_ENOUGH: f32 = 0.25;
 /// Iterations after which symbols may be left out or taken in.
 const CHOICES: usize = 8;
 /// Most gain of a symbol, against the best heard one.

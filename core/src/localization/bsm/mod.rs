@@ -8,12 +8,12 @@
 //! - [`BeamSquint::parabola`]: a parabola through the smoothed log power around it;
 //! - [`BeamSquint::fit`]: maximum likelihood, the known pattern with free gains, direction and delay together.
 //!
-//! The result is a [`Bearing`]: direction and delay, two separate measurements with covariance. The pattern tells the way
-//! the wave left, so without line of sight it points at a reflector: the caller says whether there is line of sight, and
-//! without it there is a [`Refusal`].
+//! The result is a [`Bearing`]: direction and delay, two separate measurements with covariance. The pattern tells the
+//! way the wave left, so without line of sight it points at a reflector: the caller says whether there is line of
+//! sight, and without it there is a [`Refusal`].
 //!
-//! At 30 GHz the 8 x 8 faces have a Rayleigh distance under a metre: only angles can be swept. [`near_field`] is for large
-//! arrays, where range can be swept as well. Source: signal.md section 6.
+//! At 30 GHz the 8 x 8 faces have a Rayleigh distance under a metre: only angles can be swept. [`near_field`] is for
+//! large arrays, where range can be swept as well. Source: signal.md section 6.
 
 mod fit;
 pub mod near_field;
@@ -42,9 +42,9 @@ use fit::{Heard, Place};
 use pattern::Band;
 use reception::{Reception, Spectrum};
 
-/// Standard deviation of what calibration errors of a face (5 degrees and 20 ps an element) add to its cosines (s_x, s_z),
-/// the same in every direction (localization.md section 1). Not in a [`Bearing`]'s covariance: a constant of the face is
-/// a state of the filter, not noise.
+/// Standard deviation of what calibration errors of a face (5 degrees and 20 ps an element) add to its cosines (s_x,
+/// s_z), the same in every direction (localization.md section 1). Not in a [`Bearing`]'s covariance: a constant of the
+/// face is a state of the filter, not noise.
 pub const FACE_BIAS_SIGMA: [f32; 2] = [1.06e-3, 1.44e-3];
 
 /// Energy beyond what noise gives that a fit must explain, in noise variances: a false one in 1e12.
@@ -121,8 +121,8 @@ impl Bearing {
     }
 }
 
-/// The UAV's side of beam squint localization: `SYMBOLS` a face, `A` arrays of `E` elements (`C` channels), faces of `X` x `Z`
-/// elements, `ACTIVE` subcarriers. 60 KiB by default.
+/// The UAV's side of beam squint localization: `SYMBOLS` a face, `A` arrays of `E` elements (`C` channels), faces of
+/// `X` x `Z` elements, `ACTIVE` subcarriers. 60 KiB by default.
 #[derive(Clone, Debug)]
 pub struct BeamSquint<
     const SYMBOLS: usize = 11,
@@ -220,8 +220,8 @@ impl<
         self.begun.is_some_and(|(face, _)| symbol / SYMBOLS == face)
     }
 
-    /// Hears a symbol; `block.beam` is its place in the whole schedule (face after face). Symbols of other faces are passed over.
-    /// The block is worked on in place and is not needed afterwards.
+    /// Hears a symbol; `block.beam` is its place in the whole schedule (face after face). Symbols of other faces are
+    /// passed over. The block is worked on in place and is not needed afterwards.
     pub fn push(&mut self, block: BeamBlock<'_, C>, correlator: &Correlator, work: &mut Workspace) {
         let symbol = usize::from(block.beam);
         if !self.wants(symbol) {

@@ -1,9 +1,9 @@
 //! What a squint symbol sounds like at a receiver in a given direction: real numbers.
 //!
-//! Elements are counted from the centre of their row, so their phases cancel pairwise: the response of a row of N elements
-//! at subcarrier k is `sum cos(n a_k)`, real, with the phase step `a_k = pi (s (1 + f_k/fc) - psi) - 2 pi f_k T` that is linear
-//! in k. The delay of the path and the true time delays are thereby told apart exactly: the derivatives over direction are
-//! real and the derivative over delay is imaginary, so their errors are uncorrelated.
+//! Elements are counted from the centre of their row, so their phases cancel pairwise: the response of a row of N
+//! elements at subcarrier k is `sum cos(n a_k)`, real, with the phase step `a_k = pi (s (1 + f_k/fc) - psi) - 2 pi f_k
+//! T` that is linear in k. The delay of the path and the true time delays are thereby told apart exactly: the
+//! derivatives over direction are real and the derivative over delay is imaginary, so their errors are uncorrelated.
 
 use crate::array::{SquintSymbol, phasor};
 use crate::geometry::Complex;

@@ -11,8 +11,8 @@ use super::fit::Heard;
 use super::reception::Spectrum;
 use crate::array::SquintSymbol;
 
-/// Reach of the parabola on both sides and width of the smoothing, as shares of a lobe (peak to null): 20 and 9 subcarriers of an
-/// azimuth sweep.
+/// Reach of the parabola on both sides and width of the smoothing, as shares of a lobe (peak to null): 20 and 9
+/// subcarriers of an azimuth sweep.
 const REACH: f32 = 1.0 / 3.0;
 const SMOOTHING: f32 = 0.15;
 /// What a parabola gets wrong of a lobe that is none, and that the band may cut, as a share of the lobe (measured).
@@ -54,7 +54,8 @@ impl<const ACTIVE: usize> Peak<'_, ACTIVE> {
         let s = aim.get(axis).copied().unwrap_or(0.0);
         // An array of half a wavelength repeats after this.
         let period = 2.0 / (1.0 + f / heard.band.carrier_ghz);
-        // Anywhere between two passes of the slow axis; and there the slope of its lobe moves the peak of the sharp one.
+        // Anywhere between two passes of the slow axis; and there the slope of its lobe moves the peak of the sharp
+        // one.
         let ratio = self.slow_step / self.sharp_step;
         let spacing_variance = 4.0 * ratio * ratio / 12.0;
         let unknown = if self.step == self.sharp_step {
@@ -112,8 +113,8 @@ fn strongest<'a, const SYMBOLS: usize, const ACTIVE: usize>(
 
 /// Peak subcarrier: the paper's rule. `N` elements along the axis.
 ///
-/// Its error is half a subcarrier, and what noise makes of a flat top: subcarriers compete where the lobe has fallen by less
-/// than the noise of a power.
+/// Its error is half a subcarrier, and what noise makes of a flat top: subcarriers compete where the lobe has fallen by
+/// less than the noise of a power.
 pub(super) fn pick<const N: usize, const SYMBOLS: usize, const ACTIVE: usize>(
     heard: &Heard<'_, SYMBOLS, ACTIVE>,
     axis: usize,

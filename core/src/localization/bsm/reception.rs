@@ -1,9 +1,10 @@
 //! Reception of a squint symbol: from int16 samples to one spectrum that holds the transmit pattern and nothing else.
 //!
 //! Each array forms a beam towards the path's known arrival, with nulls where the caller knows interferers (the ground
-//! bounce; signal.md section 6). Waveform, reference delay and lever arms are taken out, then the arrays are added: their
-//! oscillators are free, so the phases between them come from the symbol itself, as the principal direction of their
-//! Gram matrix. Against free gains for each array this loses nothing to first order, and it needs a quarter of the memory.
+//! bounce; signal.md section 6). Waveform, reference delay and lever arms are taken out, then the arrays are added:
+//! their oscillators are free, so the phases between them come from the symbol itself, as the principal direction of
+//! their Gram matrix. Against free gains for each array this loses nothing to first order, and it needs a quarter of
+//! the memory.
 
 use heapless::Vec;
 use nalgebra::Complex;
@@ -194,7 +195,8 @@ impl<const A: usize, const E: usize, const C: usize, const ACTIVE: usize> Recept
     }
 }
 
-/// Takes the parts along an orthonormal basis out of a vector and scales the rest to norm one; returns the share of the power that it kept.
+/// Takes the parts along an orthonormal basis out of a vector and scales the rest to norm one; returns the share of the
+/// power that it kept.
 fn purge<const E: usize>(vector: &mut [Complex<f32>; E], basis: &[[Complex<f32>; E]]) -> f32 {
     let power = |v: &[Complex<f32>; E]| v.iter().map(Complex::norm_sqr).sum::<f32>();
     let before = power(vector);

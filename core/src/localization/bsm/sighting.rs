@@ -7,8 +7,8 @@ use crate::array::Codebook;
 use crate::geometry::{Body, Direction};
 use crate::ltd::EstimatedPath;
 
-/// Paths closer than this to the line of sight in arrival are images of it that the transmitter's element errors make, or cannot
-/// be told from it: not nulled, rad. Half a degree.
+/// Paths closer than this to the line of sight in arrival are images of it that the transmitter's element errors make,
+/// or cannot be told from it: not nulled, rad. Half a degree.
 const IMAGE_RAD: f32 = 0.0087;
 /// A path this near to where the ground bounce must come from is the ground bounce, rad. Two degrees.
 const BOUNCE_RAD: f32 = 0.035;
@@ -29,12 +29,12 @@ pub struct Sighting {
 }
 
 impl Sighting {
-    /// Interferers are sought among the paths that come up to this much later than the line of sight, m: such a path is not
-    /// told apart by its delay in the narrow part of the band in which a symbol looks at the UAV.
+    /// Interferers are sought among the paths that come up to this much later than the line of sight, m: such a path is
+    /// not told apart by its delay in the narrow part of the band in which a symbol looks at the UAV.
     pub const NEAR_M: f32 = 30.0;
 
-    /// From the paths of a sweep (strongest first), of which number `los` is the line of sight if there is one. None when there is
-    /// no such path or no such beam.
+    /// From the paths of a sweep (strongest first), of which number `los` is the line of sight if there is one. None
+    /// when there is no such path or no such beam.
     #[must_use]
     pub fn new<const FACES: usize, const X: usize, const Z: usize, const ELEVATIONS: usize>(
         line_of_sight: bool,
@@ -64,12 +64,13 @@ impl Sighting {
         Some(sighting)
     }
 
-    /// The same with the ground bounce where flat ground puts it: `height_m` is the GMT antenna's over the ground, `down` the vertical in
-    /// body axes, good to a few degrees. The bounce comes from the GMT's image, `2 height_m` under it.
+    /// The same with the ground bounce where flat ground puts it: `height_m` is the GMT antenna's over the ground,
+    /// `down` the vertical in body axes, good to a few degrees. The bounce comes from the GMT's image, `2 height_m`
+    /// under it.
     ///
-    /// Far away, or low, path estimation does not resolve the bounce and its two paths are anywhere; the angle between the
-    /// two is known far better than that, and an error that both share only costs signal. Takes the place of the paths that
-    /// may be the bounce, and comes first.
+    /// Far away, or low, path estimation does not resolve the bounce and its two paths are anywhere; the angle between
+    /// the two is known far better than that, and an error that both share only costs signal. Takes the place of the
+    /// paths that may be the bounce, and comes first.
     #[must_use]
     pub fn with_ground(mut self, height_m: f32, down: &Direction<Body>) -> Self {
         let image = self.aoa.vector() * self.c_tau_m + down.vector() * (2.0 * height_m);

@@ -24,8 +24,8 @@ fn listener() -> BeamSquint<11> {
     .expect("11 symbols")
 }
 
-/// A receiver that has heard the exact pattern of face 0 at `cosines`, `amplitude` over noise of variance one, with gains of any
-/// phase; `late_m` beyond the reference delay.
+/// A receiver that has heard the exact pattern of face 0 at `cosines`, `amplitude` over noise of variance one, with
+/// gains of any phase; `late_m` beyond the reference delay.
 fn heard(cosines: [f64; 2], late_m: f64, amplitude: f64) -> BeamSquint<11> {
     let mut bsm = listener();
     bsm.begin(&sighting()).expect("line of sight");

@@ -93,6 +93,16 @@ pub struct RadioNoise {
     pub heading_rad: f64,
 }
 
+impl RadioNoise {
+    /// The default with other errors of two-way timing: white and fixed, ns.
+    pub fn with_two_way_ns(white_ns: f64, fixed_ns: f64) -> Self {
+        Self {
+            two_way_m: libm::sqrt(white_ns * white_ns + fixed_ns * fixed_ns) * NS_M,
+            ..Self::default()
+        }
+    }
+}
+
 impl Default for RadioNoise {
     /// Localization.md section 2: 0.06 deg, 35 mm, 1.05 mrad; two-way timing 0.3 ns white with 0.1 ns fixed.
     fn default() -> Self {
@@ -187,4 +197,12 @@ pub struct FilterConfig {
     pub priors: Priors,
     /// Believing them.
     pub gates: Gates,
+}
+
+impl FilterConfig {
+    /// The same with a clock of another class.
+    pub fn with_clock(mut self, class: ClockClass) -> Self {
+        (self.process.clock_offset_m, self.process.clock_drift_m_per_s) = class.density();
+        self
+    }
 }

@@ -35,27 +35,32 @@ fn whitened_square(s: &mut [[f64; PATH_ROWS]; PATH_ROWS], z: &mut [f64; PATH_ROW
     let mut sum = 0.0;
     for k in 0..order.min(PATH_ROWS) {
         let (done, rest) = s.split_at_mut(k);
-        let Some(line) = rest.first_mut() else {
+        let (solved, left) = z.split_at_mut(k);
+        let (Some(line), Some(value)) = (rest.first_mut(), left.first_mut()) else {
             return f64::INFINITY;
         };
-        let mut value = z[k];
-        for (l, finished) in done.iter().enumerate() {
-            let mut entry = line[l];
-            for m in 0..l {
-                entry -= line[m] * finished[m];
+        let mut pivot = line.get(k).copied().unwrap_or(f64::NAN);
+        for (l, (finished, earlier)) in done.iter().zip(solved.iter()).enumerate() {
+            let (factors, open) = line.split_at_mut(l);
+            let (Some(entry), Some(diagonal)) = (open.first_mut(), finished.get(l)) else {
+                return f64::INFINITY;
+            };
+            for (a, b) in factors.iter().zip(finished) {
+                *entry -= a * b;
             }
-            let factor = entry / finished[l];
-            line[l] = factor;
-            line[k] -= factor * factor;
-            value -= factor * z[l];
+            *entry /= diagonal;
+            pivot -= *entry * *entry;
+            *value -= *entry * earlier;
         }
-        let pivot = line[k];
         if !(pivot.is_finite() && pivot > 0.0 && value.is_finite()) {
             return f64::INFINITY;
         }
-        line[k] = libm::sqrt(pivot);
-        z[k] = value / line[k];
-        sum += z[k] * z[k];
+        let root = libm::sqrt(pivot);
+        if let Some(diagonal) = line.get_mut(k) {
+            *diagonal = root;
+        }
+        *value /= root;
+        sum += *value * *value;
     }
     sum
 }

@@ -1,8 +1,8 @@
 //! What the filter takes in, and what it predicts in its place.
 //!
 //! Line of sight and a reflection off a plane are one thing: a reflected path comes straight from the mirror image of
-//! the transmitter. So one function gives the rows of both: delay, two angles of arrival, two direction cosines of
-//! departure (localization.md section 2).
+//! the transmitter, a doubly reflected one from the image of that image. So one function gives the rows of all: delay, two
+//! angles of arrival, two direction cosines of departure (localization.md section 2).
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -61,6 +61,11 @@ pub struct MappedPlane {
 }
 
 impl MappedPlane {
+    /// The mirror image of a point, m.
+    pub fn image_m(&self, point_m: &Vector3<f64>) -> Vector3<f64> {
+        point_m - wide(self.plane.normal.vector()) * (2.0 * self.height_m(point_m))
+    }
+
     /// Height of a point above the plane, m.
     pub fn height_m(&self, point_m: &Vector3<f64>) -> f64 {
         wide(self.plane.normal.vector()).dot(&(point_m - wide(self.plane.centre.vector())))
@@ -159,17 +164,17 @@ impl Model {
         Some(gmt.attitude.apply_vector(&local))
     }
 
-    /// The rows of a path, straight from the GMT or off `plane`, whose errors begin at the given state. `None` when UAV and
-    /// (image of the) GMT coincide.
+    /// The rows of a path, straight from the GMT or off the given planes in the order in which the wave met them; with each
+    /// comes the state where its errors begin. `None` when UAV and (image of the) GMT coincide.
     pub fn rows<T: Real>(
         &self,
         nominal: &Nominal,
         gmt: &Transmitter,
         path: &PathMeasurement,
-        plane: Option<(&MappedPlane, usize)>,
+        bounces: &[(&MappedPlane, usize)],
     ) -> Option<PathRows<T>> {
-        let mirror = plane.map(|(plane, state)| Mirror::new(plane, state, &gmt.position_m));
-        let source = mirror.as_ref().map_or(gmt.position_m, |m| m.image_m);
+        let mirrors = mirrors(&gmt.position_m, bounces);
+        let source = mirrors.last().map_or(gmt.position_m, |m| m.image_m);
         let way = source - nominal.position_m;
         let range = way.norm();
         if range.is_nan() || range < 0.1 {
@@ -192,7 +197,7 @@ impl Model {
         );
         row.push_vector(POSITION, &-l);
         row.push(CLOCK_OFFSET, 1.0);
-        if let Some(mirror) = &mirror {
+        for mirror in &mirrors {
             mirror.push(&mut row, &l, [0.0; 2]);
         }
         let _ = rows.push(row);
@@ -217,7 +222,7 @@ impl Model {
                 row.push(ARRAY_AXIS + 2 * j, c * cosines[0]);
                 row.push(ARRAY_AXIS + 2 * j + 1, c * cosines[1]);
             }
-            if let Some(mirror) = &mirror {
+            for mirror in &mirrors {
                 mirror.push(&mut row, &moved, [0.0; 2]);
             }
             let _ = rows.push(row);
@@ -235,7 +240,7 @@ impl Model {
         for (i, axis) in [face.tangent, Vector3::z()].into_iter().enumerate() {
             let axis = gmt.attitude.apply_vector(&axis);
             // A reflected wave left along the mirrored direction: the same as measuring along the mirrored axis.
-            let axis_seen = mirror.as_ref().map_or(axis, |m| m.turn(&axis));
+            let axis_seen = mirrors.iter().fold(axis, |axis, m| m.turn(&axis));
             let (Some(cosine), Some(bias), Some(sigma)) =
                 (departure.cosines.get(i), bias.get(i), departure.sigma.get(i))
             else {
@@ -248,8 +253,13 @@ impl Model {
             );
             row.push_vector(POSITION, &moved);
             row.push(FACE_BIAS + 2 * departure.face + i, 1.0);
-            if let Some(mirror) = &mirror {
-                mirror.push(&mut row, &-moved, mirror.departure_tilts(&axis, &-l));
+            let mut axis_here = axis;
+            for (k, mirror) in mirrors.iter().enumerate() {
+                // The wave as it left this plane: the arriving one, led back over the planes behind it.
+                let behind = mirrors.get(k + 1..).unwrap_or(&[]);
+                let leaving = behind.iter().rev().fold(-l, |v, m| m.turn(&v));
+                mirror.push(&mut row, &-moved, mirror.departure_tilts(&axis_here, &leaving));
+                axis_here = mirror.turn(&axis_here);
             }
             let _ = rows.push(row);
         }
@@ -263,6 +273,38 @@ struct ArrayShift {
     error: [f64; 2],
     weight: [[f64; 2]; 4],
     cosines: [[f64; 2]; 4],
+}
+
+/// Most planes of one path.
+pub(super) const MAX_BOUNCES: usize = 2;
+
+/// The mirrors of a path: each shows the image that the one before it made.
+fn mirrors(gmt_m: &Vector3<f64>, bounces: &[(&MappedPlane, usize)]) -> heapless::Vec<Mirror, MAX_BOUNCES> {
+    let mut mirrors = heapless::Vec::<Mirror, MAX_BOUNCES>::new();
+    for (plane, state) in bounces {
+        let from = mirrors.last().map_or(*gmt_m, |m| m.image_m);
+        let mirror = Mirror::new(plane, *state, &from);
+        // What moves an image moves the images of that image, mirrored.
+        for earlier in &mut mirrors {
+            earlier.image_by = earlier.image_by.map(|by| mirror.turn(&by));
+        }
+        let _ = mirrors.push(mirror);
+    }
+    mirrors
+}
+
+/// The last image of the GMT behind a chain of planes, m; and whether the wave can have met them in this order: the GMT
+/// stands in front of the first, the UAV in front of the last.
+pub(super) fn image_m(
+    gmt_m: &Vector3<f64>,
+    uav_m: &Vector3<f64>,
+    planes: &[&MappedPlane],
+) -> Option<Vector3<f64>> {
+    let (first, last) = (planes.first()?, planes.last()?);
+    if first.height_m(gmt_m) <= 0.0 || last.height_m(uav_m) <= 0.0 {
+        return None;
+    }
+    Some(planes.iter().fold(*gmt_m, |from, plane| plane.image_m(&from)))
 }
 
 /// A plane as a mirror of the GMT.

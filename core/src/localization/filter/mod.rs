@@ -17,6 +17,7 @@
 //! Not modelled: g-sensitivity of the gyroscope, accelerometer scale (localization.md section 3: no gain), a wrong heading
 //! of the GMT's mast (unobservable without a map of known heading).
 
+mod ahead;
 mod beacon;
 mod config;
 mod covariance;
@@ -26,6 +27,7 @@ mod layout;
 mod measurement;
 mod nominal;
 mod predict;
+mod reflection;
 mod row;
 mod scalar;
 mod start;
@@ -44,13 +46,13 @@ pub use measurement::{FaceDirection, MappedPlane, Model, PathMeasurement, Transm
 pub use nominal::{DELAY_PERIOD_M, Nominal, rotation, wrap_delay_m};
 pub use row::{ROW_CAPACITY, Row};
 pub use scalar::TimingVerdict;
-pub use start::RestAlignment;
 pub use sweep::{SweepMeasurement, SweepVerdict};
 
 use self::gate::Innovation;
 use self::scalar::Pending;
 use self::window::Window;
-use super::{ClockEstimate, ImuErrors, ImuIncrement, Pose};
+use super::imu::ImuStep;
+use super::{ClockEstimate, ImuErrors, Pose};
 use crate::geometry::{Body, Direction, Position, Real, Rotation};
 use nalgebra::{Matrix3, Vector3};
 
@@ -61,8 +63,8 @@ pub const MAX_PLANES: usize = 4;
 
 /// A filter without planes.
 pub type Filter38 = Filter<f32, 38>;
-/// The default: two mapped planes at a time.
-pub type Filter44 = Filter<f32, 44>;
+/// The default: four mapped planes at a time.
+pub type Filter50 = Filter<f32, 50>;
 
 #[cfg(test)]
 mod tests;
@@ -82,7 +84,7 @@ pub struct Filter<T: Real, const N: usize> {
     nominal: Nominal,
     covariance: Covariance<T, N>,
     slots: heapless::Vec<Slot, MAX_PLANES>,
-    history: heapless::Deque<ImuIncrement, HISTORY>,
+    history: heapless::Deque<ImuStep, HISTORY>,
     pending: heapless::Deque<Pending, 8>,
     head: Nominal,
     window: Window,

@@ -5,42 +5,54 @@ use super::covariance::Transition;
 use super::layout::{
     ACCEL_BIAS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, FACE_BIAS, GYRO_BIAS, POSITION, VELOCITY,
 };
+use super::nominal::Nominal;
 use super::scalar::Pending;
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::geometry::Real;
 use crate::localization::ImuIncrement;
+use crate::localization::imu::{ImuStep, Motion};
 use nalgebra::Vector3;
 
 /// Gaps shorter than this are rounding of time stamps, ns.
 const GAP_NS: u64 = 1_000_000;
 /// A gap is bridged in steps of this length, ns.
 const GAP_STEP_NS: u64 = 50_000_000;
+/// A gap longer than this many steps is bridged at once at the end: ten seconds.
+const MOST_GAP_STEPS: u32 = 200;
 /// Inertial trouble is shown for this long, ns.
 const GAP_SHOWN_NS: u64 = 1_000_000_000;
 
 impl<T: Real, const N: usize> Filter<T, N> {
-    /// Takes in an inertial increment; increments come in order. Steps of 10 to 20 ms suit the filter best.
-    ///
-    /// When the history is full its oldest increment moves the horizon on, so a measurement may come as late as the
-    /// history is long.
+    /// Takes in an inertial increment that was measured without trouble; see [`Filter::step`].
     pub fn increment(&mut self, increment: &ImuIncrement) {
-        if increment.end_ns <= self.head.time_ns || increment.end_ns <= increment.start_ns {
+        self.step(&ImuStep {
+            increment: *increment,
+            motion: Motion::Measured,
+            angle_variance_rad2: 0.0,
+            velocity_variance_m2_per_s2: 0.0,
+        });
+    }
+
+    /// Takes in a step of the inertial unit; steps come in order, 10 to 20 ms long.
+    ///
+    /// When the history is full its oldest step moves the horizon on, so a measurement may come as late as the history is
+    /// long.
+    pub fn step(&mut self, step: &ImuStep) {
+        let (start_ns, end_ns) = (step.increment.start_ns, step.increment.end_ns);
+        if end_ns <= self.head.time_ns || end_ns <= start_ns {
             self.counters.too_late = self.counters.too_late.saturating_add(1);
             return;
         }
-        if !is_finite(increment) {
+        if !is_finite(step) {
             return;
         }
         if self.history.is_full()
-            && let Some(oldest) = self.history.front().map(|oldest| oldest.end_ns)
+            && let Some(oldest) = self.history.front().map(|oldest| oldest.increment.end_ns)
         {
             self.advance_to(oldest);
         }
-        if increment.start_ns > self.head.time_ns + GAP_NS {
-            self.head.coast(increment.start_ns);
-        }
-        self.head.advance(increment);
-        let _ = self.history.push_back(*increment);
+        carry(&mut self.head, step);
+        let _ = self.history.push_back(*step);
     }
 
     /// Moves the horizon to `time_ns`, taking in whatever waits on the way.
@@ -66,11 +78,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// Carries the horizon forward over the history: the present pose.
     pub(super) fn renew_head(&mut self) {
         let mut head = self.nominal;
-        for increment in &self.history {
-            if increment.start_ns > head.time_ns + GAP_NS {
-                head.coast(increment.start_ns);
-            }
-            head.advance(increment);
+        for step in &self.history {
+            carry(&mut head, step);
         }
         self.head = head;
     }
@@ -80,29 +89,29 @@ impl<T: Real, const N: usize> Filter<T, N> {
             let Some(front) = self.history.front().copied() else {
                 break;
             };
-            if front.end_ns <= self.nominal.time_ns {
+            if front.increment.end_ns <= self.nominal.time_ns {
                 let _ = self.history.pop_front();
                 continue;
             }
-            if front.start_ns > self.nominal.time_ns + GAP_NS {
-                self.gap_to(front.start_ns.min(time_ns));
+            if front.increment.start_ns > self.nominal.time_ns + GAP_NS {
+                self.gap_to(front.increment.start_ns.min(time_ns));
                 continue;
             }
-            let whole = match front.split(self.nominal.time_ns) {
+            let whole = match split(&front, self.nominal.time_ns) {
                 Some((_, rest)) => rest,
                 None => front,
             };
-            if whole.end_ns <= time_ns {
+            if whole.increment.end_ns <= time_ns {
                 let _ = self.history.pop_front();
-                self.step(&whole);
+                self.take_step(&whole);
             } else {
-                let Some((first, rest)) = whole.split(time_ns) else {
+                let Some((first, rest)) = split(&whole, time_ns) else {
                     break;
                 };
                 if let Some(entry) = self.history.front_mut() {
                     *entry = rest;
                 }
-                self.step(&first);
+                self.take_step(&first);
             }
         }
         if self.nominal.time_ns < time_ns {
@@ -115,7 +124,18 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     /// One step of state and covariance.
-    fn step(&mut self, increment: &ImuIncrement) {
+    fn take_step(&mut self, step: &ImuStep) {
+        let (accel, gyro) = (
+            f64::from(step.velocity_variance_m2_per_s2),
+            f64::from(step.angle_variance_rad2),
+        );
+        match step.motion {
+            Motion::Measured => self.measured(&step.increment, accel, gyro),
+            Motion::Coasting => self.coasted(step.increment.end_ns, accel, gyro),
+        }
+    }
+
+    fn measured(&mut self, increment: &ImuIncrement, extra_accel: f64, extra_gyro: f64) {
         let before = self.nominal.attitude;
         let dt = increment.end_ns.saturating_sub(self.nominal.time_ns) as f64 * 1e-9;
         let (force, yaw_rate) = self.nominal.advance(increment);
@@ -133,36 +153,42 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let square = |a: f64, b: f64| (a * a + b * b) * dt;
         let accel = square(noise.accel_m_per_s, noise.accel_scale * acceleration.norm());
         let gyro = square(noise.gyro_rad, noise.gyro_scale * rate);
+        self.add_noise(dt, accel + extra_accel, gyro + extra_gyro);
+    }
+
+    /// Nobody measured the motion: velocity and attitude are kept, and soon not known.
+    fn coasted(&mut self, until_ns: u64, accel: f64, gyro: f64) {
+        self.window.clear();
+        self.last_gap_ns = Some(until_ns);
+        self.health.inertial_missing = true;
+        let dt = until_ns.saturating_sub(self.nominal.time_ns) as f64 * 1e-9;
+        self.nominal.coast(until_ns);
+        self.covariance.propagate(&Transition {
+            dt_s: T::of(dt),
+            force_m_per_s2: Vector3::new(T::zero(), T::zero(), T::zero()),
+            attitude: self.nominal.attitude.map(T::of),
+            yaw_rate_rad_per_s: T::zero(),
+        });
         self.add_noise(dt, accel, gyro);
     }
 
-    /// Bridges missing inertial data: the velocity is kept, and soon not known.
+    /// Bridges missing steps.
     fn gap_to(&mut self, time_ns: u64) {
         let noise = self.config.process;
-        self.window.clear();
-        self.last_gap_ns = Some(time_ns);
-        self.health.inertial_missing = true;
         let mut bridged = 0;
-        while self.nominal.time_ns < time_ns && bridged < 200 {
+        while self.nominal.time_ns < time_ns && bridged < MOST_GAP_STEPS {
             bridged += 1;
             let start_ns = self.nominal.time_ns;
             let left = time_ns - start_ns;
-            let until = if bridged == 200 {
-                time_ns
+            let step_ns = if bridged == MOST_GAP_STEPS {
+                left
             } else {
-                start_ns + left.min(GAP_STEP_NS)
+                left.min(GAP_STEP_NS)
             };
-            let dt = (until - start_ns) as f64 * 1e-9;
-            self.nominal.coast(until);
-            self.covariance.propagate(&Transition {
-                dt_s: T::of(dt),
-                force_m_per_s2: Vector3::new(T::zero(), T::zero(), T::zero()),
-                attitude: self.nominal.attitude.map(T::of),
-                yaw_rate_rad_per_s: T::zero(),
-            });
+            let dt = step_ns as f64 * 1e-9;
             let accel = noise.gap_accel_m_per_s * noise.gap_accel_m_per_s * dt;
             let gyro = noise.gap_gyro_rad * noise.gap_gyro_rad * dt;
-            self.add_noise(dt, accel, gyro);
+            self.coasted(start_ns + step_ns, accel, gyro);
         }
     }
 
@@ -213,7 +239,35 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 }
 
-fn is_finite(increment: &ImuIncrement) -> bool {
+fn is_finite(step: &ImuStep) -> bool {
+    let increment = &step.increment;
     let sum = increment.delta_angle_rad + increment.delta_velocity_m_per_s + increment.delta_position_m;
     sum.iter().all(|c| c.is_finite())
+        && (step.angle_variance_rad2 + step.velocity_variance_m2_per_s2).is_finite()
+}
+
+/// Moves a state on by a step.
+fn carry(state: &mut Nominal, step: &ImuStep) {
+    if step.increment.start_ns > state.time_ns + GAP_NS {
+        state.coast(step.increment.start_ns);
+    }
+    match step.motion {
+        Motion::Measured => {
+            state.advance(&step.increment);
+        }
+        Motion::Coasting => state.coast(step.increment.end_ns),
+    }
+}
+
+/// Cuts a step at `at_ns`; `None` when that is not strictly inside.
+fn split(step: &ImuStep, at_ns: u64) -> Option<(ImuStep, ImuStep)> {
+    let (first, second) = step.increment.split(at_ns)?;
+    let share = first.dt_s() / step.increment.dt_s();
+    let part = |increment: ImuIncrement, share: f32| ImuStep {
+        increment,
+        angle_variance_rad2: step.angle_variance_rad2 * share,
+        velocity_variance_m2_per_s2: step.velocity_variance_m2_per_s2 * share,
+        ..*step
+    };
+    Some((part(first, share), part(second, 1.0 - share)))
 }

@@ -4,8 +4,9 @@ use nalgebra::Vector3;
 
 use crate::geometry::Real;
 
-/// Most entries of a row: a reflected angle of arrival touches position, attitude, 12 calibrations and a plane.
-pub const ROW_CAPACITY: usize = 21;
+/// Most entries of a row: the angle of arrival of a double reflection touches position, attitude, 12 calibrations and two
+/// planes.
+pub const ROW_CAPACITY: usize = 24;
 
 /// `z - h(x) = H dx + noise`, with the few entries of `H` that are not zero.
 #[derive(Clone, Copy, Debug)]

@@ -10,33 +10,26 @@ use super::window::Solution;
 use super::{Covariance, Filter};
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::geometry::Real;
-use nalgebra::Vector3;
+use crate::localization::imu::Alignment;
 
 /// Fixes that a start needs.
 pub(super) const START_FIXES: usize = 5;
 /// Standard deviations of a pose from a window: position m, velocity m/s, attitude rad (angles of arrival, arrays).
 const FIXED_SIGMA: (f64, f64, f64) = (0.3, 0.3, 0.008);
 
-/// What was learned at rest before the flight.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RestAlignment {
-    /// Mean of the gyroscope: its bias, rad/s.
-    pub gyro_bias_rad_per_s: Vector3<f32>,
-    /// Standard deviation of that per axis, rad/s.
-    pub sigma_rad_per_s: f32,
-}
-
 impl<T: Real, const N: usize> Filter<T, N> {
-    /// Takes over the gyroscope bias found at rest. Tilt is not needed: the start finds it from motion.
-    pub fn aligned(&mut self, rest: &RestAlignment) {
-        if !rest.gyro_bias_rad_per_s.iter().all(|c| c.is_finite()) {
+    /// Takes over the gyroscope bias found at rest. The tilt is not needed: the start finds it from motion, as precisely as
+    /// the accelerometer's bias lets anyone.
+    pub fn aligned(&mut self, rest: &Alignment) {
+        let (bias, sigma) = (rest.gyro_bias_rad_per_s, rest.gyro_bias_sigma_rad_per_s);
+        if !(bias + sigma).iter().all(|c| c.is_finite()) {
             return;
         }
-        self.nominal.imu.gyro_bias_rad_per_s = rest.gyro_bias_rad_per_s;
+        self.nominal.imu.gyro_bias_rad_per_s = bias;
         self.gyro_bias_known = true;
-        let variance = T::of(f64::from(rest.sigma_rad_per_s * rest.sigma_rad_per_s));
-        for i in 0..3 {
-            self.covariance.reset(GYRO_BIAS + i, variance);
+        for (i, sigma) in sigma.iter().enumerate() {
+            self.covariance
+                .reset(GYRO_BIAS + i, T::of(f64::from(*sigma) * f64::from(*sigma)));
         }
     }
 

@@ -1,10 +1,9 @@
 //! A sweep: line of sight, or what is left without it.
 
 use super::Filter;
-use super::Slot;
 use super::beacon::BeaconVerdict;
 use super::gate::{Innovation, chi_square};
-use super::layout::{ATTITUDE, POSITION, VELOCITY, plane, planes};
+use super::layout::{ATTITUDE, POSITION, VELOCITY};
 use super::measurement::{MappedPlane, PathMeasurement, PathRows, Transmitter};
 use super::row::Row;
 use super::start::START_FIXES;
@@ -14,11 +13,6 @@ use crate::geometry::Real;
 const GMT_PACE_M_PER_S: f64 = 0.3;
 /// Without aid from outside for this long, the pose is dead reckoning, ns.
 const DEAD_AFTER_NS: u64 = 2_000_000_000;
-/// A reflection whose second-best plane is not worse than this in chi-square is ambiguous.
-const AMBIGUITY: f64 = 9.0;
-/// Planes whose prediction is further off than this are not considered: delay m, angle rad.
-const NEAR_PLANE: (f64, f64) = (8.0, 0.15);
-
 /// What a sweep brought.
 #[derive(Clone, Copy, Debug)]
 pub struct SweepMeasurement<'a> {
@@ -32,6 +26,8 @@ pub struct SweepMeasurement<'a> {
     pub line_of_sight: Option<PathMeasurement>,
     /// Paths of one reflection.
     pub reflections: &'a [PathMeasurement],
+    /// Paths of two reflections, or of a higher order that is not known.
+    pub double_reflections: &'a [PathMeasurement],
     /// Planes of the map that a reflection may come from.
     pub planes: &'a [MappedPlane],
 }
@@ -81,6 +77,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
             for path in measurement.reflections {
                 self.reflection(&gmt, path, measurement.planes);
             }
+            for path in measurement.double_reflections {
+                self.double_reflection(&gmt, path, measurement.planes);
+            }
         }
         self.health.starting = !self.running;
         self.health.contested = verdict == SweepVerdict::Rejected;
@@ -128,14 +127,14 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if self.sigma(ATTITUDE) > gates.attitude_lost_rad && self.try_refix(START_FIXES) {
             return SweepVerdict::Refixed;
         }
-        let Some(mut rows) = self.model.rows::<T>(&self.nominal, gmt, path, None) else {
+        let Some(mut rows) = self.model.rows::<T>(&self.nominal, gmt, path, &[]) else {
             return SweepVerdict::Rejected;
         };
         let gate = if rows.len() == 5 { gates.five } else { gates.three };
         let mut chi2 = chi_square(&self.covariance, &rows);
         if chi2 > gate
             && self.delay_stepped(&rows)
-            && let Some(again) = self.model.rows::<T>(&self.nominal, gmt, path, None)
+            && let Some(again) = self.model.rows::<T>(&self.nominal, gmt, path, &[])
         {
             rows = again;
             chi2 = chi_square(&self.covariance, &rows);
@@ -195,7 +194,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     /// Takes in the rows of one path, one after the other.
-    fn take_rows(&mut self, rows: &[Row<T>]) {
+    pub(super) fn take_rows(&mut self, rows: &[Row<T>]) {
         let mut dx = [T::zero(); N];
         for row in rows {
             let rest = row.residual - row.dot(&dx);
@@ -207,135 +206,4 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         self.correct(&dx);
     }
-
-    /// A path of one reflection: matched to a plane, gated, taken in together with what it says about that plane.
-    fn reflection(&mut self, gmt: &Transmitter, path: &PathMeasurement, known: &[MappedPlane]) {
-        let taken = self
-            .match_plane(gmt, path, known)
-            .and_then(|found| self.slot(found))
-            .is_some_and(|slot| self.take_reflection(gmt, path, slot));
-        if taken {
-            self.counters.reflections = self.counters.reflections.saturating_add(1);
-            self.last_aid_ns = self.nominal.time_ns;
-        } else {
-            self.counters.reflections_rejected = self.counters.reflections_rejected.saturating_add(1);
-        }
-    }
-
-    fn take_reflection(&mut self, gmt: &Transmitter, path: &PathMeasurement, index: usize) -> bool {
-        let Some(slot) = self.slots.get(index) else {
-            return false;
-        };
-        let Some(rows) = self
-            .model
-            .rows::<T>(&self.nominal, gmt, path, Some((&slot.plane, plane(index))))
-        else {
-            return false;
-        };
-        let gates = self.gates();
-        let gate = if rows.len() == 5 { gates.five } else { gates.three };
-        let chi2 = chi_square(&self.covariance, &rows);
-        self.ratios.reflection = (chi2 / gate) as f32;
-        if chi2 > gate {
-            return false;
-        }
-        self.take_rows(&rows);
-        true
-    }
-
-    /// The one plane that the path can have come from; `None` when there is none or more than one.
-    fn match_plane(
-        &self,
-        gmt: &Transmitter,
-        path: &PathMeasurement,
-        known: &[MappedPlane],
-    ) -> Option<MappedPlane> {
-        let gates = self.gates();
-        let (mut best, mut second) = (None, f64::INFINITY);
-        let mut least = f64::INFINITY;
-        for candidate in known {
-            let held = self.slots.iter().position(|slot| slot.plane.id == candidate.id);
-            let plane_now = held
-                .and_then(|k| self.slots.get(k))
-                .map_or(candidate, |slot| &slot.plane);
-            // Both ends stand in front of the wall.
-            if plane_now.height_m(&gmt.position_m) * plane_now.height_m(&self.nominal.position_m) <= 0.0 {
-                continue;
-            }
-            let state = held.map_or(N, plane);
-            let Some(mut rows) = self
-                .model
-                .rows::<T>(&self.nominal, gmt, path, Some((plane_now, state)))
-            else {
-                continue;
-            };
-            let far =
-                |k: usize, limit: f64| rows.get(k).is_some_and(|row| row.residual.to_f64().abs() > limit);
-            if far(0, NEAR_PLANE.0) || far(1, NEAR_PLANE.1) || far(2, NEAR_PLANE.1) {
-                continue;
-            }
-            if held.is_none() {
-                rows.iter_mut().for_each(|row| widen(row, candidate, N));
-            }
-            let chi2 = chi_square(&self.covariance, &rows);
-            if chi2 < least {
-                (second, least) = (least, chi2);
-                best = Some(*plane_now);
-            } else {
-                second = second.min(chi2);
-            }
-        }
-        let gate = if path.departure.is_some() {
-            gates.five
-        } else {
-            gates.three
-        };
-        best.filter(|_| least <= gate && second > least + AMBIGUITY)
-    }
-
-    /// The slot of a plane in the state; the plane that was of no use for longest makes room.
-    fn slot(&mut self, found: MappedPlane) -> Option<usize> {
-        let time_ns = self.nominal.time_ns;
-        let limit = planes(N).min(self.slots.capacity());
-        let held = self.slots.iter().position(|slot| slot.plane.id == found.id);
-        let index = match held {
-            Some(index) => index,
-            None => {
-                let entry = Slot {
-                    plane: found,
-                    used_ns: time_ns,
-                };
-                let index = if self.slots.len() < limit {
-                    self.slots.push(entry).ok()?;
-                    self.slots.len() - 1
-                } else {
-                    let (index, oldest) = self
-                        .slots
-                        .iter_mut()
-                        .enumerate()
-                        .min_by_key(|(_, slot)| slot.used_ns)?;
-                    *oldest = entry;
-                    index
-                };
-                self.covariance
-                    .reset_block(plane(index), &found.plane.covariance.map(|c| T::of(f64::from(c))));
-                index
-            }
-        };
-        if let Some(slot) = self.slots.get_mut(index) {
-            slot.used_ns = time_ns;
-        }
-        Some(index)
-    }
-}
-
-/// Counts the uncertainty of a plane that is not in the state as noise.
-fn widen<T: Real>(row: &mut Row<T>, plane: &MappedPlane, first: usize) {
-    let mut h = nalgebra::Vector3::zeros();
-    for &(state, value) in row.entries() {
-        if let Some(entry) = usize::from(state).checked_sub(first).and_then(|k| h.get_mut(k)) {
-            *entry = value.to_f64();
-        }
-    }
-    row.variance += T::of((plane.plane.covariance.map(f64::from) * h).dot(&h));
 }

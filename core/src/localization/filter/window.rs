@@ -221,7 +221,12 @@ fn curvature_weights(motion: &[(Segment, Fix)]) -> Option<heapless::Vec<f64, WIN
     if norm.is_nan() || norm < 1e-6 {
         return None;
     }
-    Some(times().map(|t| shape(t) / norm).collect())
+    let mut weights = heapless::Vec::new();
+    for t in times() {
+        // Collecting would panic on one too many; there are as many as fixes.
+        weights.push(shape(t) / norm).ok()?;
+    }
+    Some(weights)
 }
 
 /// Orthonormal axes from a sure direction and a less sure one; `None` when they are nearly parallel.
@@ -232,5 +237,6 @@ fn triad(first: &Vector3<f64>, second: &Vector3<f64>) -> Option<Matrix3<f64>> {
         return None;
     }
     let z = side.normalize();
-    Some(Matrix3::from_columns(&[x, z.cross(&x), z]))
+    let y = z.cross(&x);
+    Some(Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z))
 }

@@ -162,7 +162,11 @@ impl Blocks {
         }
         let difference = mean - self.mean;
         let noise = (variance + self.variance / f32::from(self.count)) / n;
-        let within = |d: f32, v: f32| d.abs() <= drift + 5.0 * libm::sqrtf(v);
+        // |d| <= drift + 5 sqrt v, without the root.
+        let within = |d: f32, v: f32| {
+            let beyond = d.abs() - drift;
+            beyond <= 0.0 || beyond * beyond <= 25.0 * v
+        };
         within(difference.x, noise.x) && within(difference.y, noise.y) && within(difference.z, noise.z)
     }
 }
@@ -247,7 +251,8 @@ impl RestAlignment {
         below(rate_variance, square(config.rate_scatter_rad_per_s))
             && below(force_variance, square(config.force_scatter_m_per_s2))
             && below(rate, config.rate_bias_rad_per_s)
-            && (libm::sqrtf(length) - G).abs() <= config.gravity_error_m_per_s2
+            && length >= square(G - config.gravity_error_m_per_s2)
+            && length <= square(G + config.gravity_error_m_per_s2)
             && self
                 .rates
                 .agrees(rate, rate_variance, n, config.rate_drift_rad_per_s)

@@ -2,8 +2,8 @@
 //!
 //! The attitude turns the measured field into world axes; by how much its horizontal part misses magnetic north there,
 //! the yaw is wrong. Iron on board and the surroundings turn the field by about 5 deg, most of it constant
-//! or slow, so averaging does not help, and with line of sight the array knows yaw twenty times better: the aid speaks
-//! only when there has been no line of sight for a while, and seldom (localization.md sections 3 and 6).
+//! or slow, so averaging does not help, and with line of sight the array knows yaw twenty times better: the filter takes
+//! it only when there has been no line of sight for ten seconds, with 8 deg added (localization.md sections 3 and 6).
 
 use nalgebra::Vector3;
 
@@ -16,12 +16,6 @@ pub struct MagneticField {
     pub earth_ut: Vector3<f32>,
     /// Standard deviation of all disturbances, hard iron and surroundings, uT per axis.
     pub disturbance_ut: f32,
-    /// Smallest standard deviation of a heading, rad: the error is a bias that the filter takes for noise.
-    pub least_sigma_rad: f32,
-    /// How long there must have been no line of sight, s.
-    pub wait_s: f32,
-    /// Time from one heading to the next, s.
-    pub interval_s: f32,
 }
 
 impl MagneticField {
@@ -33,9 +27,6 @@ impl MagneticField {
         Self {
             earth_ut: Vector3::new(cos_i * sin_d, cos_i * cos_d, -sin_i) * strength_ut,
             disturbance_ut: 1.7,
-            least_sigma_rad: 0.14,
-            wait_s: 10.0,
-            interval_s: 1.0,
         }
     }
 }
@@ -53,8 +44,10 @@ pub struct Heading {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum HeadingRefusal {
-    /// There is or was line of sight.
-    LineOfSight,
+    /// The earth's field is not known.
+    NoField,
+    /// There is no attitude that the field could be turned by.
+    NoAttitude,
     /// The last heading was given just now.
     TooSoon,
     /// Strength or inclination are not the earth's: iron is near.
@@ -63,50 +56,9 @@ pub enum HeadingRefusal {
     NotFinite,
 }
 
-/// Gives headings when they help.
-#[derive(Clone, Copy, Debug)]
-pub struct MagneticAid {
-    field: MagneticField,
-    last_ns: Option<u64>,
-}
-
-impl MagneticAid {
-    /// An aid that has given no heading.
-    pub fn new(field: MagneticField) -> Self {
-        Self { field, last_ns: None }
-    }
-
-    /// The heading by a measured field (uT, body axes) at `time_ns`. `tilt_sigma_rad` is the standard deviation of the
-    /// attitude about a horizontal axis; `los_ns` when line of sight was last seen, if ever, ns.
-    ///
-    /// # Errors
-    /// [`HeadingRefusal`]: why there is none.
-    pub fn heading(
-        &mut self,
-        field_ut: &Vector3<f32>,
-        attitude: &Rotation<Body, World>,
-        tilt_sigma_rad: f32,
-        time_ns: u64,
-        los_ns: Option<u64>,
-    ) -> Result<Heading, HeadingRefusal> {
-        let since_s = |then: u64| time_ns.saturating_sub(then) as f32 * 1e-9;
-        if los_ns.is_some_and(|then| since_s(then) < self.field.wait_s) {
-            return Err(HeadingRefusal::LineOfSight);
-        }
-        if self
-            .last_ns
-            .is_some_and(|then| since_s(then) < self.field.interval_s)
-        {
-            return Err(HeadingRefusal::TooSoon);
-        }
-        let heading = self.field.heading(field_ut, attitude, tilt_sigma_rad)?;
-        self.last_ns = Some(time_ns);
-        Ok(heading)
-    }
-}
-
 impl MagneticField {
-    /// The heading by a measured field, whether it helps or not.
+    /// The heading by a measured field (uT, body axes) with an attitude whose standard deviation about a horizontal axis is
+    /// `tilt_sigma_rad`.
     ///
     /// # Errors
     /// [`HeadingRefusal::Disturbed`] when strength or vertical part differ from the earth's by more than four standard
@@ -143,7 +95,7 @@ impl MagneticField {
         let sigma = libm::sqrtf(iron * iron + tilt * tilt);
         Ok(Heading {
             yaw_error_rad: cross.atan2_libm(dot),
-            sigma_rad: sigma.max(self.least_sigma_rad),
+            sigma_rad: sigma,
         })
     }
 }
@@ -177,7 +129,7 @@ mod tests {
                     (heading.yaw_error_rad - error).abs() < 1e-5,
                     "{heading:?}, error {error}"
                 );
-                assert_eq!(heading.sigma_rad, 0.14);
+                assert!((heading.sigma_rad - 1.7 / 20.286).abs() < 1e-4);
             }
         }
     }
@@ -205,19 +157,5 @@ mod tests {
         assert_eq!(heading(30.0, 0.0, 0.0), Err(HeadingRefusal::Disturbed));
         assert_eq!(heading(f32::NAN, 0.0, 0.0), Err(HeadingRefusal::NotFinite));
         assert_eq!(heading(0.0, f32::INFINITY, 0.0), Err(HeadingRefusal::NotFinite));
-    }
-
-    #[test]
-    fn it_speaks_only_without_line_of_sight_and_once_a_second() {
-        let level = attitude(0.0, 0.0, 0.0);
-        let mut aid = MagneticAid::new(field());
-        let s = 1_000_000_000;
-        let mut at = |time_ns, los_ns| aid.heading(&field().earth_ut, &level, 0.01, time_ns, los_ns);
-        assert_eq!(at(20 * s, Some(11 * s)), Err(HeadingRefusal::LineOfSight));
-        assert!(at(21 * s, Some(11 * s)).is_ok());
-        assert_eq!(at(21 * s + s / 2, Some(11 * s)), Err(HeadingRefusal::TooSoon));
-        assert!(at(22 * s, Some(11 * s)).is_ok());
-        assert_eq!(at(23 * s, Some(23 * s)), Err(HeadingRefusal::LineOfSight));
-        assert!(at(24 * s, None).is_ok());
     }
 }

@@ -39,7 +39,7 @@ pub use alignment::{Alignment, RestAlignment, RestConfig, RestStatus};
 pub use config::ImuConfig;
 pub use health::{ImuCounters, ImuHealth};
 pub use integrator::Integrator;
-pub use magnetometer::{Heading, HeadingRefusal, MagneticAid, MagneticField};
+pub use magnetometer::{Heading, HeadingRefusal, MagneticField};
 pub use strapdown::Strapdown;
 pub use turn::Turn;
 pub use unit::{Imu, ImuStep, Motion};

@@ -156,7 +156,17 @@ impl Imu {
         self.coast(now_ns, silence_ns)
     }
 
-    /// Ends the step early, for a measurement that cannot wait; nothing when the step is empty.
+    /// Ends the step early if it has begun before `time_ns`: for a measurement of that time that does not wait for the step
+    /// to be complete.
+    pub fn finish_step_before(&mut self, time_ns: u64) -> Option<ImuStep> {
+        if self.pending.as_ref()?.start_ns < time_ns {
+            self.finish_step()
+        } else {
+            None
+        }
+    }
+
+    /// Ends the step early; nothing when it is empty.
     pub fn finish_step(&mut self) -> Option<ImuStep> {
         let pending = self.pending.as_mut()?;
         if pending.start_ns == pending.end_ns {

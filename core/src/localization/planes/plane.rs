@@ -4,22 +4,24 @@ use crate::geometry::{Direction, Matrix3, Position, Vector3, World};
 
 /// A plane in the world that mirrors waves, with covariance.
 ///
-/// The plane is `n . (x - c) = 0`. Its error is a shift along the normal *at the centre* `c` and two tilts: the true plane
-/// has `n + a1 t1 + a2 t2` and passes through `c + shift n`. Taken at the centre of what supports the plane, the three are
-/// nearly uncorrelated; taken at the world's origin, a tilt of 0.1 degrees would be a shift of a decimetre.
+/// The plane is `n . (x - c) = 0`. Its error is a shift along the normal *at the centre* `c` and two tilts: the true
+/// plane has `n + a1 t1 + a2 t2` and passes through `c + shift n`. Taken at the centre of what supports the plane, the
+/// three are nearly uncorrelated; taken at the world's origin, a tilt of 0.1 degrees would be a shift of a decimetre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
     /// Unit normal, towards free space.
     pub normal: Direction<World>,
     /// A point on the plane: the centre of what it was fitted to.
     pub centre: Position<World>,
-    /// Covariance of (shift along the normal in m, tilt along t1 in rad, tilt along t2 in rad), see [`Plane::tangents`].
+    /// Covariance of (shift along the normal in m, tilt along t1 in rad, tilt along t2 in rad), see
+    /// [`Plane::tangents`].
     pub covariance: Matrix3<f32>,
 }
 
 impl Plane {
-    /// Two unit vectors in the plane along which it tilts. Of a wall: t1 horizontal (a tilt turns the wall's heading), t2
-    /// up. Of a floor: t1 along -y, t2 along x or nearly so. They do not jump while a wall or a floor tilts a little.
+    /// Two unit vectors in the plane along which it tilts. Of a wall: t1 horizontal (a tilt turns the wall's heading),
+    /// t2 up. Of a floor: t1 along -y, t2 along x or nearly so. They do not jump while a wall or a floor tilts a
+    /// little.
     #[must_use]
     pub fn tangents(&self) -> (Vector3<f32>, Vector3<f32>) {
         tangents(self.normal.vector())

@@ -35,10 +35,9 @@ impl Case {
     /// Trials of the case in units of the command's `--trials`.
     fn trials(self, unit: usize) -> usize {
         match self {
-            Self::Single | Self::Twin => 10 * unit,
-            Self::Detection => 40 * unit,
-            Self::Noise => 20 * unit,
-            Self::Bounce => 2 * unit,
+            Self::Single => 40 * unit,
+            Self::Twin | Self::Detection => 10 * unit,
+            Self::Noise | Self::Bounce => 2 * unit,
             Self::Scenes | Self::Pairs | Self::Departure => unit,
         }
     }

@@ -14,7 +14,8 @@ pub(super) fn noise(run: &Run<'_>, n: usize) -> Report {
     ];
     let mut rows = Rows::new(Case::Noise, header);
     for (mode, _) in each(run.modes, 1) {
-        let r = false_alarms(mode, n, run.seed);
+        let sweeps = if mode == Mode::Best { 10 * n } else { n };
+        let r = false_alarms(mode, sweeps, run.seed);
         let share = r.sweeps_with_paths as f64 / r.sweeps as f64;
         let cells = vec![
             r.sweeps.to_string(),

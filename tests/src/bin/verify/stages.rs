@@ -241,7 +241,7 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "kernels",
-        what: "kernels and networks on the emulated Cortex-M7: bits of the host, committed instruction counts",
+        what: "kernels, whole sweeps and networks on the emulated Cortex-M7: bits of the host, committed counts",
         needs: &["toolchain", "qemu", "defmt-print", "firmware"],
         work: Work::Steps(&[step(&[
             "test",
@@ -249,7 +249,20 @@ pub(crate) const STAGES: &[Stage] = &[
             "--workspace",
             ALL_TESTS,
             "--test=kernels",
+            "--test=sweeps",
             "--test=lscn",
+        ])]),
+    },
+    Stage {
+        name: "flight",
+        what: "a minute of flight through localization on the emulated Cortex-M7: bits of the host, committed counts",
+        needs: &["toolchain", "qemu", "defmt-print", "firmware"],
+        work: Work::Steps(&[step(&[
+            "test",
+            "--locked",
+            "--workspace",
+            ALL_TESTS,
+            "--test=flight",
         ])]),
     },
 ];

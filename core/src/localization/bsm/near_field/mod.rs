@@ -1,9 +1,11 @@
-//! Near field: a large row of elements focuses, so its symbol can sweep range as well, and range needs no common clock then.
+//! Near field: a large row of elements focuses, so its symbol can sweep range as well, and range needs no common clock
+//! then.
 //!
-//! A wave to range r at sine s of the angle off the normal is `d_n = sqrt(r^2 + y_n^2 - 2 r y_n s) - r` longer from the element
-//! at y_n than from the centre. With focus A at the first frequency f1 and B at the last f2, delays
+//! A wave to range r at sine s of the angle off the normal is `d_n = sqrt(r^2 + y_n^2 - 2 r y_n s) - r` longer from the
+//! element at y_n than from the centre. With focus A at the first frequency f1 and B at the last f2, delays
 //! `t_n = [f2 d_n(B) - f1 d_n(A)] / (c (f2 - f1))` and phases `phi_n = 2 pi f1 (d_n(A)/c - t_n)` (signal.md section 6), the weight
-//! of element n at frequency f is `exp(j 2 pi [(f - f1) t_n + f1 d_n(A)/c])`, and the focus moves from A to B over the band:
+//! of element n at frequency f is `exp(j 2 pi [(f - f1) t_n + f1 d_n(A)/c])`, and the focus moves from A to B over the
+//! band:
 //! `f/r` runs evenly from `f1/r_A` to `f2/r_B` when both lie in the same direction.
 //!
 //! The direction has to be known, from the far-field sweeps of [`super::BeamSquint`].
@@ -14,7 +16,7 @@ pub use sweep::{Focus, FocusSweep};
 
 use nalgebra::{Complex, Matrix2, Vector2};
 
-use super::fit::invert;
+use super::fit::{BLIND_STEPS, NEAR_ENOUGH, ROUNDING, SETTLED, invert};
 use super::pattern::Spin;
 use super::reception::{Reception, Spectrum};
 use super::{Refusal, Sighting};
@@ -131,8 +133,9 @@ impl<const N: usize, const A: usize, const E: usize, const C: usize, const ACTIV
         let at = |k: f64| self.sweep.focus_m(f1 + (f2 - f1) * k / (ACTIVE as f64 - 1.0));
         let range_m = at(k as f64) as f32;
         let step = (1.0 / at(k as f64 + 0.5) - 1.0 / at(k as f64 - 0.5)) as f32;
-        // Subcarriers compete where the lobe has fallen by less than the noise of a power. Elements y, evenly spread over +-Y, are
-        // y^2 pi f q / c off: their variance over the lobe's half width, where y = Y is half a turn off, is pi^2 4/45.
+        // Subcarriers compete where the lobe has fallen by less than the noise of a power. Elements y, evenly spread
+        // over +-Y, are y^2 pi f q / c off: their variance over the lobe's half width, where y = Y is half a turn off,
+        // is pi^2 4/45.
         let lobe = self.sweep.lobe_per_m(f64::from(sine)) as f32;
         let bend = core::f32::consts::PI * core::f32::consts::PI * 4.0 / 45.0 / (lobe * lobe);
         let noise = libm::sqrtf(2.0 * spectrum.noise / power);
@@ -155,36 +158,32 @@ impl<const N: usize, const A: usize, const E: usize, const C: usize, const ACTIV
         let mut q = 1.0 / f64::from(self.pick(sine as f32)?.range_m);
         let mut delay_m = 0.0_f32;
         let mut normal = self.normal(spectrum, q, sine, delay_m);
-        let (mut damping, mut settled) = (1e-3, false);
+        let (mut damping, mut blind, mut length) = (1e-3, 0, f32::INFINITY);
         for _ in 0..ITERATIONS {
             let mut matrix = normal.hessian;
             matrix.m11 *= 1.0 + damping;
             matrix.m22 *= 1.0 + damping;
             let Some(inverse) = invert(&matrix) else { break };
             let step = inverse * normal.gradient;
-            let length = normal.gradient.dot(&step);
-            if length.is_nan() || damping > 1e4 {
-                break;
-            }
-            if length < 1e-4 && damping < 0.1 {
-                settled = true;
+            length = normal.gradient.dot(&step);
+            if length.is_nan() || damping > 1e4 || (length < SETTLED && damping < 0.1) || blind == BLIND_STEPS
+            {
                 break;
             }
             let scale = (longest / step.x.abs()).min(1.0 / step.y.abs()).min(1.0);
             let (next_q, next_m) = (q + f64::from(step.x * scale), delay_m + step.y * scale);
             let next = self.normal(spectrum, next_q, sine, next_m);
-            if next.energy > normal.energy {
+            let near = length < ROUNDING * normal.energy && damping < 0.1;
+            if near || next.energy > normal.energy {
                 (q, delay_m, normal) = (next_q, next_m, next);
                 damping *= 0.2;
-            } else if normal.energy - next.energy < 2e-6 * normal.energy && length < 1.0 {
-                settled = true;
-                break;
+                blind += u32::from(near);
             } else {
                 damping = (damping * 8.0).max(1e-2);
             }
         }
         let inverse = invert(&normal.hessian).ok_or(Refusal::Unsettled)?;
-        if !settled || q <= 0.0 {
+        if length.is_nan() || length > NEAR_ENOUGH || q <= 0.0 {
             return Err(Refusal::Unsettled);
         }
         let range_m = (1.0 / q) as f32;

@@ -28,8 +28,8 @@ pub struct FocusSweep<const N: usize> {
     pub(super) edges_hz: [f64; 2],
 }
 
-/// Longer way from an element at `y` than from the centre, m, and its derivative over the inverse range `q`, m^2. Written
-/// without differences of near-equal lengths.
+/// Longer way from an element at `y` than from the centre, m, and its derivative over the inverse range `q`, m^2.
+/// Written without differences of near-equal lengths.
 fn longer(y: f64, q: f64, sine: f64) -> (f64, f64) {
     let ratio = libm::sqrt(1.0 + y * q * (y * q - 2.0 * sine));
     let (above, below) = (y * (y * q - 2.0 * sine), ratio + 1.0);
@@ -38,8 +38,8 @@ fn longer(y: f64, q: f64, sine: f64) -> (f64, f64) {
 }
 
 impl<const N: usize> FocusSweep<N> {
-    /// The sweep of a row with `spacing_m` between its elements, from a focus at the first of `edges_hz` (absolute frequencies) to one
-    /// at the last. None unless ranges and frequencies are positive and the frequencies grow.
+    /// The sweep of a row with `spacing_m` between its elements, from a focus at the first of `edges_hz` (absolute
+    /// frequencies) to one at the last. None unless ranges and frequencies are positive and the frequencies grow.
     #[must_use]
     pub fn new(spacing_m: f64, from: Focus, to: Focus, edges_hz: [f64; 2]) -> Option<Self> {
         let sound = from.range_m > 0.0 && to.range_m > 0.0 && edges_hz[0] > 0.0 && edges_hz[1] > edges_hz[0];
@@ -67,7 +67,8 @@ impl<const N: usize> FocusSweep<N> {
         (delay_s, phase)
     }
 
-    /// Range on which a frequency focuses, m; exact to the second order in the aperture, and for sweeps in one direction.
+    /// Range on which a frequency focuses, m; exact to the second order in the aperture, and for sweeps in one
+    /// direction.
     #[must_use]
     pub fn focus_m(&self, frequency_hz: f64) -> f64 {
         let [f1, f2] = self.edges_hz;

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use super::super::*;
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::geometry::{Gmt, World};
+use crate::localization::ImuIncrement;
 
 const STEP_NS: u64 = 10_000_000;
 const SWEEP_NS: u64 = 500_000_000;
@@ -64,6 +65,7 @@ fn measurement(time_ns: u64, path: PathMeasurement) -> SweepMeasurement<'static>
         stop: (time_ns / SWEEP_NS / 2) as u32,
         line_of_sight: Some(path),
         reflections: &[],
+        double_reflections: &[],
         planes: &[],
     }
 }

@@ -6,7 +6,7 @@ use super::super::*;
 use crate::geometry::{Gmt, World};
 use crate::localization::planes::Plane;
 
-const N: usize = 41;
+const N: usize = 44;
 
 fn state() -> Nominal {
     let mut state = Nominal::origin(0);
@@ -38,6 +38,24 @@ fn wall() -> MappedPlane {
     }
 }
 
+/// A street's other side.
+fn opposite() -> MappedPlane {
+    MappedPlane {
+        id: 8,
+        plane: Plane {
+            normal: Direction::from_vector(Vector3::new(0.8, 0.3, -0.02)).expect("not zero"),
+            centre: Position::new(-12.0, -20.0, 5.0).expect("finite"),
+            covariance: Matrix3::identity(),
+        },
+    }
+}
+
+/// Line of sight, one bounce, two bounces.
+fn chains() -> [heapless::Vec<MappedPlane, 2>; 3] {
+    let chain = |planes: &[MappedPlane]| planes.iter().copied().collect();
+    [chain(&[]), chain(&[wall()]), chain(&[wall(), opposite()])]
+}
+
 /// A measurement of anything: only differences of residuals count.
 fn path() -> PathMeasurement {
     PathMeasurement {
@@ -63,25 +81,25 @@ fn every_derivative_is_the_difference_quotient() {
         array_axis_rad: [[0.0; 2]; 4],
         ..state()
     };
-    for plane in [None, Some(wall())] {
+    for chain in chains() {
         let rows_at = |dx: &[f64; N]| {
             let mut here = state();
             here.correct(dx);
-            let shift = [dx[38], dx[39], dx[40]].map(|c| c as f32);
-            let plane = plane.map(|mapped| MappedPlane {
-                plane: mapped
+            let mut moved = chain.clone();
+            for (k, mapped) in moved.iter_mut().enumerate() {
+                let shift = [0, 1, 2].map(|i| dx[38 + 3 * k + i] as f32);
+                mapped.plane = mapped
                     .plane
                     .corrected(shift, Matrix3::identity())
-                    .expect("finite"),
-                ..mapped
-            });
+                    .expect("finite");
+            }
+            let bounces: heapless::Vec<_, 2> =
+                moved.iter().enumerate().map(|(k, p)| (p, 38 + 3 * k)).collect();
             // The angle of arrival is compared along the tangents at the prediction, which move with the state; at the
             // prediction itself that does not matter, so the measurement is put there.
             let mut path = path();
-            path.aoa = seen(&state(), &source(plane.is_some()));
-            model
-                .rows::<f64>(&here, &gmt(), &path, plane.as_ref().map(|p| (p, 38)))
-                .expect("apart")
+            path.aoa = seen(&state(), &source(&chain));
+            model.rows::<f64>(&here, &gmt(), &path, &bounces).expect("apart")
         };
         // Planes live in single precision: coarse steps.
         let mut touched = [false; N];
@@ -108,22 +126,22 @@ fn every_derivative_is_the_difference_quotient() {
         }
         let expected = |j: usize| match j {
             0..=2 | 6..=8 | 15 | 21..=34 => true,
-            38..=40 => plane.is_some(),
+            38..=43 => j < 38 + 3 * chain.len(),
             _ => false,
         };
         assert!((0..N).all(|j| touched[j] == expected(j)), "{touched:?}");
     }
 }
 
-/// The GMT, or its image behind the wall.
-fn source(mirrored: bool) -> Vector3<f64> {
-    let (gmt, wall) = (gmt().position_m, wall());
-    let n = wall.plane.normal.vector().map(f64::from);
-    if mirrored {
-        gmt - n * (2.0 * wall.height_m(&gmt))
-    } else {
-        gmt
-    }
+/// The GMT, or its last image.
+fn source(chain: &[MappedPlane]) -> Vector3<f64> {
+    chain.iter().fold(gmt().position_m, |from, mapped| {
+        mirrored(mapped, &from, mapped.height_m(&from))
+    })
+}
+
+fn mirrored(mapped: &MappedPlane, v: &Vector3<f64>, height: f64) -> Vector3<f64> {
+    v - mapped.plane.normal.vector().map(f64::from) * (2.0 * height)
 }
 
 /// Direction of a source in body axes.
@@ -137,13 +155,12 @@ fn a_perfect_measurement_leaves_no_residual() {
     let mut state = state();
     (state.array_slope, state.array_axis_rad, state.face_bias) = ([0.0; 4], [[0.0; 2]; 4], [[0.0; 2]; 3]);
     let gmt = gmt();
-    let wall = wall();
-    let n = wall.plane.normal.vector().map(f64::from);
-    for plane in [None, Some(wall)] {
-        let source = source(plane.is_some());
+    for chain in chains() {
+        let source = source(&chain);
         let way = source - state.position_m;
-        let leaving = -way.normalize();
-        let leaving = plane.map_or(leaving, |_| leaving - n * (2.0 * n.dot(&leaving)));
+        let leaving = chain.iter().rev().fold(-way.normalize(), |v, mapped| {
+            mirrored(mapped, &v, mapped.plane.normal.vector().map(f64::from).dot(&v))
+        });
         let local = gmt.attitude.inverse().apply_vector(&leaving);
         let face = 1;
         let azimuth = core::f64::consts::TAU / 3.0;
@@ -159,9 +176,8 @@ fn a_perfect_measurement_leaves_no_residual() {
             }),
             ..path()
         };
-        let rows = model
-            .rows::<f64>(&state, &gmt, &path, plane.as_ref().map(|p| (p, 38)))
-            .expect("apart");
+        let bounces: heapless::Vec<_, 2> = chain.iter().enumerate().map(|(k, p)| (p, 38 + 3 * k)).collect();
+        let rows = model.rows::<f64>(&state, &gmt, &path, &bounces).expect("apart");
         assert_eq!(rows.len(), 5);
         assert!(
             rows.iter().all(|row| row.residual.abs() < 1e-7),
@@ -174,13 +190,13 @@ fn a_perfect_measurement_leaves_no_residual() {
         };
         assert_eq!(
             model
-                .rows::<f64>(&state, &gmt, &without, None)
+                .rows::<f64>(&state, &gmt, &without, &[])
                 .map(|rows| rows.len()),
             Some(3)
         );
     }
     state.position_m = gmt.position_m;
-    assert!(model.rows::<f64>(&state, &gmt, &path(), None).is_none());
+    assert!(model.rows::<f64>(&state, &gmt, &path(), &[]).is_none());
 }
 
 #[test]

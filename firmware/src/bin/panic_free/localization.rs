@@ -1,0 +1,90 @@
+//! Localization: everything that a measurement can set in motion.
+
+use core::hint::black_box;
+
+use cslam_core::geometry::{Direction, Matrix3, Position, Rotation, Vector3};
+use cslam_core::localization::filter::{
+    FaceDirection, MappedPlane, PathMeasurement, SweepMeasurement, Transmitter,
+};
+use cslam_core::localization::imu::Alignment;
+use cslam_core::localization::planes::Plane;
+use cslam_core::localization::{ImuErrors, ImuSample, Localizer};
+
+/// States of the filter with four planes.
+pub(crate) const STATES: usize = 50;
+
+/// Flies on measurements of which the compiler knows nothing.
+pub(crate) fn fly(localizer: &mut Localizer<f32, STATES>) {
+    loop {
+        let sample = black_box(ImuSample {
+            time_ns: 0,
+            rate_rad_per_s: Vector3::zeros(),
+            specific_force_m_per_s2: Vector3::zeros(),
+        });
+        if let Some(step) = black_box(localizer.sample(&sample)) {
+            let increment = step.increment;
+            black_box(increment.with_errors(&black_box(ImuErrors::default())));
+            black_box(increment.split(black_box(0)));
+        }
+        localizer.tick(black_box(0));
+        black_box(localizer.two_way(black_box(0), black_box(0.0)));
+        black_box(
+            localizer
+                .magnetic(black_box(0), &black_box(Vector3::zeros()))
+                .is_ok(),
+        );
+        localizer.announce_sweep(black_box(0));
+        black_box(sweep(localizer).is_some());
+        black_box((localizer.present(), localizer.health(black_box(0))));
+        if let Some(found) = localizer.alignment().copied() {
+            localizer.align(&black_box(found));
+            turn(&found);
+        }
+        if black_box(false) {
+            break;
+        }
+    }
+}
+
+fn turn(found: &Alignment) {
+    black_box(found.roll_pitch_rad());
+    black_box(found.attitude(black_box(0.0)).to_attitude().is_ok());
+}
+
+fn sweep(localizer: &mut Localizer<f32, STATES>) -> Option<()> {
+    let path = PathMeasurement {
+        c_tau_m: black_box(0.0),
+        c_tau_sigma_m: black_box(0.0),
+        aoa: Direction::from_vector(black_box(Vector3::x())).ok()?,
+        aoa_sigma_rad: black_box(0.0),
+        departure: black_box(Some(FaceDirection {
+            face: 0,
+            cosines: [0.0; 2],
+            sigma: [0.0; 2],
+        })),
+    };
+    let plane = MappedPlane {
+        id: black_box(0),
+        plane: Plane {
+            normal: Direction::from_vector(black_box(Vector3::x())).ok()?,
+            centre: Position::from_vector(black_box(Vector3::x())).ok()?,
+            covariance: black_box(Matrix3::zeros()),
+        },
+    };
+    let (paths, planes) = ([path], [plane]);
+    let measurement = SweepMeasurement {
+        time_ns: black_box(0),
+        gmt: Transmitter {
+            position_m: black_box(Vector3::zeros()),
+            sigma_m: black_box(0.0),
+            attitude: Rotation::from_yaw_pitch_roll(black_box(0.0), black_box(0.0), black_box(0.0)).ok()?,
+        },
+        stop: black_box(0),
+        line_of_sight: black_box(Some(path)),
+        reflections: black_box(&paths),
+        double_reflections: black_box(&paths),
+        planes: black_box(&planes),
+    };
+    black_box(localizer.sweep(&measurement));
+    Some(())
+}

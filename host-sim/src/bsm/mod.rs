@@ -1,0 +1,13 @@
+//! Accuracy of beam squint localization against its physical limit.
+//!
+//! Every trial goes the whole way: a UAV somewhere before a face of the GMT, transmit beams and squint symbols through
+//! channel, noise, gain control and a 12-bit converter, path estimation for the arrival and the delay of the line of
+//! sight, then exactly the code that flies. Trials are independent streams of one seed, so figures do not depend on the
+//! number of threads.
+
+pub mod bound;
+mod near;
+mod trial;
+
+pub use near::{NearRow, near};
+pub use trial::{Case, Row, run};
