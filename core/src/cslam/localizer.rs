@@ -6,8 +6,7 @@ use super::config::{HpcConfig, Localization};
 use crate::array::GmtArrays;
 use crate::geometry::{Body, Direction, Gmt, Position, Rotation, World};
 use crate::localization::filter::{
-    DELAY_PERIOD_M, Filter, Health, PathMeasurement, SweepMeasurement, SweepVerdict,
-    wrap_delay_m,
+    DELAY_PERIOD_M, Filter, Health, PathMeasurement, SweepMeasurement, SweepVerdict, wrap_delay_m,
 };
 use crate::localization::hpc::{Hpc, Start};
 use crate::localization::imu::{Alignment, ImuStep, Motion, Turn};

@@ -345,7 +345,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         if self.config.map_aided {
             let least = self.config.accept.min_probability;
             for (path, heard) in judged.iter().flatten().zip(heard) {
-                let (Some(p), Some(measured)) = (path.probabilities, self.measurement(heard, None, gmt)) else {
+                let (Some(p), Some(measured)) = (path.probabilities, self.measurement(heard, None, gmt))
+                else {
                     continue;
                 };
                 // There is room for every path.
@@ -435,7 +436,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             return Outcome::Unused;
         };
         let accept = self.config.accept;
-        if probabilities.state() != LinkState::FirstOrder || probabilities.first_order < accept.min_probability {
+        if probabilities.state() != LinkState::FirstOrder
+            || probabilities.first_order < accept.min_probability
+        {
             return Outcome::NotFirstOrder;
         }
         let excess_m = judged.path.c_tau_m - ends.uav.distance_m(&ends.gmt);

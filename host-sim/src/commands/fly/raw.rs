@@ -2,8 +2,8 @@
 
 use clap::ValueEnum;
 use cslam_core::cslam::{
-    Acceptance, CHANNELS, Config as Receiver, Cslam, Departures, HpcConfig, LinkStates, Localization, Mapped,
-    PATHS, Rules,
+    CHANNELS, Config as Receiver, Cslam, Departures, HpcConfig, LinkStates, Localization, Mapped, PATHS,
+    Rules,
 };
 use cslam_core::localization::filter::FilterConfig;
 use cslam_core::localization::hpc;
@@ -32,7 +32,11 @@ pub(super) struct Stages {
     )]
     estimator: Option<Mode>,
     /// Link state, if not the mode's
-    #[arg(long, value_enum, help_heading = "One stage away from the mode (flights from raw samples)")]
+    #[arg(
+        long,
+        value_enum,
+        help_heading = "One stage away from the mode (flights from raw samples)"
+    )]
     link_state: Option<LinkStateChoice>,
     /// Localization, if not the mode's
     #[arg(
