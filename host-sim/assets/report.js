@@ -73,8 +73,8 @@
     const out = [];
     for (let i = 3; i < p.length; i += 3) {
       const d = Math.hypot(p[i] - p[i - 3], p[i + 1] - p[i - 2], p[i + 2] - p[i - 1]) * half;
-      // Path lists jump: no line across more than 20 m.
-      if (d < 2000) out.push(p[i - 3], p[i - 2], p[i - 1], p[i], p[i + 1], p[i + 2]);
+      // Path lists jump: no line across more than 6 m.
+      if (d < 600) out.push(p[i - 3], p[i - 2], p[i - 1], p[i], p[i + 1], p[i + 2]);
     }
     return out;
   };

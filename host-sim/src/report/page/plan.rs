@@ -13,7 +13,7 @@ const MARGIN: f64 = 14.0;
 /// Faces that look up and lie this high above the lowest one are roofs, m.
 const ROOF_M: f64 = 0.5;
 /// A trajectory is not drawn across jumps faster than this, m/s: path lists jump.
-const FASTEST_M_PER_S: f64 = 40.0;
+const FASTEST_M_PER_S: f64 = 12.0;
 
 /// From world to drawing.
 struct Projection {

@@ -43,6 +43,15 @@ fn row(cells: &[&str]) -> Vec<String> {
     cells.iter().map(|c| (*c).to_owned()).collect()
 }
 
+/// How many times faster; a path list is flown in no time.
+fn faster(times: f64) -> String {
+    if times > 1000.0 {
+        ">1000×".to_owned()
+    } else {
+        format!("{times:.1}×")
+    }
+}
+
 /// The big figures on top: name, value.
 pub(super) fn tiles(report: &Report) -> String {
     let (map, flown) = (&report.map, &report.trajectory);
@@ -77,7 +86,7 @@ pub(super) fn tiles(report: &Report) -> String {
             report.clock.rmse_ns.map(|v| format!("{v:.2} ns")),
         ),
         ("map points", Some(map.points.to_string())),
-        ("faster than real time", speed.map(|v| format!("{v:.1}×"))),
+        ("faster than real time", speed.map(faster)),
     ];
     let known = tiles.into_iter().filter_map(|(name, value)| Some((name, value?)));
     known
