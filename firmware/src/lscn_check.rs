@@ -1,12 +1,13 @@
-//! Check of the link state networks: links of all kinds, networks of the flown shapes with random weights, and digests of
-//! everything between a measured path and its probabilities. Equal digests of two kernels, or of two machines, mean equal
+//! Check of the link state networks: links of all kinds, the networks that fly and such with random weights, and digests
+//! of everything between a measured path and its probabilities. Equal digests of two kernels, or of two machines, mean equal
 //! bits.
 
 use cslam_core::geometry::{Direction, GeometryError, Matrix3, Position, World};
 use cslam_core::lscn::kernels::{Kernels, Native};
 use cslam_core::lscn::{
     Activations, Description, GEOMETRIC_INPUTS, GEOMETRIC_WITH_DEPARTURE_INPUTS, InferenceError, InputScale,
-    Kind, LinkGeometry, Model, Network, Outputs, Received, Rows, Shape, WriteError, paper_inputs, write,
+    Kind, LinkGeometry, Model, ModelError, Network, Outputs, Received, Rows, Shape, WriteError, models,
+    paper_inputs, write,
 };
 use cslam_core::path::{Departure, Path, diagonal_covariance};
 use cslam_core::reflection::Ends;
@@ -54,8 +55,8 @@ impl Which {
     /// Its topology.
     pub fn shape(self) -> Option<Shape> {
         match self {
-            Self::WithDeparture => Shape::new(Kind::Geometric, GEOMETRIC_WITH_DEPARTURE_INPUTS, &[64, 64, 3]),
-            Self::WithoutDeparture => Shape::new(Kind::Geometric, GEOMETRIC_INPUTS, &[64, 64, 3]),
+            Self::WithDeparture => Shape::new(Kind::Geometric, GEOMETRIC_WITH_DEPARTURE_INPUTS, &[48, 32, 3]),
+            Self::WithoutDeparture => Shape::new(Kind::Geometric, GEOMETRIC_INPUTS, &[48, 32, 3]),
             Self::Paper => Shape::new(Kind::Paper, PAPER_INPUTS, &[10, 50, 100, 3]),
         }
     }
@@ -210,6 +211,18 @@ impl<'m, K: Kernels> Networks<'m, K> {
             without_departure: Network::new(without_departure),
             paper: Network::new(paper),
         }
+    }
+
+    /// The networks that fly.
+    ///
+    /// # Errors
+    /// None in a sound build.
+    pub fn shipped() -> Result<Self, ModelError> {
+        Ok(Self::new([
+            models::geometric()?,
+            models::geometric_without_departure()?,
+            models::paper()?,
+        ]))
     }
 
     /// Digest of a link: bits of every path's features, and sums, logits and probabilities of each network.

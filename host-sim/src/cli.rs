@@ -27,6 +27,18 @@ enum Command {
     ///
     /// Times the work as a user gets it, everything included. Figures hold for this machine and its load only.
     Bench(commands::bench::Args),
+    /// Classify links and paths: line of sight, one reflection, or more
+    ///
+    /// The models that come with the program, exactly as they fly: integer networks over features of the measured paths.
+    /// A path is accepted for the map when one reflection is probable and its point passes the gates. A link without a path
+    /// is an outage, state 0. Where the file knows the orders, the summary compares with them.
+    Classify(commands::classify::Args),
+    /// Make a data set for the link-state classifier: ray-traced links as NumPy columns
+    ///
+    /// Every transmitter with every free point of a receiver grid, or a seeded sample of these links. The paper's
+    /// protocol is --scene outdoor --rate 1, once with --set train and once with --set validation: 28.8 and 14.4 million
+    /// links. Links hold the truth; measurement errors are drawn when a network is trained. docs/link-state.md
+    Dataset(commands::dataset::Args),
     /// Estimate the paths in recordings, with exactly the estimator that flies
     ///
     /// Every recording leads to one link of the paths format with beam, SNR and covariance of each path. Where the recording
@@ -43,6 +55,11 @@ enum Command {
     /// Prints the Allan deviation of gyroscope and accelerometer over averaging time, and white noise, bias instability
     /// and bias walk read off it beside the figures that the simulation was given.
     Imu(commands::imu::Args),
+    /// Quantise a float network: the int8 model file that flies
+    ///
+    /// Reads a network that `cslam train` or PyTorch wrote, sets the scales of its integers by calibration samples, writes the
+    /// model file, and says what the rounding costs, layer by layer and in accuracy.
+    Quantize(commands::quantize::Args),
     /// Record a flight: raw samples, IMU, magnetometer, beacons, timing, and the truth beside them
     ///
     /// Plans a flight through a scene and writes everything the receiver is given, with every error at its budget. The
@@ -67,6 +84,12 @@ enum Command {
     /// Line of sight and specular reflections, one link a line in the paths format, strongest path first, an empty list
     /// where nothing arrives. With --check, compares with a reference list instead.
     Trace(commands::trace::Args),
+    /// Train a link-state network on data sets
+    ///
+    /// Draws measurement errors, computes the flight code's features, trains, and scales the probabilities on the
+    /// validation sets. Writes a float model as safetensors, ready for quantisation, and the training curves. The same
+    /// seed gives the same weights, bit for bit, for any number of threads. docs/link-state.md
+    Train(commands::train::Args),
 }
 
 /// Runs the command line. Exit code 0 on success, 1 on an internal failure, 2 on bad input.
@@ -75,14 +98,18 @@ pub fn main() -> ExitCode {
     let result = match cli.command {
         Some(Command::Accuracy(args)) => commands::accuracy::run(&args),
         Some(Command::Bench(args)) => commands::bench::run(&args),
+        Some(Command::Classify(args)) => commands::classify::run(&args),
+        Some(Command::Dataset(args)) => commands::dataset::run(&args),
         Some(Command::Estimate(args)) => commands::estimate::run(&args),
         Some(Command::Imu(args)) => commands::imu::run(&args),
+        Some(Command::Quantize(args)) => commands::quantize::run(&args),
         Some(Command::Record(args)) => commands::record::run(&args),
         Some(Command::Replay(args)) => commands::replay::run(&args),
         Some(Command::Reproduce(args)) => commands::reproduce::run(&args),
         Some(Command::Solve(args)) => commands::solve::run(&args),
         Some(Command::Synth(args)) => commands::synth::run(&args),
         Some(Command::Trace(args)) => commands::trace::run(&args),
+        Some(Command::Train(args)) => commands::train::run(&args),
         Some(Command::Fly(args)) => commands::fly::run(&args),
         None => commands::fly::run(&commands::fly::Args::default()),
     };

@@ -69,6 +69,8 @@ fn the_networks_meet_their_budgets() {
 /// with its own portable form and would have ended with an error.)
 #[test]
 fn the_chip_computes_the_bits_of_the_host() {
+    let shipped = Networks::<Native>::shipped().expect("sound");
+    same_bits("link ", &shipped);
     let mut files = [const { ModelFile::EMPTY }; 3];
     let [a, b, c] = &mut files;
     let models = [
@@ -77,12 +79,16 @@ fn the_chip_computes_the_bits_of_the_host() {
         c.random(Which::Paper),
     ];
     let networks = Networks::<Native>::new(models.map(|model| model.expect("sound")));
-    let mut work = Activations::new();
-    let mut seen = 0;
-    for line in output().lines().filter(|line| line.starts_with("link ")) {
+    same_bits("random ", &networks);
+}
+
+/// The chip's lines of a set of networks against the host's digests.
+fn same_bits(name: &str, networks: &Networks<'_, Native>) {
+    let (mut work, mut seen) = (Activations::new(), 0);
+    for line in output().lines().filter(|line| line.starts_with(name)) {
         let link = Link::random(seen).expect("a link");
         let digest = networks.digest(&link, &mut work).expect("finite");
-        assert_eq!(line.trim(), format!("link {seen} {digest:016x}"));
+        assert_eq!(line.trim(), format!("{name}{seen} {digest:016x}"));
         seen += 1;
     }
     assert_eq!(seen, LINKS);

@@ -35,7 +35,8 @@ pub(crate) const BLOCK: usize = 32;
 
 /// Bytes of the record of a group of four rows over `quads` quads of inputs.
 pub(crate) const fn record_length(quads: usize) -> usize {
-    2 * ENDS + BLOCK * quads
+    // Saturating, so that whoever divides by it sees that it is not 0.
+    BLOCK.saturating_mul(quads).saturating_add(2 * ENDS)
 }
 
 /// The records of a layer on `input`: as many groups as there are records and places in `output`. Gives the sums of the

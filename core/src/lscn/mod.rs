@@ -14,6 +14,7 @@
 //! alone and its outputs are joined by the other inputs. Sources: paper.tex, section "Link State Classification Neural
 //! Network"; link-state.md; kernels.md section 4.
 
+mod accept;
 mod bounce;
 mod classifier;
 pub(crate) mod dense;
@@ -22,11 +23,13 @@ mod features;
 pub mod format;
 pub mod kernels;
 mod model;
+pub mod models;
 mod network;
 mod probability;
 mod shape;
 mod write;
 
+pub use accept::{AcceptGate, Acceptance};
 pub use classifier::{Classifier, ClassifyError, LinkState, PaperClassifier, WrongModel};
 pub use error::ModelError;
 pub use features::{

@@ -108,13 +108,16 @@ impl<'m> Model<'m> {
         let (text, content) = content
             .split_at_checked(names.next_multiple_of(4))
             .ok_or(ModelError::Shape)?;
+        // Split as bytes: the search for a character in a string has a panic in it.
+        let one_each = |text: &&[u8]| {
+            let mut names = text.split(|&byte| byte == b',');
+            names.clone().count() == self.shape.inputs() && names.all(|name| !name.is_empty())
+        };
         self.names = text
             .get(..names)
             .filter(|text| text.is_ascii())
+            .filter(one_each)
             .and_then(|text| core::str::from_utf8(text).ok())
-            .filter(|text| {
-                text.split(',').count() == self.shape.inputs() && text.split(',').all(|n| !n.is_empty())
-            })
             .ok_or(ModelError::Names)?;
         if !(self.temperature.is_finite() && self.temperature > 0.0) {
             return Err(ModelError::Temperature);

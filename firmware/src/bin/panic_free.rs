@@ -7,7 +7,8 @@
 //!
 //! A board's own image cannot pass, because its runtime and its log keep panics; what flies is checked here: ring,
 //! record, path, solver, map and packet encoder as [`Receiver::step`] puts them together, the packet decoder, path
-//! estimation from samples to paths in both modes, with its front end, and localization from samples and paths to the pose.
+//! estimation from samples to paths in both modes, with its front end, localization from samples and paths to the pose,
+//! and link states from a model file and measured paths to the gate into the map.
 #![no_std]
 #![no_main]
 
@@ -21,11 +22,12 @@ use cortex_m_rt::entry;
 use cslam_core::block::BeamBlock;
 use cslam_core::geometry::{Body, Complex, Direction, GeometryError, Matrix3, Rotation, World};
 use cslam_core::localization::{Localizer, LocalizerConfig};
+use cslam_core::lscn::{AcceptGate, Classifier, LinkGeometry, Model, PaperClassifier, Received};
 use cslam_core::ltd::{
     Correlator, Detector, Estimator, EstimatorConfig, Iq, PaperEstimator, PathEstimator, Workspace,
 };
 use cslam_core::path::Path;
-use cslam_core::reflection::Form;
+use cslam_core::reflection::{Ends, Form};
 use cslam_core::telemetry::Decoder;
 use cslam_core::waveform::{SAMPLES, Waveform};
 use cslam_firmware::front_end_check::{Block, CHANNELS, SUBSET};
@@ -105,6 +107,11 @@ fn main() -> ! {
             estimate(paper, block);
         }
     }
+    let path = black_box(None::<Received>);
+    let ends = black_box(None::<Ends>);
+    if let (Some(path), Some(ends)) = (path, ends) {
+        black_box(classify(black_box(&[0; 4096]), &ends, &black_box([path; 9])));
+    }
     loop {
         cortex_m::asm::nop();
     }
@@ -160,6 +167,23 @@ fn estimate<E: PathEstimator<CHANNELS, PATHS>>(estimator: &mut E, samples: &mut 
         exponent: black_box(0),
     }));
     black_box(estimator.finish());
+}
+
+/// Everything from a model file and the paths of a link to what may enter the map. Gives how many paths may.
+fn classify(file: &[u8], ends: &Ends, paths: &[Received]) -> Option<usize> {
+    let model = Model::parse(file).ok()?;
+    black_box(PaperClassifier::new(model).ok()?.link(paths).ok());
+    let classifier = Classifier::new(model, Model::parse(file).ok()?).ok()?;
+    let link = LinkGeometry::new(ends, paths).ok()?;
+    let gate = black_box(AcceptGate::default());
+    let accepted = paths.iter().filter(|received| {
+        let Ok(probabilities) = classifier.path(&link, received) else {
+            return false;
+        };
+        black_box(probabilities.state());
+        black_box(gate.judge(ends, &link, &received.path, &probabilities)).is_ok()
+    });
+    Some(accepted.count())
 }
 
 /// A path of the array, turned from body to world axes.

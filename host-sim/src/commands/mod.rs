@@ -2,12 +2,16 @@
 
 pub(crate) mod accuracy;
 pub(crate) mod bench;
+pub(crate) mod classify;
+pub(crate) mod dataset;
 pub(crate) mod estimate;
 pub(crate) mod fly;
 pub(crate) mod imu;
+pub(crate) mod quantize;
 pub(crate) mod record;
 pub(crate) mod replay;
 pub(crate) mod reproduce;
 pub(crate) mod solve;
 pub(crate) mod synth;
 pub(crate) mod trace;
+pub(crate) mod train;

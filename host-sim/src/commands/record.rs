@@ -15,7 +15,7 @@ use crate::world::{HeardSweep, World, WorldConfig};
 /// Arguments of `cslam record`.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
-    /// Scene: outdoor, indoor, street, outdoor_a, city:SEED, or a file (.json, .obj, .ply)
+    /// Scene: outdoor, indoor, street, outdoor_a, city:SEED, indoor:SEED, or a file (.json, .obj, .ply)
     #[arg(long, value_name = "NAME|FILE", default_value = "outdoor")]
     scene: String,
     /// Configuration (TOML: [flight], [sensors], [channel]); --print-config shows what it may hold

@@ -19,7 +19,7 @@ use crate::tracer::{
 /// Arguments of `cslam trace`.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
-    /// Scene: outdoor, indoor, street, outdoor_a, city:SEED, or a file (.json, .obj, .ply)
+    /// Scene: outdoor, indoor, street, outdoor_a, city:SEED, indoor:SEED, or a file (.json, .obj, .ply)
     #[arg(long, value_name = "NAME|FILE")]
     scene: String,
     /// Transmitters: one point, or a file with x,y,z a line (m)

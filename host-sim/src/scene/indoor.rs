@@ -1,4 +1,5 @@
-//! A floor of an office: 30 x 20 x 4 m, six rooms off a corridor, doors with lintels, boxes as furniture.
+//! Floors of an office: 30 x 20 x 4 m, six rooms off a corridor, doors with lintels, boxes as furniture. Seeded ones
+//! differ in rooms, doors and furniture.
 
 use core::f64::consts::PI;
 
@@ -8,7 +9,12 @@ use rand_chacha::ChaCha8Rng;
 use super::prism::{Prism, face, placed, rectangle};
 use super::{Bounds, DEFAULT_FREQUENCY_HZ, Material, RawFace, Scene, SceneError};
 
+/// Seed of the built-in `indoor`.
 const SEED: u64 = 5;
+/// Stream of the seed that moves the walls between rooms; doors and furniture are drawn from stream 0.
+const WALLS_STREAM: u64 = 1;
+/// Seeded floors have these walls moved by up to this much, m.
+const WALL_SHIFT_M: f64 = 1.2;
 const SIZE_M: [f64; 3] = [30.0, 20.0, 4.0];
 const HALF_WALL_M: f64 = 0.075;
 const DOOR_HEIGHT_M: f64 = 2.2;
@@ -19,8 +25,21 @@ const CORRIDOR_M: [f64; 2] = [8.5, 11.5];
 const PARTITIONS_M: [[f64; 2]; 2] = [[9.0, 19.5], [11.0, 21.0]];
 const BOXES_PER_ROOM: usize = 2;
 
+/// The floor that is built in.
 pub(super) fn indoor() -> Result<Scene, SceneError> {
-    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    office("indoor", SEED, PARTITIONS_M)
+}
+
+/// The floor of a seed. The same seed gives the same floor on every machine.
+pub(super) fn seeded(name: &str, seed: u64) -> Result<Scene, SceneError> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(WALLS_STREAM);
+    let moved = PARTITIONS_M.map(|side| side.map(|x| x + rng.random_range(-WALL_SHIFT_M..WALL_SHIFT_M)));
+    office(name, seed, moved)
+}
+
+fn office(name: &str, seed: u64, partitions_m: [[f64; 2]; 2]) -> Result<Scene, SceneError> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut faces = shell();
     let mut object = 0;
     let mut add = |prism: Prism, with_floor: bool| {
@@ -29,7 +48,7 @@ pub(super) fn indoor() -> Result<Scene, SceneError> {
     };
     for side in 0..2 {
         let y = CORRIDOR_M[side];
-        let [first, second] = PARTITIONS_M[side];
+        let [first, second] = partitions_m[side];
         let rooms = [[0.0, first], [first, second], [second, SIZE_M[0]]];
         // The corridor wall runs from door to door; a lintel closes it above each.
         let mut from = 0.0;
@@ -76,13 +95,7 @@ pub(super) fn indoor() -> Result<Scene, SceneError> {
         min_m: [0.0; 3],
         max_m: SIZE_M,
     };
-    Scene::new(
-        "indoor",
-        Material::PAPER,
-        DEFAULT_FREQUENCY_HZ,
-        Some(bounds),
-        faces,
-    )
+    Scene::new(name, Material::PAPER, DEFAULT_FREQUENCY_HZ, Some(bounds), faces)
 }
 
 /// Floor, ceiling and the four outer walls, facing inwards.

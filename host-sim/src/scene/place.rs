@@ -5,14 +5,14 @@ use std::path::Path;
 use super::{Scene, SceneError, city, indoor, json, obj, ply, street};
 use crate::input::InputError;
 
-/// Names that need no file; `city:SEED` is one more for every seed.
+/// Names that need no file; `city:SEED` and `indoor:SEED` are two more for every seed.
 pub const BUILT_IN_NAMES: [&str; 4] = ["outdoor", "indoor", "street", "outdoor_a"];
 
 /// The scene of the reference path lists, built in as `outdoor_a`.
 pub const REFERENCE_SCENE_JSON: &str = include_str!("../../fixtures/outdoor_a_scene.json");
 
 impl Scene {
-    /// A scene by what stands after `--scene`: a built-in name, `city:SEED`, or a file ending in `.json`, `.obj` or
+    /// A scene by what stands after `--scene`: a built-in name, `city:SEED`, `indoor:SEED`, or a file ending in `.json`, `.obj` or
     /// `.ply` (`.json.gz` and `.obj.gz` too).
     ///
     /// # Errors
@@ -26,11 +26,16 @@ impl Scene {
 
     /// A built-in scene or a seeded city; `None` when the name is neither.
     fn built_in(name: &str) -> Option<Result<Self, InputError>> {
-        if let Some(seed) = name.strip_prefix("city:") {
+        if let Some((kind @ ("city" | "indoor"), seed)) = name.split_once(':') {
+            let make = if kind == "city" {
+                city::city
+            } else {
+                indoor::seeded
+            };
             return Some(match seed.parse::<u64>() {
-                Ok(seed) => generated(name, city::city(name, seed)),
+                Ok(seed) => generated(name, make(name, seed)),
                 Err(_) => Err(InputError::new(format!(
-                    "scene {name}: expected city:SEED with a whole number from 0"
+                    "scene {name}: expected {kind}:SEED with a whole number from 0"
                 ))),
             });
         }
@@ -62,7 +67,7 @@ impl Scene {
             Some("obj") => obj::read(file),
             Some("ply") => ply::read(file),
             _ => Err(InputError::new(format!(
-                "scene {}: expected one of {}, city:SEED, or a file ending in .json, .obj or .ply",
+                "scene {}: expected one of {}, city:SEED, indoor:SEED, or a file ending in .json, .obj or .ply",
                 file.display(),
                 BUILT_IN_NAMES.join(", ")
             ))),

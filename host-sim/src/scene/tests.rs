@@ -217,6 +217,36 @@ fn built_in_rooms_are_open_to_each_other_by_doors_only() {
 }
 
 #[test]
+fn every_seed_gives_a_valid_floor_of_its_own_with_all_its_solids_apart() {
+    for seed in 0..100 {
+        let scene = Scene::load(&format!("indoor:{seed}")).unwrap();
+        let other = Scene::load(&format!("indoor:{}", seed + 1)).unwrap();
+        let vertices =
+            |scene: &Scene| -> Vec<Vec3> { scene.faces().iter().flat_map(Face::vertices).copied().collect() };
+        assert_ne!(vertices(&scene), vertices(&other), "seed {seed}");
+        let stray = vertices(&scene)
+            .into_iter()
+            .find(|v| !scene.bounds().contains((*v).into()));
+        assert_eq!(stray, None, "seed {seed}");
+        // Furniture, the solids lower than the ceiling, stands in a room: nothing of it in a wall.
+        let mut furniture: Vec<&Face> = scene.faces().iter().collect();
+        furniture.retain(|f| f.vertices().iter().all(|v| v.z < 2.1) && f.object() != 0);
+        let mut corners = furniture.iter().flat_map(|f| f.vertices()).filter(|v| v.z > 0.5);
+        let buried = corners.find(|v| {
+            let out = **v + Vec3::z() * 0.05;
+            scene.inside_solid(out.into())
+        });
+        assert_eq!(buried, None, "seed {seed}");
+    }
+    assert!(
+        Scene::load("indoor:-1")
+            .unwrap_err()
+            .to_string()
+            .contains("expected indoor:SEED")
+    );
+}
+
+#[test]
 fn faults_name_the_face_and_the_reason() {
     let good = quad([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]);
     let bad = [
@@ -374,7 +404,7 @@ fn an_unknown_scene_is_told_what_there_is() {
     let error = Scene::load("nowhere").unwrap_err().to_string();
     assert_eq!(
         error,
-        "scene nowhere: expected one of outdoor, indoor, street, outdoor_a, city:SEED, or a file ending in .json, .obj or .ply"
+        "scene nowhere: expected one of outdoor, indoor, street, outdoor_a, city:SEED, indoor:SEED, or a file ending in .json, .obj or .ply"
     );
     assert!(
         Scene::load("city:x")

@@ -7,7 +7,7 @@ use super::beam::{Clipper, Plane, hidden, push_sides};
 use super::field;
 use super::{LEAST_DISTANCE_M, MAX_ORDER, TracedPath, Tracer};
 use crate::paths::Link;
-use crate::scene::{Scene, Vec3};
+use crate::scene::{Material, Scene, Vec3};
 
 /// Points must be at least this far in front of a face to be reflected by it, m.
 const IN_FRONT_M: f64 = 1e-9;
@@ -171,15 +171,21 @@ impl<'t> ImageTree<'t> {
 
     /// All paths to a receiver, strongest first; of equal strength, by order and faces.
     pub fn trace(&self, rx_m: [f64; 3]) -> Vec<TracedPath> {
+        self.trace_with(rx_m, self.scene.material())
+    }
+
+    /// The same as [`Self::trace`], with another material on every face than the scene's. Which paths exist does not
+    /// depend on it, only their strength does.
+    pub fn trace_with(&self, rx_m: [f64; 3], material: &Material) -> Vec<TracedPath> {
         let rx = Vec3::from(rx_m);
         let mut paths = Vec::new();
         if (rx - self.tx).norm() >= LEAST_DISTANCE_M && !self.scene.blocked(self.tx.into(), rx_m) {
-            paths.push(self.path(&[], &[], &rx));
+            paths.push(self.path(&[], &[], &rx, material));
         }
         for face in self.by_face.iter().filter(|face| face.front.admits(&rx)) {
             for &image in &face.images {
                 if self.sides_of(image as usize).iter().all(|side| side.admits(&rx)) {
-                    paths.extend(self.reflect(image, &rx));
+                    paths.extend(self.reflect(image, &rx, material));
                 }
             }
         }
@@ -206,7 +212,7 @@ impl<'t> ImageTree<'t> {
     }
 
     /// The path from an image, if its reflection points exist and every leg is clear.
-    fn reflect(&self, image: u32, rx: &Vec3) -> Option<TracedPath> {
+    fn reflect(&self, image: u32, rx: &Vec3, material: &Material) -> Option<TracedPath> {
         let faces = self.scene.faces();
         // From the receiver back to the transmitter.
         let mut chain = [0_u32; MAX_ORDER];
@@ -235,7 +241,7 @@ impl<'t> ImageTree<'t> {
         }
         chain[..order].reverse();
         points[..order].reverse();
-        Some(self.path(&chain[..order], &points[..order], rx))
+        Some(self.path(&chain[..order], &points[..order], rx, material))
     }
 
     /// Whether all legs are free, from the receiver back to the transmitter.
@@ -266,7 +272,7 @@ impl<'t> ImageTree<'t> {
         true
     }
 
-    fn path(&self, faces: &[u32], vertices: &[Vec3], rx: &Vec3) -> TracedPath {
+    fn path(&self, faces: &[u32], vertices: &[Vec3], rx: &Vec3, material: &Material) -> TracedPath {
         let order = faces.len();
         let mut points = [*rx; MAX_ORDER + 2];
         points[0] = self.tx;
@@ -284,7 +290,13 @@ impl<'t> ImageTree<'t> {
             length_m,
             departure_rad: zenith_azimuth(&(points[1] - points[0])),
             arrival_rad: zenith_azimuth(&(points[order] - points[order + 1])),
-            gain: field::gain(self.scene, points, &normals[..order], length_m),
+            gain: field::gain(
+                material,
+                self.scene.frequency_hz(),
+                points,
+                &normals[..order],
+                length_m,
+            ),
         };
         path.faces[..order].copy_from_slice(faces);
         for (place, vertex) in path.vertices.iter_mut().zip(vertices) {

@@ -17,9 +17,9 @@ const PARAMETERS: FcParams = FcParams {
 /// Counts its layers of both networks.
 pub(super) fn count() {
     for (inputs, outputs, name) in [
-        (17, 64, "embedded-nn 0.2.3, 17x64"),
-        (64, 64, "embedded-nn 0.2.3, 64x64"),
-        (64, 3, "embedded-nn 0.2.3, 64x3"),
+        (19, 48, "embedded-nn 0.2.3, 19x48"),
+        (48, 32, "embedded-nn 0.2.3, 48x32"),
+        (32, 3, "embedded-nn 0.2.3, 32x3"),
         (3, 10, "embedded-nn 0.2.3, 3x10"),
         (34, 50, "embedded-nn 0.2.3, 34x50"),
         (50, 100, "embedded-nn 0.2.3, 50x100"),

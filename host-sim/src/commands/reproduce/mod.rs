@@ -2,6 +2,7 @@
 
 mod bsm;
 mod localization;
+mod lscn;
 
 use clap::Subcommand;
 
@@ -25,11 +26,18 @@ enum What {
     /// Flights through a traced scene. Path errors come from the calibration errors of both ends' arrays; inertial samples,
     /// clock, two-way timing and beacons from the sensor models. docs/localization.md holds the tables.
     Localization(localization::Args),
+    /// Link state: the paper's network against K, ours on scenes it has not seen, precision of the map
+    ///
+    /// Trains the paper's network for K = 1, 3, 5, 9 and 15 on the paper's protocol, and scores the models that come with
+    /// the program on links that they have not seen. Takes about ten minutes of processor time, all of it for the paper's
+    /// networks. docs/link-state.md holds the tables.
+    Lscn(lscn::Args),
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     match &args.what {
         What::Bsm(args) => bsm::run(args),
         What::Localization(args) => localization::run(args),
+        What::Lscn(args) => lscn::run(args),
     }
 }

@@ -1,0 +1,49 @@
+#!/bin/sh
+# From ray-traced links to the models that fly: data sets, training, quantisation. One run, from the root of the
+# repository:
+#
+#     sh host-sim/models/make.sh [WORK]
+#
+# Data sets go to WORK (default out/lscn, 250 MB), float models and training curves to host-sim/models, model files to
+# core/models. Every step is seeded: the same bytes on every machine and for every number of threads.
+set -eu
+work=${1:-out/lscn}
+cargo build --release -p cslam-host-sim
+cslam=${CARGO_TARGET_DIR:-target}/release/cslam
+links() { # scene, set, rate, further options
+    scene=$1 set=$2 rate=$3
+    shift 3
+    "$cslam" dataset --scene "$scene" --set "$set" --rate "$rate" --out "$work/$set-$scene$material" "$@"
+}
+
+# Geometric networks: a permittivity of its own for every link; many cities and floors, so that none is learnt by heart.
+material=
+links outdoor train 0.03 --permittivity 2,20
+links outdoor validation 0.006 --permittivity 2,20
+for city in 101 102 103 104 105 106; do
+    links "city:$city" train 0.006 --permittivity 2,20
+done
+for floor in 1 2 3 4 5 6; do
+    links "indoor:$floor" train 0.35 --permittivity 2,20
+    links "indoor:$floor" validation 0.05 --permittivity 2,20
+done
+for aod in "" "-without-departure"; do
+    "$cslam" train --kind geometric ${aod:+--no-aod} --seed 1 \
+        --train "$work"/train-outdoor "$work"/train-city:* "$work"/train-indoor:* \
+        --validation "$work"/validation-outdoor "$work"/validation-indoor:* \
+        --out "host-sim/models/geometric$aod.safetensors"
+done
+
+# The paper's network in the paper's world: one scene, one material.
+material=-paper
+links outdoor train 0.09
+links outdoor validation 0.01
+"$cslam" train --kind paper --k 9 --seed 1 \
+    --train "$work/train-outdoor-paper" --validation "$work/validation-outdoor-paper" \
+    --out host-sim/models/paper-k9.safetensors
+
+for model in geometric geometric-without-departure paper-k9; do
+    data=$work/validation-outdoor
+    [ $model = paper-k9 ] && data=$work/validation-outdoor-paper
+    "$cslam" quantize "host-sim/models/$model.safetensors" --calibration "$data" --out "core/models/$model.lscn"
+done

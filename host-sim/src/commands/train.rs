@@ -1,0 +1,228 @@
+//! `cslam train`: from a data set to a float model.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::ValueEnum;
+use serde::Serialize;
+
+use crate::input::InputError;
+use crate::lscn::calibration::{self, CalibrationError, most_likely};
+use crate::lscn::curves;
+use crate::lscn::dataset;
+use crate::lscn::errors::Errors;
+use crate::lscn::float_model::{FloatModel, MAX_K};
+use crate::lscn::links::Links;
+use crate::lscn::samples::{Samples, Task};
+use crate::lscn::training::{self, Epoch, Settings};
+use crate::progress;
+
+/// Arguments of `cslam train`.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Which network
+    #[arg(long, value_enum, default_value_t = KindName::Geometric)]
+    kind: KindName,
+    /// Number of strongest paths that the paper's network looks at
+    #[arg(long, value_name = "K", default_value_t = 9,
+          value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=MAX_K as u64))]
+    k: usize,
+    /// Train the geometric network that does without angles of departure
+    #[arg(long)]
+    no_aod: bool,
+    /// Data sets to train on
+    #[arg(long, value_name = "DIR", num_args = 1.., required = true)]
+    train: Vec<PathBuf>,
+    /// Data sets that decide when to stop, and the temperature
+    #[arg(long, value_name = "DIR", num_args = 1.., required = true)]
+    validation: Vec<PathBuf>,
+    /// Hidden layers, such as 32,32; the paper's are 10,50,100
+    #[arg(long, value_name = "N,N", value_delimiter = ',', num_args = 1)]
+    hidden: Option<Vec<usize>>,
+    /// Most epochs
+    #[arg(long, value_name = "N")]
+    epochs: Option<usize>,
+    /// Epochs without progress before training stops
+    #[arg(long, value_name = "N")]
+    patience: Option<usize>,
+    /// Times that each training link is measured, each time with errors of its own
+    #[arg(long, value_name = "N", default_value_t = 1,
+          value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=64))]
+    draws: usize,
+    /// Share of training links whose gains are not known, so that the network can do without
+    #[arg(long, value_name = "SHARE", default_value_t = 0.1)]
+    gain_unknown: f64,
+    /// Seed of measurement errors, initial weights and the order of samples
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Threads; all processors when absent. The result does not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Model file to write (.safetensors); the training curves go beside it (.svg)
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum KindName {
+    /// Geometric features, every path
+    Geometric,
+    /// The paper's: delay and direction of the K strongest paths, state of the link
+    Paper,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    training_samples: usize,
+    validation_samples: usize,
+    validation_accuracy: f64,
+    validation_link_accuracy: f64,
+    temperature: f32,
+    expected_calibration_error: f64,
+    elapsed_s: f64,
+    epochs: &'a [Epoch],
+}
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
+    let threads = args.threads.map_or(0, usize::from);
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()?
+        .install(|| train(args))
+}
+
+fn train(args: &Args) -> anyhow::Result<()> {
+    let start = Instant::now();
+    let task = match args.kind {
+        KindName::Paper => Task::Paper { k: args.k },
+        KindName::Geometric => Task::Geometric {
+            departure: !args.no_aod,
+        },
+    };
+    let settings = settings(args, task)?;
+    let read = |places: &[PathBuf]| -> Result<Vec<Links>, InputError> {
+        places
+            .iter()
+            .map(|place| dataset::read(place).map(|(_, links)| links))
+            .collect()
+    };
+    let errors = Errors {
+        gain_unknown: args.gain_unknown,
+        ..Errors::default()
+    };
+    let training = Samples::of(&read(&args.train)?, task, &errors, args.seed, args.draws);
+    // Other errors than those that were trained on, and every gain known.
+    let validation = Samples::of(&read(&args.validation)?, task, &Errors::default(), !args.seed, 1);
+    let bar = progress::bar(settings.epochs as u64, "epochs");
+    let trained = training::train(task, &training, &validation, &settings, |epoch, _| {
+        bar.inc(1);
+        bar.set_message(format!("validation {:.4}", epoch.validation_accuracy));
+        true
+    })
+    .map_err(InputError::new)?;
+    bar.finish_and_clear();
+    let logits = training::logits_of(&trained.model, &validation);
+    let temperature = calibration::temperature(&logits, &validation.states);
+    let model = trained
+        .model
+        .with_temperature(temperature)
+        .map_err(InputError::new)?;
+    write(args, &model, &trained.curve)?;
+    let classified = || {
+        logits
+            .iter()
+            .zip(&validation.states)
+            .map(|(l, s)| most_likely(l) == *s)
+    };
+    let share = |right: usize, all: usize| right as f64 / all.max(1) as f64;
+    let links = validation.strongest.iter().filter(|s| **s).count();
+    let links_right = classified()
+        .zip(&validation.strongest)
+        .filter(|(right, strongest)| *right && **strongest);
+    let report = Report {
+        training_samples: training.len(),
+        validation_samples: validation.len(),
+        validation_accuracy: share(classified().filter(|r| *r).count(), validation.len()),
+        validation_link_accuracy: share(links_right.count(), links),
+        temperature,
+        expected_calibration_error: CalibrationError::of(&logits, &validation.states, temperature).value(),
+        elapsed_s: start.elapsed().as_secs_f64(),
+        epochs: &trained.curve,
+    };
+    print(args, &report)
+}
+
+fn settings(args: &Args, task: Task) -> Result<Settings, InputError> {
+    let mut settings = Settings {
+        seed: args.seed,
+        ..Settings::of(task)
+    };
+    if let Some(hidden) = &args.hidden {
+        if hidden.is_empty() || hidden.len() > 3 || hidden.iter().any(|n| !(1..=128).contains(n)) {
+            return Err(InputError::new(
+                "--hidden: expected one to three widths of 1 to 128, such as 32,32",
+            ));
+        }
+        settings.hidden.clone_from(hidden);
+    }
+    if !(0.0..=1.0).contains(&args.gain_unknown) {
+        return Err(InputError::new(format!(
+            "--gain-unknown: expected 0 to 1, not {}",
+            args.gain_unknown
+        )));
+    }
+    settings.epochs = args.epochs.unwrap_or(settings.epochs).max(1);
+    settings.patience = args.patience.unwrap_or(settings.patience).max(1);
+    Ok(settings)
+}
+
+fn write(args: &Args, model: &FloatModel, curve: &[Epoch]) -> anyhow::Result<()> {
+    let put = |file: &Path, bytes: &[u8]| {
+        std::fs::write(file, bytes).map_err(|e| InputError::in_file(file, format!("cannot be written: {e}")))
+    };
+    if let Some(parent) = args.out.parent().filter(|p| !p.as_os_str().is_empty()) {
+        std::fs::create_dir_all(parent)
+            .map_err(|e| InputError::in_file(parent, format!("cannot be made: {e}")))?;
+    }
+    put(&args.out, &model.to_bytes())?;
+    let title = match args.kind {
+        KindName::Paper => format!("the paper's network, K = {}", args.k),
+        KindName::Geometric if args.no_aod => "geometric network without angle of departure".into(),
+        KindName::Geometric => "geometric network with angle of departure".into(),
+    };
+    put(
+        &args.out.with_extension("svg"),
+        curves::svg(&title, curve)?.as_bytes(),
+    )?;
+    Ok(())
+}
+
+fn print(args: &Args, report: &Report<'_>) -> anyhow::Result<()> {
+    let mut out = std::io::stdout().lock();
+    if args.json {
+        writeln!(out, "{}", serde_json::to_string(report)?)?;
+        return Ok(());
+    }
+    writeln!(
+        out,
+        "{} samples to train on, {} to validate; {} epochs in {:.0} s",
+        report.training_samples,
+        report.validation_samples,
+        report.epochs.len(),
+        report.elapsed_s
+    )?;
+    writeln!(
+        out,
+        "validation: link state {:.4}, all samples {:.4}; temperature {:.3}, calibration error {:.4}",
+        report.validation_link_accuracy,
+        report.validation_accuracy,
+        report.temperature,
+        report.expected_calibration_error
+    )?;
+    writeln!(out, "written {} and .svg", args.out.display())?;
+    Ok(())
+}

@@ -1,0 +1,428 @@
+//! The trainer: Adam on the cross entropy, small, and the same bits on every machine.
+//!
+//! A batch of 1000 is eight sub-batches of 125 whose gradients are computed on any threads and added in a fixed order. All
+//! functions are `libm`'s, all random numbers ChaCha8's, so the weights depend on the samples, the settings and the seed
+//! only. Training stops when the validation loss has not fallen for some epochs; the weights of the best epoch are kept.
+
+mod network;
+
+pub(crate) use network::Network;
+
+use network::{SUB_BATCH, Workspace};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::float_model::{FloatModel, STATES};
+use super::samples::{Samples, Task};
+use crate::random::Stream;
+
+/// Samples of a batch.
+pub const BATCH: usize = 1000;
+
+/// Hidden layers of the paper's network; the first one sees the strongest path alone.
+pub const PAPER_HIDDEN: [usize; 3] = [10, 50, 100];
+
+/// Hidden layers of the geometric networks: nine paths within the receiver's budget.
+pub const GEOMETRIC_HIDDEN: [usize; 2] = [48, 32];
+
+/// How to train.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Widths of the hidden layers.
+    pub hidden: Vec<usize>,
+    /// Most epochs.
+    pub epochs: usize,
+    /// Epochs without a lower validation loss before training ends.
+    pub patience: usize,
+    /// Adam's step size at the start.
+    pub learning_rate: f32,
+    /// Whether the step size falls to 0 along half a cosine over the epochs; constant otherwise.
+    pub cosine: bool,
+    /// Seed of initial weights and of the order of samples.
+    pub seed: u64,
+}
+
+impl Settings {
+    /// The paper's for its network, ours for the geometric ones.
+    pub fn of(task: Task) -> Self {
+        let paper = matches!(task, Task::Paper { .. });
+        Self {
+            hidden: if paper {
+                PAPER_HIDDEN.to_vec()
+            } else {
+                GEOMETRIC_HIDDEN.to_vec()
+            },
+            epochs: if paper { 20 } else { 16 },
+            patience: 4,
+            learning_rate: 1e-3,
+            cosine: !paper,
+            seed: 1,
+        }
+    }
+}
+
+/// An epoch as the curves show it. Accuracies are over all samples.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Epoch {
+    /// Number, from 1.
+    pub epoch: usize,
+    /// Mean cross entropy of the training samples as they went by, nat.
+    pub training_loss: f64,
+    /// Share of training samples that were classified rightly as they went by.
+    pub training_accuracy: f64,
+    /// Mean cross entropy on the validation samples after the epoch, nat.
+    pub validation_loss: f64,
+    /// Accuracy on the validation samples after the epoch.
+    pub validation_accuracy: f64,
+}
+
+/// A trained model and how it came to be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trained {
+    /// The model of the best epoch, temperature 1.
+    pub model: FloatModel,
+    /// All epochs.
+    pub curve: Vec<Epoch>,
+}
+
+const BETA_1: f32 = 0.9;
+const BETA_2: f32 = 0.999;
+const EPSILON: f32 = 1e-8;
+
+/// Adam's moments.
+struct Adam {
+    first: Vec<f32>,
+    second: Vec<f32>,
+    powers: [f32; 2],
+}
+
+impl Adam {
+    fn new(parameters: usize) -> Self {
+        Self {
+            first: vec![0.0; parameters],
+            second: vec![0.0; parameters],
+            powers: [1.0; 2],
+        }
+    }
+
+    fn step(&mut self, parameters: &mut [f32], gradient: &[f32], rate: f32) {
+        self.powers[0] *= BETA_1;
+        self.powers[1] *= BETA_2;
+        let (c1, c2) = (1.0 - self.powers[0], 1.0 - self.powers[1]);
+        let moments = self.first.iter_mut().zip(&mut self.second);
+        for ((p, g), (m, v)) in parameters.iter_mut().zip(gradient).zip(moments) {
+            *m = BETA_1 * *m + (1.0 - BETA_1) * g;
+            *v = BETA_2 * *v + (1.0 - BETA_2) * g * g;
+            *p -= rate * (*m / c1) / ((*v / c2).sqrt() + EPSILON);
+        }
+    }
+}
+
+/// Samples whose inputs have been normalised.
+struct Ready<'a> {
+    rows: Vec<f32>,
+    states: &'a [u8],
+    width: usize,
+}
+
+impl<'a> Ready<'a> {
+    fn new(samples: &'a Samples, offset: &[f32], scale: &[f32]) -> Self {
+        let mut rows = samples.inputs.clone();
+        rows.par_chunks_mut(samples.width).for_each(|row| {
+            for (x, (offset, scale)) in row.iter_mut().zip(offset.iter().zip(scale)) {
+                *x = ((*x - offset) * scale).clamp(-1.0, 1.0);
+            }
+        });
+        Self {
+            rows,
+            states: &samples.states,
+            width: samples.width,
+        }
+    }
+
+    fn row(&self, sample: usize) -> &[f32] {
+        &self.rows[sample * self.width..][..self.width]
+    }
+}
+
+/// Trains a network. `progress` hears of every epoch and says whether to go on.
+///
+/// # Errors
+/// In words, when there are no samples or the network comes out with a number that is none.
+pub fn train(
+    task: Task,
+    training: &Samples,
+    validation: &Samples,
+    settings: &Settings,
+    mut progress: impl FnMut(&Epoch, f64) -> bool,
+) -> Result<Trained, String> {
+    if training.is_empty() || validation.is_empty() {
+        return Err("expected training and validation links with paths, found none".into());
+    }
+    let (offset, scale) = training.range();
+    let mut network = Network::new(task.kind(), task.inputs(), &settings.hidden);
+    let mut stream = Stream::new(settings.seed, 0);
+    network.initialise(|| stream.uniform());
+    let of = |network: &Network| {
+        FloatModel::new(
+            task.kind(),
+            task.names(),
+            offset.clone(),
+            scale.clone(),
+            1.0,
+            network.layers(),
+        )
+    };
+    let ready = Ready::new(training, &offset, &scale);
+    let mut adam = Adam::new(network.parameters.len());
+    let mut workspaces: Vec<Sub> = (0..BATCH / SUB_BATCH).map(|_| Sub::new(&network)).collect();
+    let mut order: Vec<u32> = (0..training.len() as u32).collect();
+    let (mut best, mut best_loss, mut since) = (network.clone(), f64::INFINITY, 0);
+    let mut curve = Vec::new();
+    for epoch in 1..=settings.epochs {
+        shuffle(&mut order, &mut Stream::new(settings.seed, epoch as u64));
+        let rate = settings.rate(epoch - 1);
+        let (mut loss, mut right) = (0.0, 0);
+        for batch in order.chunks(BATCH) {
+            let (l, r) = step(&mut network, &mut adam, &ready, batch, &mut workspaces, rate);
+            loss += l;
+            right += r;
+        }
+        let logits = logits_of(&of(&network)?, validation);
+        let (validation_loss, validation_accuracy) = loss_and_accuracy(&logits, &validation.states);
+        let n = training.len() as f64;
+        curve.push(Epoch {
+            epoch,
+            training_loss: loss / n,
+            training_accuracy: right as f64 / n,
+            validation_loss,
+            validation_accuracy,
+        });
+        since += 1;
+        if validation_loss < best_loss {
+            (best, best_loss, since) = (network.clone(), validation_loss, 0);
+        }
+        let go_on = curve.last().is_none_or(|epoch| progress(epoch, best_loss));
+        if since >= settings.patience || !go_on {
+            break;
+        }
+    }
+    Ok(Trained {
+        model: of(&best)?,
+        curve,
+    })
+}
+
+impl Settings {
+    fn rate(&self, epoch: usize) -> f32 {
+        if self.cosine {
+            let turn = core::f32::consts::PI * epoch as f32 / self.epochs.max(1) as f32;
+            self.learning_rate * 0.5 * (1.0 + libm::cosf(turn))
+        } else {
+            self.learning_rate
+        }
+    }
+}
+
+/// A sub-batch on its way.
+struct Sub {
+    rows: Vec<f32>,
+    states: Vec<u8>,
+    pass: Workspace,
+}
+
+impl Sub {
+    fn new(network: &Network) -> Self {
+        Self {
+            rows: Vec::new(),
+            states: Vec::new(),
+            pass: network.workspace(),
+        }
+    }
+}
+
+/// One step of Adam. Returns the sum of losses and the number of right answers.
+fn step(
+    network: &mut Network,
+    adam: &mut Adam,
+    ready: &Ready<'_>,
+    batch: &[u32],
+    subs: &mut [Sub],
+    rate: f32,
+) -> (f64, usize) {
+    let transposed = network.transposed();
+    let shared: &Network = network;
+    let used = batch.len().div_ceil(SUB_BATCH);
+    subs[..used]
+        .par_iter_mut()
+        .zip(batch.par_chunks(SUB_BATCH))
+        .for_each(|(sub, chosen)| {
+            sub.rows.clear();
+            sub.states.clear();
+            for &sample in chosen {
+                sub.rows.extend_from_slice(ready.row(sample as usize));
+                sub.states.push(ready.states[sample as usize]);
+            }
+            shared.backward(&transposed, &sub.rows, &sub.states, &mut sub.pass);
+        });
+    let (first, others) = subs[..used].split_at_mut(1);
+    let sum = &mut first[0].pass;
+    for sub in others {
+        sum.gradient
+            .iter_mut()
+            .zip(&sub.pass.gradient)
+            .for_each(|(sum, g)| *sum += g);
+        sum.loss += sub.pass.loss;
+        sum.right += sub.pass.right;
+    }
+    let mean = 1.0 / batch.len() as f32;
+    sum.gradient.iter_mut().for_each(|g| *g *= mean);
+    adam.step(&mut network.parameters, &sum.gradient, rate);
+    (sum.loss, sum.right)
+}
+
+/// Fisher and Yates.
+fn shuffle(order: &mut [u32], stream: &mut Stream) {
+    for last in (1..order.len()).rev() {
+        let other = (stream.uniform() * (last + 1) as f64) as usize;
+        order.swap(last, other.min(last));
+    }
+}
+
+/// Logits of a float model for all samples, in order.
+pub fn logits_of(model: &FloatModel, samples: &Samples) -> Vec<[f32; STATES]> {
+    let network = Network::of(model);
+    let transposed = network.transposed();
+    let ready = Ready::new(samples, model.input_offset(), model.input_scale());
+    let parts: Vec<Vec<[f32; STATES]>> = ready
+        .rows
+        .par_chunks(SUB_BATCH * samples.width)
+        .map_init(
+            || network.workspace(),
+            |workspace, rows| {
+                let logits = network.forward(&transposed, rows, workspace);
+                logits.chunks_exact(STATES).map(|l| [l[0], l[1], l[2]]).collect()
+            },
+        )
+        .collect();
+    parts.concat()
+}
+
+/// Mean cross entropy (nat) and accuracy at temperature 1.
+fn loss_and_accuracy(logits: &[[f32; STATES]], states: &[u8]) -> (f64, f64) {
+    let (mut loss, mut right) = (0.0, 0_usize);
+    for (logits, state) in logits.iter().zip(states) {
+        loss += super::calibration::cross_entropy(logits, *state, 1.0);
+        right += usize::from(super::calibration::most_likely(logits) == *state);
+    }
+    let n = states.len().max(1) as f64;
+    (loss / n, right as f64 / n)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cslam_core::lscn::GEOMETRIC_INPUTS;
+
+    /// Three classes that a bent line separates.
+    fn samples(count: usize, seed: u64) -> Samples {
+        let mut stream = Stream::new(seed, 5);
+        let mut samples = Samples {
+            width: GEOMETRIC_INPUTS,
+            ..Samples::default()
+        };
+        for _ in 0..count {
+            let row: Vec<f32> = (0..GEOMETRIC_INPUTS)
+                .map(|_| (10.0 * stream.uniform() - 5.0) as f32)
+                .collect();
+            let height = row[0] - 0.4 * row[1] * row[1];
+            samples.states.push(if height > 0.0 {
+                0
+            } else {
+                1 + u8::from(row[2] > 1.0)
+            });
+            samples.strongest.push(true);
+            samples.inputs.extend(row);
+        }
+        samples
+    }
+
+    fn settings() -> Settings {
+        Settings {
+            hidden: vec![16, 12],
+            epochs: 24,
+            // A dozen steps an epoch are few: each has to count.
+            learning_rate: 0.02,
+            ..Settings::of(Task::Geometric { departure: false })
+        }
+    }
+
+    fn trained(threads: usize, seed: u64) -> Trained {
+        let (training, validation) = (samples(6003, 1), samples(1000, 2));
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("a pool");
+        let task = Task::Geometric { departure: false };
+        let settings = Settings { seed, ..settings() };
+        pool.install(|| train(task, &training, &validation, &settings, |_, _| true))
+            .expect("trained")
+    }
+
+    #[test]
+    fn weights_are_the_same_bits_for_any_number_of_threads() {
+        let one = trained(1, 1);
+        let bits = |t: &Trained| t.model.to_bytes();
+        assert_eq!(bits(&one), bits(&trained(4, 1)));
+        assert_eq!(one.curve, trained(2, 1).curve);
+        assert_ne!(bits(&one), bits(&trained(1, 2)), "the seed counts");
+        let last = one.curve.last().expect("epochs");
+        assert!(last.validation_accuracy > 0.75, "{last:?}");
+        assert!(last.training_loss < 0.5 * one.curve[0].training_loss);
+    }
+
+    #[test]
+    fn training_ends_when_the_validation_loss_does_not_fall() {
+        let training = samples(1500, 1);
+        let mut validation = samples(500, 2);
+        // Nothing learnt from the training samples can help here.
+        validation.states.iter_mut().for_each(|s| *s = 2 - *s);
+        let settings = Settings {
+            epochs: 50,
+            patience: 3,
+            cosine: false,
+            ..settings()
+        };
+        let task = Task::Geometric { departure: false };
+        let trained = train(task, &training, &validation, &settings, |_, _| true).expect("trained");
+        let losses: Vec<f64> = trained.curve.iter().map(|e| e.validation_loss).collect();
+        let best = losses.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!(
+            losses.len() < 50 && losses[losses.len() - 4] == best,
+            "{losses:?}"
+        );
+        let logits = logits_of(&trained.model, &validation);
+        assert!(
+            (loss_and_accuracy(&logits, &validation.states).0 - best).abs() < 1e-12,
+            "the best epoch's weights"
+        );
+    }
+
+    #[test]
+    fn adams_first_step_is_the_rate_against_the_gradients_sign() {
+        let mut parameters = [1.0, 2.0, 3.0];
+        Adam::new(3).step(&mut parameters, &[5.0, -1e-3, 0.0], 0.01);
+        for (p, expected) in parameters.iter().zip([0.99, 2.01, 3.0]) {
+            assert!((p - expected).abs() < 1e-5, "{parameters:?}");
+        }
+    }
+
+    #[test]
+    fn nothing_to_train_on_is_said() {
+        let task = Task::Geometric { departure: false };
+        let error = train(task, &Samples::default(), &samples(10, 1), &settings(), |_, _| {
+            true
+        });
+        assert!(error.expect_err("no samples").contains("found none"));
+    }
+}

@@ -1,0 +1,332 @@
+//! `cslam dataset`, `train` and `classify` as a user meets them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use cslam_host_sim::lscn::dataset;
+use cslam_host_sim::lscn::float_model::FloatModel;
+use cslam_host_sim::paths;
+use serde_json::Value;
+
+fn cslam(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_cslam"))
+        .args(args)
+        .output()
+        .expect("the binary runs")
+}
+
+/// Standard output of a run that must succeed.
+fn good(args: &[&str]) -> String {
+    let output = cslam(args);
+    assert!(
+        output.status.success(),
+        "{args:?}: {}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    String::from_utf8(output.stdout).expect("text")
+}
+
+/// The one line that a bad run ends with.
+fn bad(args: &[&str]) -> String {
+    let output = cslam(args);
+    let message = String::from_utf8(output.stderr).expect("text");
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
+    assert_eq!(message.lines().count(), 1, "{message}");
+    message
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("text")
+}
+
+/// Every file below a directory with its bytes.
+fn files(directory: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut found = Vec::new();
+    let mut waiting = vec![directory.to_owned()];
+    while let Some(place) = waiting.pop() {
+        for entry in fs::read_dir(place).expect("a directory") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                waiting.push(path);
+            } else {
+                let name = path.strip_prefix(directory).expect("below").to_owned();
+                found.push((name, fs::read(&path).expect("readable")));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+const SMALL: [&str; 8] = [
+    "--scene",
+    "indoor",
+    "--transmitters",
+    "5",
+    "--rate",
+    "0.2",
+    "--permittivity",
+    "2,20",
+];
+
+fn make(out: &Path, more: &[&str]) -> String {
+    good(&[&["dataset", "--out", text(out)], &SMALL[..], more].concat())
+}
+
+#[test]
+fn shards_made_one_by_one_are_the_bytes_of_one_run() {
+    let directory = tempfile::tempdir().expect("temporary");
+    let [whole, pieces] = ["whole", "pieces"].map(|name| directory.path().join(name));
+    let printed = make(&whole, &["--shards", "3", "--threads", "2"]);
+    assert!(printed.contains("with a path"), "{printed}");
+    for shard in ["2/3", "0/3", "1/3"] {
+        make(&pieces, &["--shard", shard, "--threads", "1"]);
+    }
+    let (all, again) = (files(&whole), files(&pieces));
+    assert_eq!(all.len(), 1 + 3 * 11, "a description and eleven columns a shard");
+    assert!(all == again, "the bytes differ");
+    // Shards are parts of one set whatever their number.
+    let other = directory.path().join("other");
+    make(&other, &["--shards", "1"]);
+    let links = |place: &Path| dataset::read(place).expect("sound").1;
+    assert_eq!(links(&whole), links(&other));
+}
+
+#[test]
+fn counts_are_those_of_the_links() {
+    let directory = tempfile::tempdir().expect("temporary");
+    let out = directory.path().join("set");
+    let counts: Value = serde_json::from_str(&make(&out, &["--json"])).expect("JSON");
+    let (description, links) = dataset::read(&out).expect("sound");
+    assert_eq!(counts["links"], links.len());
+    assert_eq!(counts["outages"], links.len() - links.heard());
+    assert_eq!(description.transmitters_m.len(), 5);
+    let orders =
+        ["line_of_sight", "first_order", "higher_order"].map(|k| counts[k].as_u64().expect("a number"));
+    assert_eq!(orders.iter().sum::<u64>() as usize, links.heard());
+    assert!(orders.iter().all(|n| *n > 0), "{orders:?}");
+}
+
+#[test]
+fn faults_of_data_sets_are_named() {
+    let directory = tempfile::tempdir().expect("temporary");
+    let out = directory.path().join("set");
+    let with = |more: &[&str]| bad(&[&["dataset", "--out", text(&out), "--scene", "indoor"], more].concat());
+    assert!(with(&["--shard", "3/3"]).contains("--shard 3/3: expected I/N"));
+    assert!(with(&["--rate", "0"]).contains("rate must be above 0"));
+    assert!(with(&["--permittivity", "2"]).contains("LEAST,MOST"));
+    make(&out, &["--shard", "0/2"]);
+    let other = bad(&[
+        &["dataset", "--out", text(&out), "--seed", "2", "--shard", "1/2"],
+        &SMALL[..],
+    ]
+    .concat());
+    assert!(other.contains("another data set"), "{other}");
+    let model = directory.path().join("m.safetensors");
+    let train = |place: &Path| {
+        bad(&[
+            "train",
+            "--train",
+            text(place),
+            "--validation",
+            text(place),
+            "--out",
+            text(&model),
+        ])
+    };
+    assert!(
+        train(&out).contains("shard-0001-of-0002: is missing"),
+        "{}",
+        train(&out)
+    );
+    assert!(train(directory.path()).contains("dataset.json"));
+    let column = out.join("shard-0000-of-0002").join("order.npy");
+    make(&out, &["--shard", "1/2"]);
+    fs::write(&column, b"not numpy").expect("written");
+    assert!(
+        train(&out).contains("order.npy: expected a NumPy file"),
+        "{}",
+        train(&out)
+    );
+}
+
+#[test]
+fn training_gives_the_same_bytes_for_any_number_of_threads() {
+    let directory = tempfile::tempdir().expect("temporary");
+    let set = directory.path().join("set");
+    make(&set, &[]);
+    let train = |name: &str, more: &[&str]| {
+        let out = directory.path().join(name);
+        let start = [
+            "train",
+            "--epochs",
+            "2",
+            "--train",
+            text(&set),
+            "--validation",
+            text(&set),
+            "--out",
+            text(&out),
+        ];
+        let printed = good(&[&start, more].concat());
+        (out, printed)
+    };
+    let (one, printed) = train("one.safetensors", &["--threads", "1", "--json"]);
+    let report: Value = serde_json::from_str(&printed).expect("JSON");
+    assert_eq!(report["epochs"].as_array().expect("a list").len(), 2);
+    assert!(report["temperature"].as_f64().expect("a number") > 0.0);
+    let bytes = |file: &Path| fs::read(file).expect("written");
+    assert_eq!(
+        bytes(&one),
+        bytes(&train("two.safetensors", &["--threads", "3"]).0)
+    );
+    let without = FloatModel::read(&train("without.safetensors", &["--no-aod"]).0).expect("sound");
+    assert_eq!(
+        without.inputs().len() + 3,
+        FloatModel::read(&one).expect("sound").inputs().len()
+    );
+    let paper =
+        FloatModel::read(&train("paper.safetensors", &["--kind", "paper", "--k", "3"]).0).expect("sound");
+    assert_eq!(paper.inputs().len(), 9);
+    let curves = fs::read_to_string(one.with_extension("svg")).expect("curves");
+    assert!(curves.starts_with("<svg"));
+}
+
+fn fixture() -> String {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/outdoor_a.jsonl.gz");
+    text(&file).to_owned()
+}
+
+fn lines(output: &str) -> Vec<Value> {
+    output
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("JSON"))
+        .collect()
+}
+
+#[test]
+fn every_link_of_the_reference_list_is_classified() {
+    let links = paths::bundled().expect("sound");
+    let best = lines(&good(&["classify", "--json", "--paths", &fixture()]));
+    assert_eq!(best.len(), links.len());
+    let [mut heard, mut right, mut accepted, mut first] = [0.0; 4];
+    for (index, (line, link)) in best.iter().zip(&links).enumerate() {
+        assert_eq!(line["link"], index);
+        let paths = line["paths"].as_array().expect("a list");
+        assert_eq!(paths.len(), link.paths.len());
+        let Some(strongest) = link.paths.first() else {
+            assert_eq!(
+                (&line["state"], &line["probabilities"]),
+                (&Value::from(0), &Value::Null),
+                "an outage"
+            );
+            continue;
+        };
+        heard += 1.0;
+        let truth = strongest.order.expect("known").min(2) + 1;
+        right += f64::from(u8::from(line["state"] == truth));
+        let sum: f64 = line["probabilities"]
+            .as_array()
+            .expect("three")
+            .iter()
+            .filter_map(Value::as_f64)
+            .sum();
+        assert!((sum - 1.0).abs() < 1e-5);
+        assert_eq!(paths[0]["first_order"], line["probabilities"][1]);
+        for (path, truth) in paths.iter().zip(&link.paths) {
+            let is_accepted = path["accepted"] == true;
+            accepted += f64::from(u8::from(is_accepted));
+            first += f64::from(u8::from(is_accepted && truth.order == Some(1)));
+            assert!(!is_accepted || path["first_order"].as_f64().expect("a number") >= 0.8);
+        }
+    }
+    assert!(right / heard > 0.98, "{right} of {heard} links");
+    assert!(
+        accepted > 300.0 && first / accepted > 0.95,
+        "{first} of {accepted} accepted paths"
+    );
+}
+
+#[test]
+fn measurements_without_departure_gain_and_truth_are_classified() {
+    let directory = tempfile::tempdir().expect("temporary");
+    let file = directory.path().join("measured.jsonl");
+    let mut links = paths::bundled().expect("sound");
+    links.iter_mut().flat_map(|l| &mut l.paths).for_each(|p| {
+        (p.gain, p.aod_zenith_rad, p.aod_azimuth_rad) = (None, None, None);
+        (p.first_vertex, p.last_vertex) = (None, None);
+    });
+    let write = |links: &[paths::Link]| {
+        let lines: Vec<String> = links
+            .iter()
+            .map(|l| serde_json::to_string(l).expect("JSON"))
+            .collect();
+        fs::write(&file, lines.join("\n")).expect("written");
+    };
+    write(&links);
+    let output = lines(&good(&["classify", "--json", "--paths", text(&file)]));
+    let (mut heard, mut right) = (0.0, 0.0);
+    for (line, link) in output.iter().zip(&links) {
+        if let Some(path) = link.paths.first() {
+            heard += 1.0;
+            right += f64::from(u8::from(line["state"] == path.order.expect("known").min(2) + 1));
+        }
+    }
+    assert!(right / heard > 0.75, "{right} of {heard}");
+    // The same as with the angles of departure and not used.
+    let mut with = paths::bundled().expect("sound");
+    with.iter_mut()
+        .flat_map(|l| &mut l.paths)
+        .for_each(|p| p.gain = None);
+    write(&with);
+    assert_eq!(
+        lines(&good(&[
+            "classify",
+            "--json",
+            "--ignore-aod",
+            "--paths",
+            text(&file)
+        ])),
+        output
+    );
+}
+
+#[test]
+fn the_papers_mode_tells_of_the_strongest_path_only() {
+    let output = lines(&good(&[
+        "classify",
+        "--mode",
+        "paper",
+        "--json",
+        "--paths",
+        &fixture(),
+    ]));
+    for line in &output {
+        let paths = line["paths"].as_array().expect("a list");
+        assert!(
+            paths
+                .iter()
+                .skip(1)
+                .all(|p| p["first_order"].is_null() && p["accepted"] == false)
+        );
+        if let Some(first) = paths.first() {
+            assert!(first["accepted"] == false || line["state"] == 2);
+        }
+    }
+    let table = good(&["classify", "--mode", "paper", "--paths", &fixture()]);
+    assert!(table.contains("links with a path classified rightly"), "{table}");
+}
+
+#[test]
+fn faults_of_classification_are_named() {
+    let directory = tempfile::tempdir().expect("temporary");
+    let file = directory.path().join("m.lscn");
+    fs::write(&file, b"no model").expect("written");
+    let with = |more: &[&str]| bad(&[&["classify", "--paths", &fixture()], more].concat());
+    assert!(with(&["--model", text(&file)]).contains("m.lscn"));
+    assert!(with(&["--bounds", "1,2,3"]).contains("six numbers"));
+    assert!(with(&["--range-sigma-m=-1"]).contains("at least 0"));
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../core/models/paper-k9.lscn");
+    assert!(with(&["--model", text(&shipped)]).contains("--model: a Paper model"));
+}
