@@ -32,6 +32,11 @@ def compare(name, ours, theirs):
     print(f"{'ok  ' if good else 'FAIL'} {name:<52} ours {ours:<12.6g} theirs {theirs:<12.6g} apart {100 * apart:.3f} %")
 
 
+def count(name, ours, theirs):
+    """Two numbers of things must be the same."""
+    check(f"{name}: ours {ours}, theirs {theirs}", ours == theirs)
+
+
 def check(name, good):
     """Prints a line, and counts a failure."""
     global failures
@@ -44,7 +49,7 @@ def trajectories(out, flown):
     estimate = file_interface.read_tum_trajectory_file(out / "trajectory.tum")
     check("evo finds both trajectories valid", truth.check()[0] and estimate.check()[0])
     truth, estimate = sync.associate_trajectories(truth, estimate)
-    compare("poses (evo)", flown["poses"], estimate.num_poses)
+    count("poses (evo)", flown["poses"], estimate.num_poses)
 
     def error(metric, trajectory):
         metric.process_data((truth, trajectory))
@@ -71,7 +76,7 @@ def trajectories(out, flown):
         [tools / "evo_traj", "tum", out / "trajectory.tum", "--ref", out / "truth.tum"], capture_output=True, text=True, check=True
     ).stdout
     poses = int(re.search(r"trajectory\W+infos:\s+(\d+) poses", said)[1])
-    compare("poses (evo_traj)", flown["poses"], poses)
+    count("poses (evo_traj)", flown["poses"], poses)
 
 
 def recording(out):
@@ -111,14 +116,14 @@ def clouds(out, figures, messages):
         same = all(np.array_equal(points[:, k].astype(np.float32), vertices[axis]) for k, axis in enumerate("xyz"))
         check(f"{name}: and the same coordinates", same)
         if name in counts:
-            compare(f"{name}: points (Open3D)", counts[name], len(points))
+            count(f"{name}: points (Open3D)", counts[name], len(points))
             tensor = open3d.t.io.read_point_cloud(str(out / name)).point
             wanted = {"covariance_trace", "probability", "time_s", "snr_db", "gmt_index", "hits"}
             check(f"{name}: Open3D keeps the attributes", wanted <= {key for key, _ in tensor.items()})
             check(f"{name}: covariances are positive", bool((vertices["covariance_trace"] > 0).all()))
 
     vertices = PlyData.read(str(out / "map.ply"))["vertex"]
-    compare("hits in the map sum to the accepted points", figures["accepted"], int(vertices["hits"].sum()))
+    count("hits in the map sum to the accepted points", figures["accepted"], int(vertices["hits"].sum()))
     recorded = cloud_of(messages["/map"][-1])
     same = all(np.array_equal(recorded[axis], vertices[axis]) for axis in ("x", "y", "z", "covariance_trace", "hits"))
     check("the map in the recording is that of map.ply", same)
@@ -138,14 +143,14 @@ def clouds(out, figures, messages):
 
 def series(report, messages):
     flown = report["trajectory"]
-    compare("poses (mcap)", flown["poses"], len(messages["/pose"]))
-    compare("sweeps (mcap)", report["sweeps"], len(messages["/link_state"]))
+    count("poses (mcap)", flown["poses"], len(messages["/pose"]))
+    count("sweeps (mcap)", report["sweeps"], len(messages["/link_state"]))
     rms = lambda values: float(np.sqrt(np.mean(np.square(values))))
     errors = messages["/errors"]
     compare("position, rms, m (mcap /errors)", flown["position_rmse_m"], rms([e["position_m"] for e in errors]))
     compare("clock, rms, ns (mcap /errors)", report["clock"]["rmse_ns"], rms([e["clock_ns"] for e in errors]))
     accepted = sum(state["accepted"] for state in messages["/link_state"])
-    compare("accepted points (mcap /link_state)", report["map"]["accepted"], accepted)
+    count("accepted points (mcap /link_state)", report["map"]["accepted"], accepted)
     told = [(s["state"], s["true_state"]) for s in messages["/link_state"] if s["state"] is not None]
     right = sum(a == b for a, b in told) / len(told)
     compare("link state right (mcap /link_state)", report["link_state"]["accuracy"], right)
