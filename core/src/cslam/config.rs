@@ -21,6 +21,7 @@ use crate::waveform::Waveform;
 
 /// How the pose is found.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "there is no heap to put the larger one on")]
 pub enum Localization {
     /// Error-state filter.
     Filter(FilterConfig),
