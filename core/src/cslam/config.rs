@@ -21,7 +21,10 @@ use crate::waveform::Waveform;
 
 /// How the pose is found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "there is no heap to put the larger one on")]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap to put the larger one on"
+)]
 pub enum Localization {
     /// Error-state filter.
     Filter(FilterConfig),

@@ -17,7 +17,10 @@ const NS: f64 = 1e-9;
 
 /// Either way to a pose.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "there is no heap to put the larger one on")]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap to put the larger one on"
+)]
 pub(super) enum Localizer<const STATES: usize> {
     /// The filter.
     Filter(Filter<f32, STATES>),
