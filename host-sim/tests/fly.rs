@@ -186,7 +186,7 @@ fn a_flight_from_raw_samples_finds_its_pose_and_repeats_bit_for_bit() {
     assert_eq!((&best["sweeps"], &best["scene"]), (&30.into(), &"outdoor".into()));
     let figure =
         |report: &serde_json::Value, part: &str, key: &str| report[part][key].as_f64().expect("known");
-    assert!(figure(&best, "trajectory", "position_rmse_m") < 0.3);
+    assert!(figure(&best, "trajectory", "position_rmse_m") < 0.5);
     assert!(figure(&best, "clock", "rmse_ns") < 1.0);
     assert!(figure(&best, "map", "accepted") >= 5.0);
     assert!(figure(&best, "map", "precision_first_order") > 0.9);

@@ -2,7 +2,8 @@
 
 use cslam_core::block::BeamBlock;
 use cslam_core::ltd::{
-    BeamReport, EstimatedPath, Estimator, EstimatorConfig, Iq, PaperEstimator, PathEstimator,
+    BeamReport, Correlator, EstimatedPath, Estimator, EstimatorConfig, Iq, PaperEstimator, PathEstimator,
+    Workspace,
 };
 use cslam_core::waveform::SAMPLES;
 use cslam_firmware::front_end_check::{Block, CHANNELS};
@@ -103,6 +104,10 @@ impl PathEstimator<CHANNELS, PATHS> for Flipped {
             last.path.covariance.m33 = f32::from_bits(bits ^ 1);
         }
         paths
+    }
+
+    fn front_end(&mut self) -> (&Correlator, &mut Workspace) {
+        self.0.front_end()
     }
 }
 
