@@ -48,7 +48,7 @@ enum Command {
     ///
     /// The UAV hears the GMT on one link after the other, solves the reflection point of each path, judges it, and
     /// sends what it found to the ground. Every measurement has errors of the stated size; the receiver never sees the
-    /// truth. Writes point clouds, trajectories, packets, an MCAP recording, report.json and report.html.
+    /// truth. With --scene it gets nothing but raw samples and sensors, and finds its own pose. Writes point clouds, trajectories, packets, an MCAP recording, report.json and report.html.
     Fly(commands::fly::Args),
     /// Characterise the simulated IMU: Allan deviation of a run at rest
     ///

@@ -18,9 +18,6 @@ use crate::raw_flight::{self, VOXELS};
 use crate::scene::Scene;
 use crate::world::World;
 
-/// Scene of a bare run.
-const DEFAULT_SCENE: &str = "outdoor";
-
 /// One stage at a time away from the mode: ablations.
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
 pub(super) struct Stages {
@@ -102,8 +99,8 @@ enum MappedChoice {
 }
 
 /// Flies through a scene.
-pub(super) fn run(args: &Args, config: &Config) -> anyhow::Result<Flown> {
-    let scene = Scene::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE))?;
+pub(super) fn run(args: &Args, config: &Config, name: &str) -> anyhow::Result<Flown> {
+    let scene = Scene::load(name)?;
     if args.steps == Some(0) {
         return Err(InputError::new("nothing to fly: --steps is 0").into());
     }
@@ -143,7 +140,7 @@ fn fly<E: PathEstimator<CHANNELS, PATHS>>(
     let planned = usize::try_from(world.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
     let header = Header {
         mode: args.mode.name().into(),
-        scene: args.scene.clone().unwrap_or_else(|| DEFAULT_SCENE.into()),
+        scene: args.scene.clone().unwrap_or_default(),
         seed: args.seed,
         planned_sweeps: planned,
         sweep_period_s: period_s,
