@@ -3,7 +3,7 @@
 //!
 //! The samples are left out: a path's delay and directions come from the tracer, with the errors of both ends' arrays
 //! from their physical causes ([`Hardware`]). So a flight of two minutes takes a second, and hundreds can be flown.
-//! `cslam reproduce localization` prints the tables.
+//! `cslam reproduce localization` prints the tables, `docs/localization.md` holds them.
 
 mod baseline;
 mod figures;

@@ -14,8 +14,11 @@ use nalgebra::Rotation3;
 
 const SEED: u64 = 3;
 const DURATION_S: f64 = 60.0;
-/// How long there is line of sight before a fault begins, and after, s.
-const SIGHTED_S: (f64, f64) = (4.0, 14.0);
+/// How long there is line of sight before a fault begins, and after, s. The filter takes a fix after an outage only when
+/// the next confirms it, so the pose is settled a little later than sight comes back.
+const SIGHTED_S: (f64, f64) = (6.0, 14.0);
+/// When the pose is looked at before the fault, s before it.
+const BEFORE_S: f64 = 4.0;
 /// When the pose must be as good as before, s after the fault.
 const END_S: (f64, f64) = (10.0, 13.5);
 
@@ -156,7 +159,7 @@ pub(crate) fn fly(faults: &str, flagged: impl Fn(&LocalizerHealth) -> bool) -> F
                 flown.finite &=
                     figures.is_none_or(|f| (f.position_m + f.attitude_deg + f.clock_ns).is_finite());
                 let figures = figures.unwrap_or_default();
-                if (fault_s - SIGHTED_S.0..fault_s).contains(&time_s) {
+                if (fault_s - BEFORE_S..fault_s).contains(&time_s) {
                     flown.before = flown.before.worst(figures);
                 }
                 if (fault_s..fault_s + END_S.1).contains(&time_s) {

@@ -3,6 +3,8 @@
 
 #[cfg(feature = "outputs")]
 mod browser;
+#[cfg(feature = "outputs")]
+mod float_model;
 mod synthetic;
 #[cfg(feature = "outputs")]
 mod tools;

@@ -17,7 +17,8 @@ pub struct ProcessNoise {
     pub accel_scale: f64,
     /// White noise of the gyroscope, rad per root s.
     pub gyro_rad: f64,
-    /// Scale error of the gyroscope, as of the accelerometer.
+    /// Scale error of the gyroscope, as of the accelerometer. Half of what is left beside the yaw column, which is a state:
+    /// tilting motions reverse before they add up.
     pub gyro_scale: f64,
     /// Random walk of the gyroscope bias, rad/s per root s.
     pub gyro_bias_rad_per_s: f64,
@@ -27,7 +28,8 @@ pub struct ProcessNoise {
     pub clock_offset_m: f64,
     /// Random walk and thermal ramp of the clock frequency, m/s per root s.
     pub clock_drift_m_per_s: f64,
-    /// Walk of the face biases: they are constant over a face up to a smooth rest, per root s.
+    /// Walk of the face biases, per root s: they are constant over a face up to a smooth rest, and the beacon's position
+    /// wanders.
     pub face_bias: f64,
     /// Acceleration that is possible without inertial data, m/s per root s.
     pub gap_accel_m_per_s: f64,
@@ -54,7 +56,8 @@ impl ClockClass {
             Self::GoodTcxo => (0.03, 0.05, 0.05),
             Self::Ocxo => (0.01, 0.003, 0.0),
         };
-        (white * NS_M, libm::sqrt(walk * walk + ramp * ramp) * NS_M)
+        // A ramp is no walk: it keeps its direction. Counted 1.5-fold, the filter lags it least (measured).
+        (white * NS_M, libm::sqrt(walk * walk + 2.25 * ramp * ramp) * NS_M)
     }
 }
 
@@ -65,12 +68,12 @@ impl Default for ProcessNoise {
             accel_m_per_s: 1.5 * 70e-6 * STANDARD_GRAVITY_M_PER_S2,
             accel_scale: 0.003,
             gyro_rad: 1.5 * 2.8e-3 * DEG_RAD,
-            gyro_scale: 0.003,
+            gyro_scale: 0.0015,
             gyro_bias_rad_per_s: 1.2e-3 * DEG_RAD,
             accel_bias_m_per_s2: 1.2 * 0.02e-3 * STANDARD_GRAVITY_M_PER_S2,
             clock_offset_m,
             clock_drift_m_per_s,
-            face_bias: 0.0,
+            face_bias: 2e-4,
             gap_accel_m_per_s: 3.0,
             gap_gyro_rad: 0.5,
         }
@@ -87,30 +90,31 @@ pub struct RadioNoise {
     pub delay_m: f64,
     /// Direction cosine of departure.
     pub departure: f64,
-    /// Two-way timing, m: its white and its fixed error.
+    /// Two-way timing, m.
     pub two_way_m: f64,
     /// Magnetic heading, rad.
     pub heading_rad: f64,
 }
 
 impl RadioNoise {
-    /// The default with other errors of two-way timing: white and fixed, ns.
-    pub fn with_two_way_ns(white_ns: f64, fixed_ns: f64) -> Self {
+    /// The default with another white error of two-way timing, ns.
+    pub fn with_two_way_ns(white_ns: f64) -> Self {
         Self {
-            two_way_m: libm::sqrt(white_ns * white_ns + fixed_ns * fixed_ns) * NS_M,
+            two_way_m: white_ns * NS_M,
             ..Self::default()
         }
     }
 }
 
 impl Default for RadioNoise {
-    /// Localization.md section 2: 0.06 deg, 35 mm, 1.05 mrad; two-way timing 0.3 ns white with 0.1 ns fixed.
+    /// A little more than the white part of each error: 0.05 deg, 12 mm beside the beacon's 20 mm, 0.9 mrad; two-way timing
+    /// 0.3 ns white. Constant parts are states, or, like the fixed error of the timing, beyond what a filter can know.
     fn default() -> Self {
         Self {
-            aoa_rad: 0.06 * DEG_RAD,
-            delay_m: 0.035,
-            departure: 1.05e-3,
-            two_way_m: 0.316 * NS_M,
+            aoa_rad: 0.05 * DEG_RAD,
+            delay_m: 0.012,
+            departure: 0.9e-3,
+            two_way_m: 0.3 * NS_M,
             heading_rad: 8.0 * DEG_RAD,
         }
     }
@@ -167,8 +171,9 @@ pub struct Gates {
     /// Contested sweeps in a row before the pose is fixed anew: more than any run of equal outliers that is to be
     /// ridden out.
     pub refix_after: u32,
-    /// Contested sweeps in a row before a lost filter is fixed anew.
-    pub refix_lost_after: u32,
+    /// Contested sweeps in a row before the position of a filter is fixed anew that was not sure of it (sigma above
+    /// [`Gates::trusted_m`]) when the first of them came.
+    pub refix_unsure_after: u32,
 }
 
 impl Default for Gates {
@@ -181,7 +186,7 @@ impl Default for Gates {
             lost_m: 3.0,
             attitude_lost_rad: 0.35,
             refix_after: 6,
-            refix_lost_after: 4,
+            refix_unsure_after: 3,
         }
     }
 }

@@ -87,6 +87,15 @@ impl Innovation {
         }
     }
 
+    /// What an update leaves: a later sweep agrees with it when it agrees with the filter.
+    pub(super) fn none(time_ns: u64) -> Self {
+        Self {
+            time_ns,
+            delay_m: 0.0,
+            aoa_rad: [0.0; 2],
+        }
+    }
+
     /// Whether a later sweep errs in the same way: within 0.34 deg and 0.35 m and what an uncertain velocity explains
     /// (`sigma_m_per_s` at a range of `range_m`). Sweeps more than 3 s apart never agree.
     pub(super) fn agrees(&self, later: &Self, sigma_m_per_s: f64, range_m: f64) -> bool {

@@ -138,7 +138,17 @@ impl<T: Real, const N: usize> Filter<T, N> {
     fn measured(&mut self, increment: &ImuIncrement, extra_accel: f64, extra_gyro: f64) {
         let before = self.nominal.attitude;
         let dt = increment.end_ns.saturating_sub(self.nominal.time_ns) as f64 * 1e-9;
-        let (force, yaw_rate) = self.nominal.advance(increment);
+        let (place, velocity) = (self.nominal.position_m, self.nominal.velocity_m_per_s);
+        let (mut force, yaw_rate) = self.nominal.advance(increment);
+        let noise = self.config.process;
+        let mut unknown = 0.0;
+        if self.health.attitude_lost {
+            // A force of unknown direction does more harm than none: the velocity is kept, as without inertial data.
+            self.nominal.position_m = place + velocity * dt;
+            self.nominal.velocity_m_per_s = velocity;
+            force = Vector3::zeros();
+            unknown = noise.gap_accel_m_per_s * noise.gap_accel_m_per_s * dt;
+        }
         self.window.advance(&increment.with_errors(&self.nominal.imu));
         self.covariance.propagate(&Transition {
             dt_s: T::of(dt),
@@ -147,13 +157,12 @@ impl<T: Real, const N: usize> Filter<T, N> {
             attitude: ((before + self.nominal.attitude) * 0.5).map(T::of),
             yaw_rate_rad_per_s: T::of(yaw_rate),
         });
-        let noise = self.config.process;
         let acceleration = force - Vector3::z() * STANDARD_GRAVITY_M_PER_S2;
         let rate = increment.delta_angle_rad.map(f64::from).norm() / dt.max(1e-6);
         let square = |a: f64, b: f64| (a * a + b * b) * dt;
         let accel = square(noise.accel_m_per_s, noise.accel_scale * acceleration.norm());
         let gyro = square(noise.gyro_rad, noise.gyro_scale * rate);
-        self.add_noise(dt, accel + extra_accel, gyro + extra_gyro);
+        self.add_noise(dt, accel + extra_accel + unknown, gyro + extra_gyro);
     }
 
     /// Nobody measured the motion: velocity and attitude are kept, and soon not known.

@@ -1,5 +1,6 @@
 //! Start-up and hard re-fix: the pose from a window of sweeps, everything else kept.
 
+use super::gate::Innovation;
 use super::layout::{
     ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ARRAYS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, FACE_BIAS, FACES,
     GYRO_BIAS, GYRO_Z, POSITION, VELOCITY,
@@ -8,7 +9,6 @@ use super::measurement::{PathMeasurement, Transmitter};
 use super::nominal::{DELAY_PERIOD_M, Nominal, wrap_delay_m};
 use super::window::Solution;
 use super::{Covariance, Filter};
-use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::geometry::Real;
 use crate::localization::imu::Alignment;
 
@@ -27,6 +27,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         self.nominal.imu.gyro_bias_rad_per_s = bias;
         self.gyro_bias_known = true;
+        // What was integrated before has the bias in it.
+        self.window.clear();
         for (i, sigma) in sigma.iter().enumerate() {
             self.covariance
                 .reset(GYRO_BIAS + i, T::of(f64::from(*sigma) * f64::from(*sigma)));
@@ -58,7 +60,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
 
     /// Starts when the window allows it.
     pub(super) fn try_start(&mut self) -> bool {
-        let Some(solution) = self.window.solve(START_FIXES) else {
+        let Some(solution) = self.window.solve(START_FIXES, None) else {
             return false;
         };
         self.set_pose(&solution);
@@ -66,32 +68,54 @@ impl<T: Real, const N: usize> Filter<T, N> {
         true
     }
 
-    /// Fixes the pose anew when the last `fixes` sweeps agree.
+    /// Fixes the whole pose anew when the last `fixes` sweeps agree.
     pub(super) fn try_refix(&mut self, fixes: usize) -> bool {
-        let Some(solution) = self.window.solve(fixes.min(super::window::WINDOW)) else {
+        let Some(solution) = self.window.solve(fixes.min(super::window::WINDOW), None) else {
             return false;
         };
         self.set_pose(&solution);
-        self.resets = self.resets.saturating_add(1);
-        self.counters.refixes = self.counters.refixes.saturating_add(1);
+        self.count_refix();
         true
     }
 
-    fn set_pose(&mut self, solution: &Solution) {
+    /// Fixes position and velocity anew when the last `fixes` sweeps agree with each other and with the attitude.
+    pub(super) fn try_refix_position(&mut self, fixes: usize) -> bool {
+        let Some(solution) = self.window.solve(fixes, Some(&self.nominal.attitude)) else {
+            return false;
+        };
+        self.set_position(&solution);
+        self.count_refix();
+        true
+    }
+
+    fn count_refix(&mut self) {
+        self.resets = self.resets.saturating_add(1);
+        self.counters.refixes = self.counters.refixes.saturating_add(1);
+    }
+
+    fn set_position(&mut self, solution: &Solution) {
         self.nominal.position_m = solution.position_m;
         self.nominal.velocity_m_per_s = solution.velocity_m_per_s;
-        self.nominal.attitude = solution.attitude;
-        let (position, velocity, sight) = FIXED_SIGMA;
-        let bias = self.sigma(ACCEL_BIAS) / STANDARD_GRAVITY_M_PER_S2;
-        let tilt = solution.attitude_sigma_rad;
-        let attitude = sight * sight + tilt * tilt + bias * bias / 3.0;
+        let (position, velocity, _) = FIXED_SIGMA;
         for i in 0..3 {
             self.covariance.reset(POSITION + i, T::of(position * position));
             self.covariance.reset(VELOCITY + i, T::of(velocity * velocity));
-            self.covariance.reset(ATTITUDE + i, T::of(attitude));
         }
         self.contested = 0;
-        self.last_innovation = None;
+        self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
+    }
+
+    fn set_pose(&mut self, solution: &Solution) {
+        self.set_position(solution);
+        self.nominal.attitude = solution.attitude;
+        let (_, _, sight) = FIXED_SIGMA;
+        let tilt = solution.attitude_sigma_rad;
+        // The increments of the window turned with the gyroscope's bias for a second on average.
+        let turned = self.variance(GYRO_BIAS);
+        let attitude = sight * sight + tilt * tilt + turned;
+        for i in 0..3 {
+            self.covariance.reset(ATTITUDE + i, T::of(attitude));
+        }
     }
 
     /// Forgets everything but the time, the gyroscope bias at rest and the history.

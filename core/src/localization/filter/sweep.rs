@@ -13,6 +13,9 @@ use crate::geometry::Real;
 const GMT_PACE_M_PER_S: f64 = 0.3;
 /// Without aid from outside for this long, the pose is dead reckoning, ns.
 const DEAD_AFTER_NS: u64 = 2_000_000_000;
+/// The vote takes a contradiction of up to this many gates in by inflation.
+const MOST_INFLATED: f64 = 4.0;
+
 /// What a sweep brought.
 #[derive(Clone, Copy, Debug)]
 pub struct SweepMeasurement<'a> {
@@ -41,6 +44,8 @@ pub enum SweepVerdict {
     Accepted,
     /// Taken in after the covariance was inflated: the vote says the filter was wrong.
     Inflated,
+    /// Possible, but the filter is too unsure to tell: kept until the next sweep agrees.
+    Held,
     /// Not taken in: it contradicts the filter.
     Rejected,
     /// The pose was set anew from the last sweeps.
@@ -151,14 +156,18 @@ impl<T: Real, const N: usize> Filter<T, N> {
             self.sure = sigma < gates.trusted_m;
         }
         let trusted = self.sure;
-        // With the angle of departure a path proves itself: of five numbers only three are needed for the position.
-        let proven = rows.len() == 5;
         self.last_innovation = Some(innovation);
 
-        let verdict = if chi2 <= gate && (trusted || proven || agrees) {
+        let verdict = if chi2 <= gate && (trusted || agrees) {
             SweepVerdict::Accepted
-        } else if chi2 > gate && !trusted && agrees {
-            // The filter was wrong: its uncertainty of pose and motion is raised to what the sweep says.
+        } else if chi2 <= gate {
+            // After an outage almost any place is possible: one sweep is no proof, a consistent fix elsewhere may be a lie.
+            self.counters.held = self.counters.held.saturating_add(1);
+            self.contested = 0;
+            return SweepVerdict::Held;
+        } else if chi2 > gate && chi2 < MOST_INFLATED * gate && !trusted && agrees {
+            // The filter was too sure: its uncertainty of pose and motion is raised to what the sweep says. Only a little:
+            // beyond, a linear step would land anywhere, and the window does better.
             let factor = libm::sqrt(chi2.min(1e6) / rows.len() as f64);
             self.covariance.inflate(ATTITUDE + 3, T::of(factor));
             self.counters.inflations = self.counters.inflations.saturating_add(1);
@@ -169,22 +178,34 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if verdict != SweepVerdict::Rejected {
             self.take_rows(&rows);
             self.contested = 0;
-            // What is left of the innovation after the update.
-            self.last_innovation = None;
+            self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
             self.counters.accepted = self.counters.accepted.saturating_add(1);
             return verdict;
         }
         self.counters.rejected = self.counters.rejected.saturating_add(1);
         self.contested = self.contested.saturating_add(1);
-        let needed = if sigma > gates.lost_m {
-            gates.refix_lost_after
-        } else {
-            gates.refix_after
-        };
-        if self.contested >= needed && self.try_refix(needed as usize) {
+        if self.refixed() {
             return SweepVerdict::Refixed;
         }
         SweepVerdict::Rejected
+    }
+
+    /// Patience is over: the last sweeps set the pose, if they agree. A filter that was sure waits longer than any run of
+    /// equal outliers; one that was not takes the first three that agree with each other and with its attitude.
+    fn refixed(&mut self) -> bool {
+        let gates = self.gates();
+        let patience = if self.sure {
+            gates.refix_after
+        } else {
+            gates.refix_unsure_after
+        };
+        if self.contested < patience {
+            return false;
+        }
+        if !self.sure && self.try_refix_position(patience as usize) {
+            return true;
+        }
+        self.contested >= gates.refix_after && self.try_refix(gates.refix_after as usize)
     }
 
     /// Whether the delay alone is wrong and two-way timing says why.

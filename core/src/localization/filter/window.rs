@@ -24,6 +24,10 @@ const LINE_TOLERANCE_M: f64 = 0.5;
 const SIGHT_TOLERANCE_RAD: f64 = 0.052;
 /// Specific force seen from outside and from inside agree up to this, m/s^2.
 const FORCE_TOLERANCE_M_PER_S2: f64 = 2.0;
+/// Scatter of fixes per axis, m.
+const FIX_SCATTER_M: f64 = 0.06;
+/// Error of the specific force seen in the body: an accelerometer bias of 20 mg, rad.
+const FORCE_TILT_RAD: f64 = 0.02;
 /// Line of sight and specific force must not be nearer to parallel than this: sine of 15 deg.
 const LEAST_SINE: f64 = 0.26;
 
@@ -76,7 +80,7 @@ pub(super) struct Solution {
     pub(super) velocity_m_per_s: Vector3<f64>,
     /// Attitude R_wb.
     pub(super) attitude: Matrix3<f64>,
-    /// Standard deviation of the attitude per axis, rad, without that of the accelerometer's bias.
+    /// Standard deviation of the attitude about its worst axis, rad; 0 when the attitude was given.
     pub(super) attitude_sigma_rad: f64,
 }
 
@@ -134,7 +138,8 @@ impl Window {
     }
 
     /// Pose at the last fix from the last `count` fixes (3 to [`WINDOW`]); `None` when there are fewer or they disagree.
-    pub(super) fn solve(&self, count: usize) -> Option<Solution> {
+    /// With `known`, the attitude R_wb at the last fix, only position and velocity are found, which three fixes do well.
+    pub(super) fn solve(&self, count: usize, known: Option<&Matrix3<f64>>) -> Option<Solution> {
         let skipped = self.fixes.len().checked_sub(count)?;
         if count < 3 {
             return None;
@@ -148,20 +153,11 @@ impl Window {
                 .map_or(Segment::empty(), |(before, _)| before.then(&fix.since_previous));
             let _ = motion.push((since, *fix));
         }
-        let curvature = curvature_weights(&motion)?;
-        let (mut outside, mut inside) = (Vector3::zeros(), Vector3::zeros());
-        let (mut sight, mut seen) = (Vector3::zeros(), Vector3::zeros());
-        for ((since, fix), weight) in motion.iter().zip(&curvature) {
-            // Twice the coefficient of the square is an acceleration.
-            outside += (fix.position_m - gravity * (0.5 * since.dt_s * since.dt_s)) * (2.0 * weight);
-            inside += since.position * (2.0 * weight);
-            sight += fix.towards_gmt;
-            seen += since.turn * fix.seen;
-        }
-        if (outside.norm() - inside.norm()).abs() > FORCE_TOLERANCE_M_PER_S2 {
-            return None;
-        }
-        let first = triad(&sight, &outside)? * triad(&seen, &inside)?.transpose();
+        let (last, _) = motion.last()?;
+        let (first, attitude_sigma_rad) = match known {
+            Some(attitude) => (attitude * last.turn.transpose(), 0.0),
+            None => attitude_at_first(&motion)?,
+        };
         if motion.iter().any(|(since, fix)| {
             (first * since.turn * fix.seen - fix.towards_gmt).norm() > SIGHT_TOLERANCE_RAD
         }) {
@@ -189,16 +185,40 @@ impl Window {
         {
             return None;
         }
-        let (last, _) = motion.last()?;
-        let square: f64 = curvature.iter().map(|w| 4.0 * w * w).sum();
         Some(Solution {
             position_m: on_line(last.dt_s) + gravity * (0.5 * last.dt_s * last.dt_s) + first * last.position,
             velocity_m_per_s: slope + gravity * last.dt_s + first * last.velocity,
             attitude: first * last.turn,
-            // Fixes scatter by 6 cm.
-            attitude_sigma_rad: 0.06 * libm::sqrt(square) / STANDARD_GRAVITY_M_PER_S2,
+            attitude_sigma_rad,
         })
     }
+}
+
+/// Attitude at the first of some fixes, and its standard deviation per axis, rad.
+fn attitude_at_first(motion: &[(Segment, Fix)]) -> Option<(Matrix3<f64>, f64)> {
+    let gravity = Vector3::z() * -STANDARD_GRAVITY_M_PER_S2;
+    let curvature = curvature_weights(motion)?;
+    let (mut outside, mut inside) = (Vector3::zeros(), Vector3::zeros());
+    let (mut sight, mut seen) = (Vector3::zeros(), Vector3::zeros());
+    for ((since, fix), weight) in motion.iter().zip(&curvature) {
+        // Twice the coefficient of the square is an acceleration.
+        outside += (fix.position_m - gravity * (0.5 * since.dt_s * since.dt_s)) * (2.0 * weight);
+        inside += since.position * (2.0 * weight);
+        sight += fix.towards_gmt;
+        seen += since.turn * fix.seen;
+    }
+    if (outside.norm() - inside.norm()).abs() > FORCE_TOLERANCE_M_PER_S2 {
+        return None;
+    }
+    let (there, sine) = triad(&sight, &outside)?;
+    let (here, _) = triad(&seen, &inside)?;
+    let square: f64 = curvature.iter().map(|w| 4.0 * w * w).sum();
+    let force = FIX_SCATTER_M * libm::sqrt(square) / STANDARD_GRAVITY_M_PER_S2;
+    // The force only tells the turn about the line of sight, and that the worse the nearer it lies to it.
+    Some((
+        there * here.transpose(),
+        libm::hypot(force, FORCE_TILT_RAD) / sine,
+    ))
 }
 
 /// Weights that give the coefficient of the square of a curve through the times of the fixes: blind to a constant and to a
@@ -229,14 +249,18 @@ fn curvature_weights(motion: &[(Segment, Fix)]) -> Option<heapless::Vec<f64, WIN
     Some(weights)
 }
 
-/// Orthonormal axes from a sure direction and a less sure one; `None` when they are nearly parallel.
-fn triad(first: &Vector3<f64>, second: &Vector3<f64>) -> Option<Matrix3<f64>> {
+/// Orthonormal axes from a sure direction and a less sure one, and the sine between these; `None` when they are nearly
+/// parallel.
+fn triad(first: &Vector3<f64>, second: &Vector3<f64>) -> Option<(Matrix3<f64>, f64)> {
     let x = first.try_normalize(1e-6)?;
     let side = x.cross(&second.try_normalize(1e-6)?);
-    if side.norm() < LEAST_SINE {
+    let sine = side.norm();
+    if sine.is_nan() || sine < LEAST_SINE {
         return None;
     }
-    let z = side.normalize();
+    let z = side / sine;
     let y = z.cross(&x);
-    Some(Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z))
+    // Not from columns: that indexes, and could panic for all the compiler knows.
+    let axes = Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z);
+    Some((axes, sine))
 }

@@ -109,7 +109,7 @@ fn good_clock(filter: FilterConfig) -> (SensorsConfig, FilterConfig) {
     (
         sensors,
         FilterConfig {
-            radio: RadioNoise::with_two_way_ns(0.1, 0.05),
+            radio: RadioNoise::with_two_way_ns(0.1),
             ..filter.with_clock(ClockClass::GoodTcxo)
         },
     )

@@ -24,7 +24,7 @@ enum What {
     /// Localization: filter and HPC over flights with every error of the budget
     ///
     /// Flights through a traced scene. Path errors come from the calibration errors of both ends' arrays; inertial samples,
-    /// clock, two-way timing and beacons from the sensor models.
+    /// clock, two-way timing and beacons from the sensor models. docs/localization.md holds the tables.
     Localization(localization::Args),
     /// Link state: the paper's network against K, ours on scenes it has not seen, precision of the map
     ///
