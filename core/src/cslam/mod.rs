@@ -36,6 +36,7 @@ use crate::block::BeamBlock;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Gmt, Real, Rotation, World};
 use crate::localization::bsm::BeamSquint;
+use crate::localization::filter::states;
 use crate::localization::imu::{Imu, ImuHealth, RestAlignment, RestStatus};
 use crate::localization::planes::PlaneMap;
 use crate::localization::{ImuSample, Pose};
@@ -84,10 +85,10 @@ pub struct Counters {
     pub timing_invalid: u32,
 }
 
-/// The whole receiver. `E` estimates the paths, the map has `VOXELS` voxels, the filter `STATES` states (38, and three for each
+/// The whole receiver. `E` estimates the paths, the map has `VOXELS` voxels, the filter `STATES` states (46, and three for each
 /// plane it may hold at a time).
 #[derive(Clone, Debug)]
-pub struct Cslam<'m, E, const VOXELS: usize, const STATES: usize = 44> {
+pub struct Cslam<'m, E, const VOXELS: usize, const STATES: usize = { states(2) }> {
     config: Config<'m>,
     estimator: E,
     squint: BeamSquint,

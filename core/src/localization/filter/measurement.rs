@@ -182,11 +182,10 @@ impl Model {
         }
         let l = way / range;
         let across = (Matrix3::identity() - l * l.transpose()) / range;
-        // The beacon's own error moves the source as the UAV's error does.
-        let (gmt_range, gmt_angle) = (
-            gmt.sigma_m * gmt.sigma_m,
-            (gmt.sigma_m / range) * (gmt.sigma_m / range),
-        );
+        // The beacon's own error moves the source as the UAV's error does. What stays of it moves the world, and is no noise.
+        let steady = self.noise.steady_beacon_m(gmt);
+        let gmt_range = gmt.sigma_m * gmt.sigma_m - steady * steady;
+        let gmt_angle = gmt_range / (range * range);
         let squared = |a: f64, b: f64, c: f64| a * a + b * b + c;
         let mut rows = PathRows::new();
 

@@ -67,6 +67,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         self.advance_to(measurement.time_ns);
         let gmt = self.judge_beacon(measurement);
+        self.beacon_sigma_m = self.config.radio.steady_beacon_m(&gmt);
         let verdict = match &measurement.line_of_sight {
             Some(path) => self.line_of_sight(&gmt, path),
             None => SweepVerdict::NoSight,

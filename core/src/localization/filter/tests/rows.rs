@@ -6,7 +6,7 @@ use super::super::*;
 use crate::geometry::{Gmt, World};
 use crate::localization::planes::Plane;
 
-const N: usize = 44;
+const N: usize = states(2);
 
 fn state() -> Nominal {
     let mut state = Nominal::origin(0);
@@ -87,14 +87,17 @@ fn every_derivative_is_the_difference_quotient() {
             here.correct(dx);
             let mut moved = chain.clone();
             for (k, mapped) in moved.iter_mut().enumerate() {
-                let shift = [0, 1, 2].map(|i| dx[38 + 3 * k + i] as f32);
+                let shift = [0, 1, 2].map(|i| dx[PLANES + 3 * k + i] as f32);
                 mapped.plane = mapped
                     .plane
                     .corrected(shift, Matrix3::identity())
                     .expect("finite");
             }
-            let bounces: heapless::Vec<_, 2> =
-                moved.iter().enumerate().map(|(k, p)| (p, 38 + 3 * k)).collect();
+            let bounces: heapless::Vec<_, 2> = moved
+                .iter()
+                .enumerate()
+                .map(|(k, p)| (p, PLANES + 3 * k))
+                .collect();
             // The angle of arrival is compared along the tangents at the prediction, which move with the state; at the
             // prediction itself that does not matter, so the measurement is put there.
             let mut path = path();
@@ -105,7 +108,7 @@ fn every_derivative_is_the_difference_quotient() {
         let mut touched = [false; N];
         let here = rows_at(&[0.0; N]);
         for j in 0..N {
-            let step = if j >= 38 { 1e-2 } else { 1e-5 };
+            let step = if j >= PLANES { 1e-2 } else { 1e-5 };
             let mut dx = [0.0; N];
             dx[j] = step;
             let plus = rows_at(&dx);
@@ -117,7 +120,7 @@ fn every_derivative_is_the_difference_quotient() {
                 unit[j] = 1.0;
                 let claimed = row.dot(&unit);
                 touched[j] |= claimed != 0.0;
-                let limit = if j >= 38 { 0.01 } else { 4e-4 };
+                let limit = if j >= PLANES { 0.01 } else { 4e-4 };
                 assert!(
                     (quotient - claimed).abs() < limit * (1.0 + claimed.abs()),
                     "row {k} state {j}: {quotient} {claimed}"
@@ -126,7 +129,7 @@ fn every_derivative_is_the_difference_quotient() {
         }
         let expected = |j: usize| match j {
             0..=2 | 6..=8 | 15 | 21..=34 => true,
-            38..=43 => j < 38 + 3 * chain.len(),
+            PLANES..N => j < PLANES + 3 * chain.len(),
             _ => false,
         };
         assert!((0..N).all(|j| touched[j] == expected(j)), "{touched:?}");
@@ -176,7 +179,11 @@ fn a_perfect_measurement_leaves_no_residual() {
             }),
             ..path()
         };
-        let bounces: heapless::Vec<_, 2> = chain.iter().enumerate().map(|(k, p)| (p, 38 + 3 * k)).collect();
+        let bounces: heapless::Vec<_, 2> = chain
+            .iter()
+            .enumerate()
+            .map(|(k, p)| (p, PLANES + 3 * k))
+            .collect();
         let rows = model.rows::<f64>(&state, &gmt, &path, &bounces).expect("apart");
         assert_eq!(rows.len(), 5);
         assert!(
