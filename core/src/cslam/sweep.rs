@@ -160,7 +160,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             bearing,
             clock_offset_m: pose.as_ref().and_then(|pose| {
                 let offset_m = pose.clock.offset_m;
-                Some(offset_m + whole_periods_m(self.last_timing_m? - offset_m))
+                Some(offset_m + whole_periods_m(self.clock.offset_m(open.time_ns)? - offset_m))
             }),
             pose,
             health: self.localizer.health(),
@@ -204,7 +204,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     fn sighted(&self, heard: &[Heard], time_ns: u64) -> Option<usize> {
         match (self.localizer.expected(), self.transmitter(time_ns)) {
             (Some(pose), Some((gmt, _))) => self.line_of_sight(&self.judge(heard, &pose, &gmt)),
-            _ => self.first_unreflected(heard),
+            _ => self.first_unreflected(heard, time_ns),
         }
     }
 
@@ -220,8 +220,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     }
 
     /// Without a pose: the path that came first, if it came nearly as strong as through free space.
-    fn first_unreflected(&self, heard: &[Heard]) -> Option<usize> {
-        let offset_m = self.last_timing_m?;
+    fn first_unreflected(&self, heard: &[Heard], time_ns: u64) -> Option<usize> {
+        let offset_m = self.clock.offset_m(time_ns)?;
         let length_m = |path: &Heard| length_m(path.estimated.path.c_tau_m, offset_m);
         let (index, first) = heard
             .iter()
