@@ -21,6 +21,7 @@ mod localizer;
 mod receive;
 mod report;
 mod rules;
+mod sight;
 mod sweep;
 
 pub use config::{Config, Departures, HpcConfig, LinkStates, Localization, Mapped};
