@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::clock::TwoWayClock;
 use super::config::{HpcConfig, Localization};
 use crate::array::GmtArrays;
 use crate::geometry::{Body, Direction, Gmt, Position, Rotation, World};
@@ -66,7 +67,7 @@ impl<const STATES: usize> Localizer<STATES> {
                 // The filter counts what it does not take.
                 let _counted = filter.two_way(time_ns, offset_m);
             }
-            Self::Hpc(hpc) => hpc.clock_offset_m = Some(wrap_delay_m(offset_m)),
+            Self::Hpc(hpc) => hpc.clock.exchange(time_ns, offset_m),
         }
     }
 
@@ -123,8 +124,8 @@ impl<const STATES: usize> Localizer<STATES> {
 }
 
 /// The paper's calibration with what it leaves open: where the attitude comes from and what the clock shows. The gyroscope
-/// turns the attitude found at rest, its yaw is set by the first line of sight; the clock is that of the last two-way
-/// exchange.
+/// turns the attitude found at rest, its yaw is set by the first line of sight; the clock is that of the last two
+/// two-way exchanges.
 #[derive(Clone, Debug)]
 pub(super) struct Calibrated {
     config: HpcConfig,
@@ -133,7 +134,7 @@ pub(super) struct Calibrated {
     /// Attitude since rest, of unknown yaw, until the first fix.
     waiting: Option<Turn<f64>>,
     hpc: Option<Hpc>,
-    clock_offset_m: Option<f64>,
+    clock: TwoWayClock,
 }
 
 impl Calibrated {
@@ -144,7 +145,7 @@ impl Calibrated {
             errors: ImuErrors::default(),
             waiting: None,
             hpc: None,
-            clock_offset_m: None,
+            clock: TwoWayClock::default(),
         }
     }
 
@@ -171,7 +172,7 @@ impl Calibrated {
 
     /// Where the line of sight says that the UAV was.
     fn fix(&self, measurement: &SweepMeasurement<'_>, path: &PathMeasurement) -> Option<Fix> {
-        let offset_m = self.clock_offset_m?;
+        let offset_m = self.clock.offset_m(measurement.time_ns)?;
         let departure = path.departure?;
         let face = self.faces.faces().get(departure.face)?;
         let [x, z] = departure.cosines;
@@ -249,7 +250,7 @@ impl Calibrated {
             velocity_m_per_s: hpc.velocity_m_per_s().map(|c| c as f32),
             attitude: Rotation::<Body, World>::from_matrix(narrow).ok()?,
             clock: ClockEstimate {
-                offset_m: self.clock_offset_m?,
+                offset_m: wrap_delay_m(self.clock.offset_m(hpc.time_ns())?),
                 offset_sigma_m: 0.0,
                 drift_m_per_s: 0.0,
                 drift_sigma_m_per_s: 0.0,

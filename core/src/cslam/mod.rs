@@ -14,12 +14,14 @@
 //! Path estimation is chosen by the type `E` ([`crate::ltd::Estimator`] or [`crate::ltd::PaperEstimator`]), everything else by
 //! [`Config`].
 
+mod clock;
 mod config;
 mod gain;
 mod localizer;
 mod receive;
 mod report;
 mod rules;
+mod sight;
 mod sweep;
 
 pub use config::{Config, Departures, HpcConfig, LinkStates, Localization, Mapped};
@@ -30,6 +32,7 @@ pub use rules::Rules;
 
 use nalgebra::Vector3;
 
+use self::clock::TwoWayClock;
 use self::localizer::Localizer;
 use self::sweep::Open;
 use crate::block::BeamBlock;
@@ -100,8 +103,7 @@ pub struct Cslam<'m, E, const VOXELS: usize, const STATES: usize = { states(2) }
     planes: PlaneMap<PLANES>,
     open: Option<Open>,
     last_beacon: Option<(u64, Beacon)>,
-    /// Clock offset by the last two-way exchange, m.
-    last_timing_m: Option<f64>,
+    clock: TwoWayClock,
     last_sight_ns: Option<u64>,
     counters: Counters,
 }
@@ -154,7 +156,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             map: PointCloud::with_edge(config.voxel_edge_m).ok_or(ConfigError::VoxelEdge)?,
             open: None,
             last_beacon: None,
-            last_timing_m: None,
+            clock: TwoWayClock::default(),
             last_sight_ns: None,
             counters: Counters::default(),
             config,
@@ -201,7 +203,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         self.elapse(time_ns);
         if clock_offset_s.is_finite() {
             let offset_m = clock_offset_s * SPEED_OF_LIGHT_M_PER_S;
-            self.last_timing_m = Some(offset_m);
+            self.clock.exchange(time_ns, offset_m);
             self.localizer.two_way(time_ns, offset_m);
         } else {
             count(&mut self.counters.timing_invalid);

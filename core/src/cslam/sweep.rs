@@ -6,15 +6,13 @@
 use heapless::Vec;
 
 use super::config::{Departures, LinkStates, Mapped};
-use super::receive::{ends, length_m, to_world};
+use super::receive::{ends, to_world};
 use super::report::{Outcome, PathReport, SweepReport};
 use super::{CHANNELS, Cslam, PATHS, PLANES, count};
 use crate::array::GmtArrays;
-use crate::array::half_wave_dipole;
-use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Direction, Gmt, Rotation, World};
 use crate::localization::Pose;
-use crate::localization::bsm::{Bearing, Refusal, Sighting};
+use crate::localization::bsm::{Bearing, Refusal};
 use crate::localization::filter::{
     FaceDirection, MappedPlane, PathMeasurement, SweepMeasurement, SweepVerdict, Transmitter, wrap_delay_m,
 };
@@ -54,23 +52,18 @@ impl Open {
 
 /// A path with all that is said of it before there is a pose.
 #[derive(Clone, Copy, Debug)]
-struct Heard {
-    estimated: EstimatedPath,
-    gain_db: Option<f32>,
+pub(super) struct Heard {
+    pub(super) estimated: EstimatedPath,
+    pub(super) gain_db: Option<f32>,
 }
 
 /// A path as a pose sees it.
 #[derive(Clone, Copy, Debug)]
-struct Judged {
-    path: Path<World>,
-    probabilities: Option<Probabilities>,
+pub(super) struct Judged {
+    pub(super) path: Path<World>,
+    pub(super) probabilities: Option<Probabilities>,
 }
 
-/// Without a pose: a path is taken for the line of sight when it came first and lost no more than this over free space, dB. A
-/// reflection costs more (signal.md section 2), but for grazing ones.
-const UNREFLECTED_DB: f32 = 4.0;
-/// Paths that come within this of the line of sight disturb beam squint, m.
-const NEARLY_AT_ONCE_M: f32 = 4.0;
 /// The GMT's pace between its stops, m/s: how fast its last known position ages.
 const GMT_PACE_M_PER_S: f64 = 0.3;
 
@@ -85,10 +78,14 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let paths = self.estimator.finish();
         let time_ns = self.open.as_ref().map_or(0, |open| open.time_ns);
         let heard = self.heard(&paths);
-        let sighted = self.sighted(&heard, time_ns);
-        let squint = match sighted.and_then(|index| Some((index, heard.get(index)?))) {
-            Some((index, line)) if self.config.departures != Departures::Beams => {
-                self.squint.begin(&self.sighting(&heard, index, line))
+        let judged = match (self.localizer.expected(), self.transmitter(time_ns)) {
+            (Some(pose), Some((gmt, _))) => Some(self.judge(&heard, &pose, &gmt)),
+            _ => None,
+        };
+        let sighted = self.line_of_sight(&heard, judged.as_deref(), time_ns);
+        let squint = match sighted.map(|index| self.sighting(&heard, index, time_ns)) {
+            Some(Some(sighting)) if self.config.departures != Departures::Beams => {
+                self.squint.begin(&sighting)
             }
             Some(_) => Err(Refusal::NotBegun),
             None => Err(Refusal::NotLineOfSight),
@@ -160,7 +157,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             bearing,
             clock_offset_m: pose.as_ref().and_then(|pose| {
                 let offset_m = pose.clock.offset_m;
-                Some(offset_m + whole_periods_m(self.last_timing_m? - offset_m))
+                Some(offset_m + whole_periods_m(self.clock.offset_m(open.time_ns)? - offset_m))
             }),
             pose,
             health: self.localizer.health(),
@@ -187,7 +184,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     }
 
     /// Where the GMT is, and at which of its stops: as the last beacon says, less sure the older it is.
-    fn transmitter(&self, time_ns: u64) -> Option<(Transmitter, u32)> {
+    pub(super) fn transmitter(&self, time_ns: u64) -> Option<(Transmitter, u32)> {
         let (heard_ns, beacon) = self.last_beacon?;
         let age_s = time_ns.saturating_sub(heard_ns) as f64 * 1e-9;
         let moved_m = age_s * GMT_PACE_M_PER_S;
@@ -198,61 +195,6 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             attitude,
         };
         Some((transmitter, beacon.sweep / beacon.sweeps_per_stop.max(1)))
-    }
-
-    /// Index of the path that is probably the line of sight.
-    fn sighted(&self, heard: &[Heard], time_ns: u64) -> Option<usize> {
-        match (self.localizer.expected(), self.transmitter(time_ns)) {
-            (Some(pose), Some((gmt, _))) => self.line_of_sight(&self.judge(heard, &pose, &gmt)),
-            _ => self.first_unreflected(heard),
-        }
-    }
-
-    /// Index of the path that is most probably the line of sight, if one probably is.
-    fn line_of_sight(&self, judged: &[Judged]) -> Option<usize> {
-        judged
-            .iter()
-            .enumerate()
-            .filter_map(|(index, path)| Some((index, path.probabilities?)))
-            .filter(|(_, p)| p.state() == LinkState::LineOfSight)
-            .max_by(|(_, a), (_, b)| a.los.total_cmp(&b.los))
-            .map(|(index, _)| index)
-    }
-
-    /// Without a pose: the path that came first, if it came nearly as strong as through free space.
-    fn first_unreflected(&self, heard: &[Heard]) -> Option<usize> {
-        let offset_m = self.last_timing_m?;
-        let length_m = |path: &Heard| length_m(path.estimated.path.c_tau_m, offset_m);
-        let (index, first) = heard
-            .iter()
-            .enumerate()
-            .min_by(|(_, a), (_, b)| length_m(a).total_cmp(&length_m(b)))?;
-        let departure = first.estimated.path.aod?.direction;
-        let dipoles =
-            half_wave_dipole(departure.vector()) * half_wave_dipole(first.estimated.path.aoa.vector());
-        let wavelength_m = (SPEED_OF_LIGHT_M_PER_S / self.config.waveform.carrier_hz) as f32;
-        let spread = wavelength_m / (4.0 * core::f32::consts::PI * (length_m(first) as f32).max(1.0));
-        let free_space_db = 20.0 * libm::log10f((spread * dipoles).max(f32::MIN_POSITIVE));
-        (first.gain_db? > free_space_db - UNREFLECTED_DB).then_some(index)
-    }
-
-    /// What beam squint needs to know of the line of sight.
-    fn sighting(&self, heard: &[Heard], index: usize, line: &Heard) -> Sighting {
-        let path = &line.estimated.path;
-        let close = |other: &Heard| (other.estimated.path.c_tau_m - path.c_tau_m).abs() < NEARLY_AT_ONCE_M;
-        Sighting {
-            line_of_sight: true,
-            face: self.face(line.estimated.beam),
-            aoa: path.aoa,
-            c_tau_m: path.c_tau_m,
-            interferers: heard
-                .iter()
-                .enumerate()
-                .filter(|(other, heard)| *other != index && close(heard))
-                .map(|(_, heard)| heard.estimated.path.aoa)
-                .take(crate::localization::bsm::NULLS)
-                .collect(),
-        }
     }
 
     fn face(&self, beam: u16) -> usize {
@@ -333,10 +275,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             .localizer
             .expected()
             .map(|pose| self.judge(heard, &pose, gmt));
-        let line = match &judged {
-            Some(judged) => self.line_of_sight(judged),
-            None => open.sighted,
-        };
+        let line = self.line_of_sight(heard, judged.as_deref(), open.time_ns);
         let line_of_sight = line.and_then(|index| heard.get(index)).and_then(|path| {
             let squint = bearing.filter(|_| line == open.sighted).map(face_direction);
             self.measurement(path, squint, gmt)

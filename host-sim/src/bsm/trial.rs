@@ -275,7 +275,8 @@ fn sight(paths: &[EstimatedPath], null: bool, down: &Direction<Body>) -> Option<
     let (los, _) = strong.min_by(|a, b| a.1.path.c_tau_m.total_cmp(&b.1.path.c_tau_m))?;
     let mut sighting = Sighting::new(true, paths, los, &Codebook::<f32>::default())?;
     if null {
-        sighting = sighting.with_ground(GMT_HEIGHT_M as f32, down);
+        let range_m = sighting.c_tau_m;
+        sighting = sighting.with_ground(range_m, GMT_HEIGHT_M as f32, down);
     } else {
         sighting.interferers.clear();
     }

@@ -5,6 +5,7 @@ use heapless::Vec;
 use super::NULLS;
 use crate::array::Codebook;
 use crate::geometry::{Body, Direction};
+use crate::localization::filter::wrap_delay_m;
 use crate::ltd::EstimatedPath;
 
 /// Paths closer than this to the line of sight in arrival are images of it that the transmitter's element errors make,
@@ -52,7 +53,8 @@ impl Sighting {
             interferers: Vec::new(),
         };
         for path in paths {
-            let later_m = path.path.c_tau_m - direct.path.c_tau_m;
+            // Delays are cyclic: the line of sight may come at the end of a period and the next path after its start.
+            let later_m = wrap_delay_m(f64::from(path.path.c_tau_m - direct.path.c_tau_m)) as f32;
             if later_m > 0.0
                 && later_m < Self::NEAR_M
                 && path.path.aoa.angle_to_rad(&direct.path.aoa) > IMAGE_RAD
@@ -64,16 +66,16 @@ impl Sighting {
         Some(sighting)
     }
 
-    /// The same with the ground bounce where flat ground puts it: `height_m` is the GMT antenna's over the ground,
-    /// `down` the vertical in body axes, good to a few degrees. The bounce comes from the GMT's image, `2 height_m`
+    /// The same with the ground bounce where flat ground puts it: `range_m` is the length of the line of sight, `height_m`
+    /// the GMT antenna's over the ground, `down` the vertical in body axes, good to a few degrees. The bounce comes from the GMT's image, `2 height_m`
     /// under it.
     ///
     /// Far away, or low, path estimation does not resolve the bounce and its two paths are anywhere; the angle between
     /// the two is known far better than that, and an error that both share only costs signal. Takes the place of the
     /// paths that may be the bounce, and comes first.
     #[must_use]
-    pub fn with_ground(mut self, height_m: f32, down: &Direction<Body>) -> Self {
-        let image = self.aoa.vector() * self.c_tau_m + down.vector() * (2.0 * height_m);
+    pub fn with_ground(mut self, range_m: f32, height_m: f32, down: &Direction<Body>) -> Self {
+        let image = self.aoa.vector() * range_m + down.vector() * (2.0 * height_m);
         let Ok(bounce) = Direction::from_vector(image) else {
             return self;
         };

@@ -208,7 +208,7 @@ fn the_ground_bounce_comes_from_under_the_line_of_sight() {
         .push(Direction::from_vector(bounce).expect("not zero"))
         .expect("room");
     near.interferers.push(far).expect("room");
-    let with = near.with_ground(1.5, &down);
+    let with = near.with_ground(50.0, 1.5, &down);
     // 3 m under the GMT, 50 m away; the path that lay there before is gone, the far one stays.
     assert_eq!(with.interferers.len(), 2);
     let expected = with.aoa.vector() * 50.0 - Vector3::z() * 3.0;

@@ -1,0 +1,169 @@
+//! Which path is the line of sight, and what beam squint must know of it.
+//!
+//! Nothing comes before the line of sight, so it is always the first path; the question is only whether the first path is
+//! one. A pose that knows where the UAV is answers it by length and direction, whatever the angle of departure says:
+//! above and below its beams the GMT is heard through sidelobes of any of them. Without such a pose the path must have
+//! come nearly as strong as through free space and, as soon as the attitude is known, from the direction opposite to
+//! its departure; a start or a re-fix then takes several that agree.
+
+use super::receive::length_m;
+use super::sweep::{Heard, Judged};
+use super::{CHANNELS, Cslam, LinkStates, PATHS};
+use crate::array::{GmtArrays, half_wave_dipole};
+use crate::constants::SPEED_OF_LIGHT_M_PER_S;
+use crate::geometry::{Direction, Gmt, Vector3, World};
+use crate::localization::Pose;
+use crate::localization::bsm::Sighting;
+use crate::localization::filter::Transmitter;
+use crate::lscn::LinkState;
+use crate::ltd::PathEstimator;
+
+/// Without a position: a path may have lost this much more than through free space, dB. A reflection costs 8 dB at normal
+/// incidence (signal.md section 2) and less the more it grazes; near the edge of the beams the gain is known to 5 dB.
+const UNREFLECTED_DB: f32 = 7.0;
+/// Paths within this of the first one are one with it: images that the arrays' errors make, the ground bounce, m. The
+/// strongest is taken.
+const AT_ONCE_M: f64 = 0.45;
+/// Standard deviation of the position, norm, from which on it does not tell whether a path is direct, m.
+const PLACED_M: f32 = 3.0;
+/// Standard deviation of the attitude, norm, from which on it does not tell whether a path is straight, rad.
+const ORIENTED_RAD: f32 = 0.1;
+/// Excess delay up to which the first path may be direct, m, and the same in standard deviations; the larger counts.
+const EXCESS: (f32, f32) = (0.6, 4.0);
+/// Angle off the expected direction up to which it may, rad, and the same in standard deviations; the sum counts.
+const ANGLE: (f32, f32) = (0.05, 4.0);
+
+impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
+    Cslam<'_, E, VOXELS, STATES>
+{
+    /// Index of the path that is the line of sight, if there is one. `judged` as the expected pose sees them.
+    pub(super) fn line_of_sight(
+        &self,
+        heard: &[Heard],
+        judged: Option<&[Judged]>,
+        time_ns: u64,
+    ) -> Option<usize> {
+        let pose = self.localizer.expected();
+        let gmt = self.transmitter(time_ns).map(|(gmt, _)| gmt);
+        match (pose, judged, gmt) {
+            (Some(_), Some(judged), Some(_)) if matches!(self.config.link_states, LinkStates::Paper(_)) => {
+                // The paper asks its network, and that about the strongest path.
+                let state = judged.first()?.probabilities?.state();
+                (state == LinkState::LineOfSight).then_some(0)
+            }
+            (Some(pose), Some(judged), Some(gmt)) if sigma(&pose.position_covariance_m2) < PLACED_M => {
+                let first = first_of(judged.iter().map(|path| f64::from(path.path.c_tau_m)), heard)?;
+                is_direct(judged.get(first)?, &pose, &gmt).then_some(first)
+            }
+            (pose, _, _) => {
+                let offset_m = self.clock.offset_m(time_ns)?;
+                let length_m = |path: &Heard| length_m(path.estimated.path.c_tau_m, offset_m);
+                let first = first_of(heard.iter().map(length_m), heard)?;
+                let path = heard.get(first)?;
+                let direct = self.is_unreflected(path, length_m(path))
+                    && pose.is_none_or(|pose| is_straight(path, &pose));
+                direct.then_some(first)
+            }
+        }
+    }
+
+    /// Whether a path of this length came nearly as strong as through free space.
+    fn is_unreflected(&self, path: &Heard, length_m: f64) -> bool {
+        let Some((departure, gain_db)) = path.estimated.path.aod.zip(path.gain_db) else {
+            return false;
+        };
+        let dipoles = half_wave_dipole(departure.direction.vector())
+            * half_wave_dipole(path.estimated.path.aoa.vector());
+        let wavelength_m = (SPEED_OF_LIGHT_M_PER_S / self.config.waveform.carrier_hz) as f32;
+        let spread = wavelength_m / (4.0 * core::f32::consts::PI * (length_m as f32).max(1.0));
+        let free_space_db = 20.0 * libm::log10f((spread * dipoles).max(f32::MIN_POSITIVE));
+        gain_db > free_space_db - UNREFLECTED_DB
+    }
+
+    /// What beam squint needs to know of the line of sight, path number `index`.
+    pub(super) fn sighting(&self, heard: &[Heard], index: usize, time_ns: u64) -> Option<Sighting> {
+        let paths: heapless::Vec<_, PATHS> = heard.iter().map(|heard| heard.estimated).collect();
+        let mut sighting = Sighting::new(true, &paths, index, &self.config.codebook)?;
+        let Some((pose, (gmt, _))) = self.localizer.expected().zip(self.transmitter(time_ns)) else {
+            return Some(sighting);
+        };
+        let from_gmt = pose.position.vector() - gmt.position_m;
+        let range_m = from_gmt.norm() as f32;
+        // Through a sidelobe any face is heard: the pose knows better which one looks here.
+        if sigma(&pose.position_covariance_m2) < PLACED_M
+            && let Ok(left) = Direction::<World, f64>::from_vector(from_gmt)
+        {
+            sighting.face = face_towards(&gmt.attitude.inverse().apply(left));
+        }
+        if let Some(ground_z_m) = self.config.accept.point.ground_z_m
+            && let Ok(down) = Direction::<World>::from_vector(-Vector3::z())
+        {
+            let height_m = gmt.position_m.z as f32 - ground_z_m;
+            sighting = sighting.with_ground(range_m, height_m, &pose.attitude.inverse().apply(down));
+        }
+        Some(sighting)
+    }
+}
+
+/// Index of the strongest of the paths that came first.
+fn first_of(lengths_m: impl Iterator<Item = f64> + Clone, heard: &[Heard]) -> Option<usize> {
+    let first_m = lengths_m.clone().min_by(f64::total_cmp)?;
+    lengths_m
+        .zip(heard)
+        .enumerate()
+        .filter(|(_, (length_m, _))| *length_m < first_m + AT_ONCE_M)
+        .max_by(|(_, (_, a)), (_, (_, b))| a.estimated.energy.total_cmp(&b.estimated.energy))
+        .map(|(index, _)| index)
+}
+
+/// Whether a path is as long as the straight way and comes from where the GMT is.
+fn is_direct(path: &Judged, pose: &Pose, gmt: &Transmitter) -> bool {
+    let towards = (gmt.position_m - pose.position.vector()).map(|c| c as f32);
+    let range_m = towards.norm();
+    let Ok(direction) = Direction::<World>::from_vector(towards) else {
+        return false;
+    };
+    let covariance = &path.path.covariance;
+    let along = direction.vector();
+    let length_variance = covariance.m11 + along.dot(&(pose.position_covariance_m2 * along));
+    let excess_m = path.path.c_tau_m - range_m;
+    let across_variance = pose.position_covariance_m2.trace() / (range_m * range_m);
+    let angle_sigma = libm::sqrtf((covariance.m22 + covariance.m33 + across_variance).max(0.0));
+    excess_m.abs() < (EXCESS.1 * libm::sqrtf(length_variance.max(0.0))).max(EXCESS.0)
+        && direction.angle_to_rad(&path.path.aoa) < ANGLE.0 + ANGLE.1 * angle_sigma
+}
+
+/// Whether a path comes from the direction opposite to its departure, as far as the attitude is known.
+fn is_straight(path: &Heard, pose: &Pose) -> bool {
+    let attitude_sigma = sigma(&pose.attitude_covariance_rad2);
+    if attitude_sigma > ORIENTED_RAD {
+        return true;
+    }
+    let seen = pose.attitude.apply(path.estimated.path.aoa);
+    path.estimated.path.aod.is_some_and(|departure| {
+        let Ok(back) = Direction::<World>::from_vector(-departure.direction.vector()) else {
+            return false;
+        };
+        let sigma = libm::hypotf(attitude_sigma, departure.sigma_rad);
+        back.angle_to_rad(&seen) < ANGLE.0 + ANGLE.1 * sigma
+    })
+}
+
+/// The face whose normal is nearest to a direction.
+fn face_towards(u: &Direction<Gmt, f64>) -> usize {
+    let arrays = GmtArrays::<f64>::default();
+    let ahead = |face: usize| {
+        arrays
+            .faces()
+            .get(face)
+            .map_or(-1.0, |face| face.normal.dot(u.vector()))
+    };
+    (0..arrays.faces().len())
+        .max_by(|a, b| ahead(*a).total_cmp(&ahead(*b)))
+        .unwrap_or(0)
+}
+
+/// Norm of the standard deviations of a covariance.
+fn sigma(covariance: &crate::geometry::Matrix3<f32>) -> f32 {
+    libm::sqrtf(covariance.trace().max(0.0))
+}
