@@ -21,6 +21,7 @@ mod pattern;
 mod peak;
 mod reception;
 mod refusal;
+mod robust;
 mod search;
 mod sighting;
 #[cfg(test)]
@@ -269,7 +270,7 @@ impl<
     pub fn fit(&self) -> Result<Bearing, Refusal> {
         let (face, reference_m, heard) = self.heard()?;
         let starts = search::candidates::<X, Z, SYMBOLS, ACTIVE>(&heard);
-        let fits: Vec<fit::Fit, { search::CANDIDATES }> = starts
+        let fits: Vec<fit::Fit<SYMBOLS>, { search::CANDIDATES }> = starts
             .iter()
             .map(|cosines| {
                 heard.fit::<X, Z>(Place {
@@ -291,7 +292,7 @@ impl<
         if !best.settled || x * x + z * z >= 1.0 {
             return Err(Refusal::Unsettled);
         }
-        let elsewhere = |f: &&fit::Fit| {
+        let elsewhere = |f: &&fit::Fit<SYMBOLS>| {
             let [fx, fz] = f.place.cosines;
             (fx - x).abs() > SAME || (fz - z).abs() > SAME
         };
@@ -302,7 +303,8 @@ impl<
         {
             return Err(Refusal::Ambiguous);
         }
-        let mut covariance = fit::invert(&best.information).ok_or(Refusal::SymbolsMissing)?;
+        let shown = heard.shown::<X, Z>(best).ok_or(Refusal::SymbolsMissing)?;
+        let mut covariance = shown.cosines;
         let [rx, rz] = self.config.residual_sigma;
         covariance.m11 += rx * rx;
         covariance.m22 += rz * rz;
@@ -313,7 +315,7 @@ impl<
             covariance,
             delay: Some(Delay {
                 c_tau_m: reference_m + best.place.delay_m,
-                variance_m2: 1.0 / best.delay_information + sigma_m * sigma_m,
+                variance_m2: shown.delay_m2 + sigma_m * sigma_m,
             }),
         })
     }
