@@ -32,7 +32,7 @@ use nalgebra::Matrix2;
 
 pub use reception::NULLS;
 pub use refusal::Refusal;
-pub use sighting::Sighting;
+pub use sighting::{Expected, Sighting};
 
 use crate::array::{GmtFace, SquintConfig, SquintScheme, SquintSymbol, UavArrays};
 use crate::block::BeamBlock;
@@ -147,6 +147,7 @@ pub struct BeamSquint<
     spectra: [Option<Spectrum<ACTIVE>>; SYMBOLS],
     /// Face and reference delay.
     begun: Option<(usize, f32)>,
+    expected: Option<Expected>,
 }
 
 impl<
@@ -195,6 +196,7 @@ impl<
             reception: Reception::new(waveform),
             spectra: [None; SYMBOLS],
             begun: None,
+            expected: None,
         })
     }
 
@@ -216,6 +218,7 @@ impl<
             return Err(Refusal::Masked);
         }
         self.begun = Some((sighting.face, sighting.c_tau_m));
+        self.expected = sighting.expected;
         Ok(())
     }
 
@@ -263,13 +266,14 @@ impl<
         Ok(self.read(face, readings))
     }
 
-    /// Maximum likelihood: the known pattern, fitted from the best places of a coarse grid.
+    /// Maximum likelihood: the known pattern, fitted from the best places of a coarse grid, near where the sighting expects
+    /// the path if it does.
     ///
     /// # Errors
     /// Those of [`Self::pick`], [`Refusal::Ambiguous`] and [`Refusal::Unsettled`].
     pub fn fit(&self) -> Result<Bearing, Refusal> {
         let (face, reference_m, heard) = self.heard()?;
-        let starts = search::candidates::<X, Z, SYMBOLS, ACTIVE>(&heard);
+        let starts = search::candidates::<X, Z, SYMBOLS, ACTIVE>(&heard, self.expected.as_ref());
         let fits: Vec<fit::Fit<SYMBOLS>, { search::CANDIDATES }> = starts
             .iter()
             .map(|cosines| {
@@ -289,7 +293,10 @@ impl<
             return Err(Refusal::TooWeak);
         }
         let [x, z] = best.place.cosines;
-        if !best.settled || x * x + z * z >= 1.0 {
+        let astray = self
+            .expected
+            .is_some_and(|expected| !expected.holds(&best.place.cosines));
+        if !best.settled || x * x + z * z >= 1.0 || astray {
             return Err(Refusal::Unsettled);
         }
         let elsewhere = |f: &&fit::Fit<SYMBOLS>| {
