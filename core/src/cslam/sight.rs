@@ -13,7 +13,7 @@ use crate::array::{GmtArrays, half_wave_dipole};
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Direction, Gmt, Vector3, World};
 use crate::localization::Pose;
-use crate::localization::bsm::Sighting;
+use crate::localization::bsm::{Expected, Sighting};
 use crate::localization::filter::Transmitter;
 use crate::lscn::LinkState;
 use crate::ltd::PathEstimator;
@@ -32,6 +32,10 @@ const ORIENTED_RAD: f32 = 0.1;
 const EXCESS: (f32, f32) = (0.6, 4.0);
 /// Angle off the expected direction up to which it may, rad, and the same in standard deviations; the sum counts.
 const ANGLE: (f32, f32) = (0.05, 4.0);
+/// How far from where the sweep's beams, or the pose, put the line of sight beam squint looks for it, direction cosine. Half
+/// a beam is 0.125.
+const BEAM_RADIUS: f32 = 0.15;
+const POSE_RADIUS: f32 = 0.1;
 
 impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
     Cslam<'_, E, VOXELS, STATES>
@@ -84,7 +88,15 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     pub(super) fn sighting(&self, heard: &[Heard], index: usize, time_ns: u64) -> Option<Sighting> {
         let paths: heapless::Vec<_, PATHS> = heard.iter().map(|heard| heard.estimated).collect();
         let mut sighting = Sighting::new(true, &paths, index, &self.config.codebook)?;
-        let Some((pose, (gmt, _))) = self.localizer.expected().zip(self.transmitter(time_ns)) else {
+        let Some((gmt, _)) = self.transmitter(time_ns) else {
+            return Some(sighting);
+        };
+        let departure = paths.get(index)?.path.aod;
+        sighting.expected = departure.and_then(|departure| {
+            let left = Direction::from_vector(departure.direction.vector().map(f64::from)).ok()?;
+            expected(sighting.face, &gmt.attitude.inverse().apply(left), BEAM_RADIUS)
+        });
+        let Some(pose) = self.localizer.expected() else {
             return Some(sighting);
         };
         let from_gmt = pose.position.vector() - gmt.position_m;
@@ -93,7 +105,10 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         if sigma(&pose.position_covariance_m2) < PLACED_M
             && let Ok(left) = Direction::<World, f64>::from_vector(from_gmt)
         {
-            sighting.face = face_towards(&gmt.attitude.inverse().apply(left));
+            let left = gmt.attitude.inverse().apply(left);
+            sighting.face = face_towards(&left);
+            let across = 4.0 * sigma(&pose.position_covariance_m2) / range_m;
+            sighting.expected = expected(sighting.face, &left, POSE_RADIUS + across);
         }
         if let Some(ground_z_m) = self.config.accept.point.ground_z_m
             && let Ok(down) = Direction::<World>::from_vector(-Vector3::z())
@@ -146,6 +161,16 @@ fn is_straight(path: &Heard, pose: &Pose) -> bool {
         };
         let sigma = libm::hypotf(attitude_sigma, departure.sigma_rad);
         back.angle_to_rad(&seen) < ANGLE.0 + ANGLE.1 * sigma
+    })
+}
+
+/// Where a direction is, as a face has it.
+fn expected(face: usize, u: &Direction<Gmt, f64>, radius: f32) -> Option<Expected> {
+    let arrays = GmtArrays::<f64>::default();
+    let cosines = GmtArrays::<f64>::cosines(arrays.faces().get(face)?, u);
+    Some(Expected {
+        cosines: cosines.map(|c| c as f32),
+        radius,
     })
 }
 

@@ -164,17 +164,28 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         })
     }
 
-    /// The estimated paths with their gains.
+    /// The estimated paths with their gains. The estimator knows departures in the axes of the GMT's arrays; the beacon says
+    /// how these stand in the world.
     fn heard(&self, paths: &[EstimatedPath]) -> Vec<Heard, PATHS> {
         let mast = self
             .last_beacon
             .map_or_else(Rotation::identity, |(_, beacon)| beacon.attitude);
+        let to_world = |estimated: &EstimatedPath| {
+            let mut estimated = *estimated;
+            if let Some(departure) = &mut estimated.path.aod
+                && let Ok(left) = Direction::<Gmt>::from_vector(*departure.direction.vector())
+            {
+                departure.direction = mast.apply(left);
+            }
+            estimated
+        };
         paths
             .iter()
+            .map(to_world)
             .map(|estimated| Heard {
-                estimated: *estimated,
+                estimated,
                 gain_db: self.config.budget.path_gain_db(
-                    estimated,
+                    &estimated,
                     &self.config.arrays,
                     &self.config.codebook,
                     &mast,
