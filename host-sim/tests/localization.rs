@@ -58,7 +58,10 @@ fn whole_flights_keep_the_figures() {
     // in the 95 % band of its chi-square for most sweeps; errors that last make it miss for many in a row.
     for figures in [&plain, &mapped] {
         assert!((0.6..1.5).contains(&figures.nees[0]), "{figures:?}");
-        assert!(figures.nees_in_band.iter().all(|share| *share > 0.8), "{figures:?}");
+        assert!(
+            figures.nees_in_band.iter().all(|share| *share > 0.8),
+            "{figures:?}"
+        );
         assert!(
             (0.9..1.1).contains(&figures.nis) && figures.nis_in_band > 0.88,
             "{figures:?}"

@@ -6,7 +6,7 @@ use super::layout::{
     FACES, GYRO_BIAS, GYRO_MATRIX, POSITION, TWO_WAY_BIAS, VELOCITY,
 };
 use super::measurement::{PathMeasurement, Transmitter};
-use super::nominal::{DELAY_PERIOD_M, Nominal, wrap_delay_m};
+use super::nominal::{DELAY_PERIOD_M, Nominal};
 use super::window::Solution;
 use super::{Covariance, Filter};
 use crate::geometry::Real;
@@ -52,16 +52,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
         else {
             return;
         };
-        let range = wrap_delay_m(path.c_tau_m - self.nominal.clock_offset_m);
-        // A range is positive: up to a whole period.
-        let range = if range < 0.0 {
-            range + DELAY_PERIOD_M
-        } else {
-            range
+        let Some(place) = self.model.place(&self.nominal, gmt, path, &[]) else {
+            return;
         };
         let seen = self.model.corrected(&path.aoa, &self.nominal);
-        self.window
-            .push(gmt.position_m + departed * range, -departed, seen);
+        self.window.push(place, -departed, seen);
     }
 
     /// Starts when the window allows it.
