@@ -6,8 +6,8 @@
 //! come nearly as strong as through free space and, as soon as the attitude is known, from the direction opposite to
 //! its departure; a start or a re-fix then takes several that agree.
 
+use super::paths::{Heard, Judged};
 use super::receive::length_m;
-use super::sweep::{Heard, Judged};
 use super::{CHANNELS, Cslam, LinkStates, PATHS};
 use crate::array::{GmtArrays, half_wave_dipole};
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
@@ -32,9 +32,7 @@ const ORIENTED_RAD: f32 = 0.1;
 const EXCESS: (f32, f32) = (0.6, 4.0);
 /// Angle off the expected direction up to which it may, rad, and the same in standard deviations; the sum counts.
 const ANGLE: (f32, f32) = (0.05, 4.0);
-/// How far from where the sweep's beams, or the pose, put the line of sight beam squint looks for it, direction cosine. Half
-/// a beam is 0.125.
-const BEAM_RADIUS: f32 = 0.15;
+/// How far from where the pose puts the line of sight beam squint looks for it, direction cosine. Half a beam is 0.125.
 const POSE_RADIUS: f32 = 0.1;
 
 impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
@@ -88,15 +86,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     pub(super) fn sighting(&self, heard: &[Heard], index: usize, time_ns: u64) -> Option<Sighting> {
         let paths: heapless::Vec<_, PATHS> = heard.iter().map(|heard| heard.estimated).collect();
         let mut sighting = Sighting::new(true, &paths, index, &self.config.codebook)?;
-        let Some((gmt, _)) = self.transmitter(time_ns) else {
-            return Some(sighting);
-        };
-        let departure = paths.get(index)?.path.aod;
-        sighting.expected = departure.and_then(|departure| {
-            let left = Direction::from_vector(departure.direction.vector().map(f64::from)).ok()?;
-            expected(sighting.face, &gmt.attitude.inverse().apply(left), BEAM_RADIUS)
-        });
-        let Some(pose) = self.localizer.expected() else {
+        // Without a pose it may be anywhere: of a GMT that stands low or high the sweep's beams know only the sidelobes.
+        let Some((pose, (gmt, _))) = self.localizer.expected().zip(self.transmitter(time_ns)) else {
             return Some(sighting);
         };
         let from_gmt = pose.position.vector() - gmt.position_m;
