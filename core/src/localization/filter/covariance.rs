@@ -6,7 +6,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::layout::{
-    ACCEL_BIAS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, GYRO_BIAS, GYRO_MATRIX, POSITION, VELOCITY,
+    ACCEL_BIAS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, GYRO_BIAS, GYRO_MATRIX, MOVING, POSITION,
+    VELOCITY,
 };
 use super::row::Row;
 use crate::geometry::Real;
@@ -61,6 +62,7 @@ impl<T: Real, const N: usize> Covariance<T, N> {
     /// All states known exactly.
     pub fn zero() -> Self {
         const {
+            assert!(CLOCK_RAMP == GYRO_MATRIX + 9, "neighbours");
             assert!(
                 N >= super::layout::PLANES && (N - super::layout::PLANES).is_multiple_of(3),
                 "46 states and three a plane"
@@ -153,19 +155,41 @@ impl<T: Real, const N: usize> Covariance<T, N> {
         })
     }
 
-    /// `P <- (I + F dt) P (I + F dt)^T`: the columns first, then the rows.
+    /// `P <- (I + F dt) P (I + F dt)^T`: the columns first, then the rows, as far as a state of either moves.
     pub fn propagate(&mut self, transition: &Transition<T>) {
+        let mut column = [T::zero(); N];
         for j in 0..N {
-            let mut column: [T; N] = core::array::from_fn(|i| self.p[i][j]);
+            // Only these states take part in a motion.
+            for i in (0..MOVING)
+                .chain(GYRO_MATRIX..GYRO_MATRIX + 9)
+                .chain([CLOCK_RAMP])
+            {
+                column[i] = self.p[i][j];
+            }
             transition.apply(&mut column);
-            for (row, value) in self.p.iter_mut().zip(&column).take(super::layout::MOVING) {
+            for (row, value) in self.p.iter_mut().zip(&column).take(MOVING) {
                 row[j] = *value;
             }
         }
-        for row in &mut self.p {
+        for row in self.p.iter_mut().take(MOVING) {
             transition.apply(row);
         }
-        self.mirror();
+        let (moving, still) = self.p.split_at_mut(MOVING);
+        for (i, row) in moving.iter().enumerate() {
+            for (line, value) in still.iter_mut().zip(row.iter().skip(MOVING)) {
+                if let Some(place) = line.get_mut(i) {
+                    *place = *value;
+                }
+            }
+        }
+        for i in 1..MOVING {
+            let (above, below) = moving.split_at_mut(i);
+            if let Some(line) = below.first() {
+                for (row, value) in above.iter_mut().zip(line) {
+                    row[i] = *value;
+                }
+            }
+        }
     }
 
     /// `P H^T`.

@@ -12,57 +12,86 @@ use crate::geometry::Real;
 /// Joint chi-square of the rows about the prediction: `r^T (H P H^T + R)^-1 r`. Infinite when the innovation covariance
 /// is not positive definite or a residual is not finite.
 pub(super) fn chi_square<T: Real, const N: usize>(covariance: &Covariance<T, N>, rows: &[Row<T>]) -> f64 {
-    let mut s = [[0.0f64; PATH_ROWS]; PATH_ROWS];
-    let rows = rows.get(..rows.len().min(PATH_ROWS)).unwrap_or(&[]);
-    for (k, (line, row)) in s.iter_mut().zip(rows).enumerate() {
-        let product = covariance.product(row);
-        for (l, (value, other)) in line.iter_mut().zip(rows).enumerate() {
-            *value = other.dot(&product).to_f64();
-            if k == l {
-                *value += row.variance.to_f64();
-            }
-        }
+    let mut whitened = Whitened::new(rows);
+    if (0..rows.len().min(PATH_ROWS)).all(|k| whitened.take(covariance, k, f64::INFINITY)) {
+        whitened.sum
+    } else {
+        f64::INFINITY
     }
-    let mut z = [0.0f64; PATH_ROWS];
-    for (z, row) in z.iter_mut().zip(rows) {
-        *z = row.residual.to_f64();
-    }
-    whitened_square(&mut s, &mut z, rows.len())
 }
 
-/// `z^T s^-1 z` by Cholesky; both are overwritten.
-fn whitened_square(s: &mut [[f64; PATH_ROWS]; PATH_ROWS], z: &mut [f64; PATH_ROWS], order: usize) -> f64 {
-    let mut sum = 0.0;
-    for k in 0..order.min(PATH_ROWS) {
-        let (done, rest) = s.split_at_mut(k);
-        let (solved, left) = z.split_at_mut(k);
-        let (Some(line), Some(value)) = (rest.first_mut(), left.first_mut()) else {
-            return f64::INFINITY;
+/// The same, infinite as well when it is above `most`: what few rows say is never more than what all say, so delay and
+/// departure come first, which cost least, and for most wrong explanations they are enough.
+pub(super) fn chi_square_up_to<T: Real, const N: usize>(
+    covariance: &Covariance<T, N>,
+    rows: &[Row<T>],
+    most: f64,
+) -> f64 {
+    let mut whitened = Whitened::new(rows);
+    let order = [0, 3, 4, 1, 2];
+    if order
+        .into_iter()
+        .filter(|&k| k < rows.len())
+        .all(|k| whitened.take(covariance, k, most))
+    {
+        whitened.sum
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// Cholesky of the innovation covariance, a row at a time, and the residuals whitened by it.
+struct Whitened<'a, T: Real> {
+    rows: &'a [Row<T>],
+    /// Rows taken so far: which, its line of the factor, its whitened residual.
+    taken: heapless::Vec<(usize, [f64; PATH_ROWS], f64), PATH_ROWS>,
+    sum: f64,
+}
+
+impl<'a, T: Real> Whitened<'a, T> {
+    fn new(rows: &'a [Row<T>]) -> Self {
+        Self {
+            rows,
+            taken: heapless::Vec::new(),
+            sum: 0.0,
+        }
+    }
+
+    /// Takes row `k` in; false when that is impossible or the sum is above `most`.
+    fn take<const N: usize>(&mut self, covariance: &Covariance<T, N>, k: usize, most: f64) -> bool {
+        let Some(row) = self.rows.get(k) else {
+            return false;
         };
-        let mut pivot = line.get(k).copied().unwrap_or(f64::NAN);
-        for (l, (finished, earlier)) in done.iter().zip(solved.iter()).enumerate() {
-            let (factors, open) = line.split_at_mut(l);
-            let (Some(entry), Some(diagonal)) = (open.first_mut(), finished.get(l)) else {
-                return f64::INFINITY;
+        let product = covariance.product(row);
+        let mut line = [0.0; PATH_ROWS];
+        let mut pivot = row.dot(&product).to_f64() + row.variance.to_f64();
+        let mut value = row.residual.to_f64();
+        for (l, (other, earlier, z)) in self.taken.iter().enumerate() {
+            let Some(other) = self.rows.get(*other) else {
+                return false;
             };
-            for (a, b) in factors.iter().zip(finished) {
-                *entry -= a * b;
+            let mut entry = other.dot(&product).to_f64();
+            for (a, b) in line.iter().zip(earlier).take(l) {
+                entry -= a * b;
             }
-            *entry /= diagonal;
-            pivot -= *entry * *entry;
-            *value -= *entry * earlier;
+            entry /= earlier.get(l).copied().unwrap_or(f64::NAN);
+            pivot -= entry * entry;
+            value -= entry * z;
+            if let Some(place) = line.get_mut(l) {
+                *place = entry;
+            }
         }
         if !(pivot.is_finite() && pivot > 0.0 && value.is_finite()) {
-            return f64::INFINITY;
+            return false;
         }
         let root = libm::sqrt(pivot);
-        if let Some(diagonal) = line.get_mut(k) {
+        value /= root;
+        if let Some(diagonal) = line.get_mut(self.taken.len()) {
             *diagonal = root;
         }
-        *value /= root;
-        sum += *value * *value;
+        self.sum += value * value;
+        self.taken.push((k, line, value)).is_ok() && self.sum <= most
     }
-    sum
 }
 
 /// Innovations of a line-of-sight sweep, kept until the next one.

@@ -80,12 +80,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             self.last_sight_ns = measurement.time_ns;
             self.last_aid_ns = measurement.time_ns;
         } else if self.running {
-            for path in measurement.reflections {
-                self.reflection(&gmt, path, measurement.planes);
-            }
-            for path in measurement.double_reflections {
-                self.double_reflection(&gmt, path, measurement.planes);
-            }
+            self.reflections(&gmt, measurement);
         }
         self.health.starting = !self.running;
         self.health.contested = verdict == SweepVerdict::Rejected;
