@@ -8,6 +8,7 @@ use super::covariance::Covariance;
 use super::measurement::PATH_ROWS;
 use super::row::Row;
 use crate::geometry::Real;
+use nalgebra::Vector3;
 
 /// Joint chi-square of the rows about the prediction: `r^T (H P H^T + R)^-1 r`. Infinite when the innovation covariance
 /// is not positive definite or a residual is not finite.
@@ -94,49 +95,38 @@ impl<'a, T: Real> Whitened<'a, T> {
     }
 }
 
-/// Innovations of a line-of-sight sweep, kept until the next one.
+/// How a line-of-sight sweep differs from the filter, kept until the next one: by the place where the path alone puts the UAV,
+/// which compares however far off the filter is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Innovation {
     /// UAV clock of the sweep, ns.
     pub(super) time_ns: u64,
-    /// Delay, m.
-    pub(super) delay_m: f64,
-    /// Angles of arrival, rad.
-    pub(super) aoa_rad: [f64; 2],
+    /// Place by delay and departure less position, m, world axes.
+    pub(super) offset_m: Vector3<f64>,
+    /// Direction of arrival less that from this place to the GMT, world axes.
+    pub(super) turn_rad: Vector3<f64>,
 }
 
 impl Innovation {
-    /// That of a path's rows. (Without rows of arrival, while the attitude is lost, the cosines of departure stand in their place:
-    /// they are angles just as well.)
-    pub(super) fn of<T: Real>(time_ns: u64, rows: &[Row<T>]) -> Self {
-        let at = |k: usize| rows.get(k).map_or(0.0, |row| row.residual.to_f64());
-        Self {
-            time_ns,
-            delay_m: at(0),
-            aoa_rad: [at(1), at(2)],
-        }
-    }
-
     /// What an update leaves: a later sweep agrees with it when it agrees with the filter.
     pub(super) fn none(time_ns: u64) -> Self {
         Self {
             time_ns,
-            delay_m: 0.0,
-            aoa_rad: [0.0; 2],
+            offset_m: Vector3::zeros(),
+            turn_rad: Vector3::zeros(),
         }
     }
 
-    /// Whether a later sweep errs in the same way: within 0.34 deg and 0.35 m and what an uncertain velocity explains
+    /// Whether a later sweep errs in the same way: within 0.35 m, 4 mrad of the range, 0.5 deg, and what an uncertain velocity explains
     /// (`sigma_m_per_s` at a range of `range_m`). Sweeps more than 3 s apart never agree.
     pub(super) fn agrees(&self, later: &Self, sigma_m_per_s: f64, range_m: f64) -> bool {
         let dt = later.time_ns.saturating_sub(self.time_ns) as f64 * 1e-9;
         let moved = (1.0 + 3.0 * sigma_m_per_s) * dt;
-        let angle = 0.006 + moved / range_m.max(1.0);
-        let near = |a: f64, b: f64, limit: f64| (a - b).abs() < limit;
+        // A place at a distance is as uncertain as its direction.
+        let place = 0.35 + 0.004 * range_m;
         dt > 0.0
             && dt < 3.0
-            && near(self.delay_m, later.delay_m, 0.35 + moved)
-            && near(self.aoa_rad[0], later.aoa_rad[0], angle)
-            && near(self.aoa_rad[1], later.aoa_rad[1], angle)
+            && (self.offset_m - later.offset_m).norm() < place + moved
+            && (self.turn_rad - later.turn_rad).norm() < 0.009 + moved / range_m.max(1.0)
     }
 }

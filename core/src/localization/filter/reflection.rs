@@ -17,15 +17,32 @@ use nalgebra::Vector3;
 const AMBIGUITY: f64 = 9.0;
 /// Planes whose prediction is further off than this are not considered: delay m, angle rad.
 const NEAR: (f64, f64) = (8.0, 0.15);
-/// Explanations that may be weighed in a sweep, and reflections taken in: what a processor has time for.
-const EFFORT: Effort = Effort {
-    explanations: 24,
-    updates: 3,
-};
+/// Square of the cosine of that angle, a chord of the unit sphere: `(1 - chord^2 / 2)^2`, a little less for rounding.
+const NEAR_COSINE_SQUARE: f64 = (1.0 - 0.5001 * NEAR.1 * NEAR.1) * (1.0 - 0.5001 * NEAR.1 * NEAR.1);
+/// Work that the reflections of a sweep may cause, in units of some 14 000 instructions of a Cortex-M7 with four planes in the
+/// state: a million a sweep. What would go beyond is left out.
+const EFFORT: u32 = 60;
+/// Of that, an explanation that delay and departure rule out; one that they do not costs this twice.
+const WEIGHING: u32 = 1;
+/// Of that, taking a path in.
+const TAKING: u32 = 16;
 /// Standard deviation of an angle of arrival by the arrays' calibration and by noise, rad: at most.
 const ARRIVAL_RAD: f64 = 0.006;
 /// Standard deviation of a delay by noise, m: at most.
 const DELAY_M: f64 = 0.05;
+
+/// Planes of a map that are considered in a sweep.
+const MOST_PLANES: usize = 64;
+
+/// The images of the GMT in all planes that it stands in front of.
+type Images<'a> = heapless::Vec<Image<'a>, MOST_PLANES>;
+
+/// An image of the GMT.
+struct Image<'a> {
+    of: &'a MappedPlane,
+    place_m: Vector3<f64>,
+    sigma_m: f64,
+}
 
 /// Planes that a wave met, in its order.
 type Bounces = heapless::Vec<MappedPlane, MAX_BOUNCES>;
@@ -34,11 +51,23 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// The reflections of a sweep: those of one plane first, each kind in its order (strongest first), as far as there is time.
     pub(super) fn reflections(&mut self, gmt: &Transmitter, measurement: &SweepMeasurement<'_>) {
         let mut effort = EFFORT;
+        let mut images = Images::new();
+        for candidate in measurement.planes {
+            let plane_now = self.as_known(candidate);
+            if plane_now.height_m(&gmt.position_m) > 0.0 {
+                // There is room for the planes of any map; what a larger one has beyond is left out.
+                let _fits = images.push(Image {
+                    of: candidate,
+                    place_m: plane_now.image_m(&gmt.position_m),
+                    sigma_m: image_sigma_m(plane_now, &gmt.position_m),
+                });
+            }
+        }
         for path in measurement.reflections {
-            self.reflection(gmt, path, measurement.planes, &mut effort);
+            self.reflection(gmt, path, &images, &mut effort);
         }
         for path in measurement.double_reflections {
-            self.double_reflection(gmt, path, measurement.planes, &mut effort);
+            self.double_reflection(gmt, path, &images, measurement.planes, &mut effort);
         }
     }
 
@@ -47,16 +76,14 @@ impl<T: Real, const N: usize> Filter<T, N> {
         &mut self,
         gmt: &Transmitter,
         path: &PathMeasurement,
-        known: &[MappedPlane],
-        effort: &mut Effort,
+        images: &Images<'_>,
+        effort: &mut u32,
     ) {
         let mut found = Match::default();
         let view = self.view(path);
-        for candidate in known {
-            let plane_now = self.as_known(candidate);
-            let image_m = plane_now.image_m(&gmt.position_m);
-            if view.may_be(&image_m, image_sigma_m(plane_now, &gmt.position_m)) {
-                self.weigh(gmt, path, &[candidate], &mut found, effort);
+        for image in images {
+            if view.is_near(&image.place_m) && view.may_be(&image.place_m, image.sigma_m) {
+                self.weigh(gmt, path, &[image.of], &mut found, effort);
             }
         }
         self.conclude(gmt, path, found, effort);
@@ -67,8 +94,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
         &mut self,
         gmt: &Transmitter,
         path: &PathMeasurement,
+        images: &Images<'_>,
         known: &[MappedPlane],
-        effort: &mut Effort,
+        effort: &mut u32,
     ) {
         let mut found = Match::default();
         let view = self.view(path);
@@ -78,16 +106,13 @@ impl<T: Real, const N: usize> Filter<T, N> {
             let Some(mirrored) = view.in_mirror(self.as_known(second)) else {
                 continue;
             };
-            for first in known {
-                let plane_now = self.as_known(first);
-                if first.id == second.id || plane_now.height_m(&gmt.position_m) <= 0.0 {
+            for image in images {
+                if image.of.id == second.id || !mirrored.is_near(&image.place_m) {
                     continue;
                 }
-                let image_m = plane_now.image_m(&gmt.position_m);
-                let sigma_m = image_sigma_m(plane_now, &gmt.position_m)
-                    + image_sigma_m(self.as_known(second), &image_m);
-                if mirrored.may_be(&image_m, sigma_m) {
-                    self.weigh(gmt, path, &[first, second], &mut found, effort);
+                let sigma_m = image.sigma_m + image_sigma_m(self.as_known(second), &image.place_m);
+                if mirrored.may_be(&image.place_m, sigma_m) {
+                    self.weigh(gmt, path, &[image.of, second], &mut found, effort);
                 }
             }
         }
@@ -127,7 +152,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         path: &PathMeasurement,
         candidates: &[&MappedPlane],
         found: &mut Match,
-        effort: &mut Effort,
+        effort: &mut u32,
     ) {
         let mut now = heapless::Vec::<&MappedPlane, MAX_BOUNCES>::new();
         for candidate in candidates {
@@ -143,11 +168,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if late.is_nan() || late.abs() > NEAR.0 || (seen - way / range).norm() > NEAR.1 {
             return;
         }
-        let Some(left) = effort.explanations.checked_sub(1) else {
+        let Some(left) = effort.checked_sub(WEIGHING) else {
             found.unfinished = true;
             return;
         };
-        effort.explanations = left;
+        *effort = left;
         // A plane that is not in the state has its own uncertainty in the noise instead.
         let mut bounces = heapless::Vec::<(&MappedPlane, usize), MAX_BOUNCES>::new();
         for (k, plane_now) in now.iter().enumerate() {
@@ -161,6 +186,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
             rows.iter_mut().for_each(|row| widen(row, plane_now, *state));
         }
         let chi2 = chi_square_up_to(&self.covariance, &rows, self.gates().five + AMBIGUITY);
+        if chi2.is_finite() {
+            *effort = effort.saturating_sub(WEIGHING);
+        }
         if chi2 < found.least {
             (found.second, found.least) = (found.least, chi2);
             found.planes.clear();
@@ -173,7 +201,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     /// Takes a matched path in, and counts.
-    fn conclude(&mut self, gmt: &Transmitter, path: &PathMeasurement, found: Match, effort: &mut Effort) {
+    fn conclude(&mut self, gmt: &Transmitter, path: &PathMeasurement, found: Match, effort: &mut u32) {
         let gates = self.gates();
         let gate = if path.departure.is_some() {
             gates.five
@@ -182,10 +210,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
         };
         let clear = found.least <= gate && found.second > found.least + AMBIGUITY && !found.unfinished;
         if clear
-            && let Some(left) = effort.updates.checked_sub(1)
-            && self.take_reflection(gmt, path, &found.planes, gate)
+            && let Some(left) = effort.checked_sub(TAKING)
+            && self.take_reflection(gmt, path, &found, gate)
         {
-            effort.updates = left;
+            *effort = left;
             self.counters.reflections = self.counters.reflections.saturating_add(1);
             self.last_aid_ns = self.nominal.time_ns;
         } else {
@@ -197,11 +225,15 @@ impl<T: Real, const N: usize> Filter<T, N> {
         &mut self,
         gmt: &Transmitter,
         path: &PathMeasurement,
-        found: &Bounces,
+        found: &Match,
         gate: f64,
     ) -> bool {
+        let known = found
+            .planes
+            .iter()
+            .all(|plane| self.slots.iter().any(|slot| slot.plane.id == plane.id));
         let mut indices = heapless::Vec::<usize, MAX_BOUNCES>::new();
-        for plane in found {
+        for plane in &found.planes {
             let Some(index) = self.slot(plane, &indices) else {
                 return false;
             };
@@ -219,7 +251,12 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let Some(rows) = rows else {
             return false;
         };
-        let chi2 = chi_square(&self.covariance, &rows);
+        // A plane that has just come into the state is correlated with nothing any more: that may change the verdict.
+        let chi2 = if known {
+            found.least
+        } else {
+            chi_square(&self.covariance, &rows)
+        };
         self.ratios.reflection = (chi2 / gate) as f32;
         if chi2 > gate {
             return false;
@@ -278,6 +315,13 @@ struct View {
 }
 
 impl View {
+    /// Whether an image of the GMT is anywhere near where the path points: cheap, because most are not.
+    fn is_near(&self, image_m: &Vector3<f64>) -> bool {
+        let way = image_m - self.from_m;
+        let along = self.direction.dot(&way);
+        along > 0.0 && along * along >= NEAR_COSINE_SQUARE * way.dot(&way)
+    }
+
     /// Whether an image of the GMT, known to `image_sigma_m`, may be the source: none that [`Filter::conclude`] would look at
     /// is turned away. Standard deviations are added, not their squares: errors may be correlated.
     fn may_be(&self, image_m: &Vector3<f64>, image_sigma_m: f64) -> bool {
@@ -329,12 +373,6 @@ struct Match {
     second: f64,
     /// Some were not looked at.
     unfinished: bool,
-}
-
-/// What may still be done in a sweep.
-struct Effort {
-    explanations: u32,
-    updates: u32,
 }
 
 impl Default for Match {
