@@ -9,7 +9,7 @@ use cslam_core::lscn::{
     Acceptance, Classifier, LinkGeometry, LinkState, PaperClassifier, Probabilities, Received, models,
 };
 use cslam_core::ltd::{EstimatedPath, EstimatorConfig, PathEstimator};
-use cslam_core::path::Path;
+use cslam_core::path::{Departure, Path};
 use cslam_core::reflection::{Ends, ReflectionPoint, Verdict, solve};
 
 use crate::channel::{Impairments, Instant, Sweep};
@@ -123,6 +123,7 @@ impl KnownPose {
                 let length_m = f64::from(found.path.c_tau_m) - clock_m - SHORTEST_M;
                 let path = Path {
                     c_tau_m: (length_m.rem_euclid(DELAY_PERIOD_M) + SHORTEST_M) as f32,
+                    aod: found.path.aod.map(|aod| self.departure(&aod)),
                     covariance: found.path.covariance + self.residuals(),
                     ..found.path
                 };
@@ -145,6 +146,14 @@ impl KnownPose {
         let residuals = &self.config.residuals;
         let angle = residuals.angle_rad * residuals.angle_rad;
         Matrix3::from_diagonal(&[residuals.delay_m * residuals.delay_m, angle, angle].into())
+    }
+
+    fn departure(&self, departure: &Departure) -> Departure {
+        let residual = self.config.residuals.departure_rad;
+        Departure {
+            sigma_rad: (departure.sigma_rad * departure.sigma_rad + residual * residual).sqrt(),
+            ..*departure
+        }
     }
 
     fn gain_db(&self, found: &EstimatedPath, gmt: &Rotation<Gmt, World>) -> Option<f32> {
@@ -179,27 +188,34 @@ impl KnownPose {
         }
     }
 
-    /// The point of a path that this mode takes into its map.
-    pub(super) fn accepted(&self, perceived: &Perceived, index: usize) -> Option<ReflectionPoint> {
+    /// What becomes of a path: the point that this mode takes into its map, or why there is none.
+    ///
+    /// # Errors
+    /// The reason in words.
+    pub(super) fn outcome(
+        &self,
+        perceived: &Perceived,
+        index: usize,
+    ) -> Result<ReflectionPoint, &'static str> {
+        let path = perceived.paths.get(index).ok_or("no such path")?;
         if self.config.mapped == Mapped::Strongest && index > 0 {
-            return None;
+            return Err("not the strongest");
         }
-        let probabilities = perceived
-            .probabilities
-            .get(index)?
-            .filter(|p| p.state() == LinkState::FirstOrder)?;
-        let path = &perceived.paths.get(index)?.path;
+        let probabilities = perceived.probabilities.get(index).copied().flatten();
+        let probabilities = probabilities.ok_or("not classified")?;
+        if probabilities.state() != LinkState::FirstOrder {
+            return Err("not first order");
+        }
         if self.mode == Mode::Paper {
-            return self.solve(perceived, index);
+            return self.solve(perceived, index).ok_or("no solution");
         }
-        let link = LinkGeometry::new(&perceived.ends, &perceived.paths).ok()?;
-        let judged = self
-            .config
-            .accept
-            .judge(&perceived.ends, &link, path, &probabilities);
-        match judged {
-            Ok(Acceptance::Accepted(point)) => Some(point),
-            _ => None,
+        let link = LinkGeometry::new(&perceived.ends, &perceived.paths).map_err(|_| "no link")?;
+        let gate = &self.config.accept;
+        match gate.judge(&perceived.ends, &link, &path.path, &probabilities) {
+            Ok(Acceptance::Accepted(point)) => Ok(point),
+            Ok(Acceptance::Improbable) => Err("first order not sure enough"),
+            Ok(Acceptance::Rejected(reason)) => Err(reason.as_str()),
+            Err(error) => Err(error.as_str()),
         }
     }
 }

@@ -165,7 +165,7 @@ fn estimate(
             .aod
             .map(|aod| [aod.direction.zenith_rad(), aod.direction.azimuth_rad()].map(f32::to_degrees)),
         first_order: perceived.probabilities[place].map(|p| p.first_order),
-        in_map: receiver.accepted(perceived, place).is_some(),
+        in_map: receiver.outcome(perceived, place).is_ok(),
         point_m: point.map(|point| point.position.to_array()),
         error_m: point.zip(last).map(|(point, last)| error_m(&point, last)),
     }

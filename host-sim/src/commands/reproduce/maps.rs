@@ -14,7 +14,7 @@ use serde::Serialize;
 use super::known_pose::{Arrays, KnownPose, Perceived, name};
 use super::map_plot;
 use crate::estimate::Mode;
-use crate::evaluation::{MapFigures, evaluate, true_vertices_m};
+use crate::evaluation::{Fate, MapFigures, evaluate, true_vertices_m};
 use crate::flight_files::ply::{self, Column, Encoding};
 use crate::flight_log::{
     FlightLog, Header, MapVoxel, MeasuredPath, PointRecord, PoseTruth, SweepEstimate, SweepRecord, SweepTruth,
@@ -74,6 +74,8 @@ struct Row<'a> {
     printed_m: Option<f64>,
     #[serde(flatten)]
     map: &'a MapFigures,
+    /// What became of every estimated path.
+    fates: &'a [Fate],
 }
 
 fn all(args: &Args) -> anyhow::Result<()> {
@@ -112,6 +114,7 @@ fn all(args: &Args) -> anyhow::Result<()> {
                 true_points: true_vertices_m(log).len(),
                 printed_m: (scene_name == PRINTED_M.0).then_some(PRINTED_M.1),
                 map: &evaluation.map,
+                fates: &evaluation.fates,
             };
             if args.json {
                 writeln!(std::io::stdout(), "{}", serde_json::to_string(&row)?)?;
@@ -237,8 +240,8 @@ impl Flight {
         let mut paths = Vec::with_capacity(perceived.paths.len());
         for (index, received) in perceived.paths.iter().enumerate() {
             let probability = perceived.probabilities[index].map(|p| f64::from(p.first_order));
-            let point = receiver.accepted(perceived, index);
-            if let Some(point) = &point {
+            let outcome = receiver.outcome(perceived, index);
+            if let Ok(point) = &outcome {
                 self.take(heard.number, index as u8, time_s, point, probability);
             }
             paths.push(MeasuredPath {
@@ -247,7 +250,7 @@ impl Flight {
                 aoa_azimuth_rad: f64::from(received.path.aoa.azimuth_rad()),
                 snr_db: None,
                 first_order_probability: probability,
-                verdict: if point.is_some() { "ok" } else { "not taken" }.into(),
+                verdict: outcome.err().unwrap_or("ok").into(),
             });
         }
         self.log.sweeps.push(SweepRecord {

@@ -340,7 +340,7 @@ fn one(
         all.push(Measured {
             error_m: place.and_then(|place| error(receiver.solve(&perceived, place))),
             strongest: place == Some(0),
-            accepted_m: place.and_then(|place| error(receiver.accepted(&perceived, place))),
+            accepted_m: place.and_then(|place| error(receiver.outcome(&perceived, place).ok())),
         });
     }
     Ok(all)
