@@ -30,9 +30,9 @@ fn vertices(file: &Path) -> u64 {
 }
 
 #[test]
-fn a_bare_run_flies_and_writes_everything() {
+fn a_path_list_flies_and_writes_everything() {
     let directory = tempfile::tempdir().expect("a directory");
-    let output = fly(directory.path(), &[]);
+    let output = fly(directory.path(), &["fly", "--paths", "bundled"]);
     let stdout = String::from_utf8(output.stdout).expect("text");
     let stderr = String::from_utf8(output.stderr).expect("text");
     assert!(output.status.success(), "{stderr}");
@@ -77,7 +77,9 @@ fn the_seed_decides_every_byte() {
         assert!(
             fly(
                 directory.path(),
-                &["fly", "--out", out, "--seed", seed, "--steps", "300"]
+                &[
+                    "fly", "--paths", "bundled", "--out", out, "--seed", seed, "--steps", "300"
+                ]
             )
             .status
             .success()
@@ -164,6 +166,18 @@ fn bad_input_is_one_line_and_exit_2() {
         assert_eq!(stderr.trim_end().lines().count(), 1, "{stderr}");
         assert!(stderr.contains(expected), "{stderr}");
     }
+}
+
+#[test]
+fn without_a_word_it_flies_outdoors_from_raw_samples() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let output = fly(directory.path(), &["fly", "--steps", "2"]);
+    assert!(output.status.success());
+    let report = report(&directory.path().join("out"));
+    assert_eq!(
+        (&report["sweeps"], &report["scene"]),
+        (&2.into(), &"outdoor".into())
+    );
 }
 
 /// Twenty seconds from raw samples: the start, and the first walls.

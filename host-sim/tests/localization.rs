@@ -32,8 +32,8 @@ fn whole_flights_keep_the_figures() {
         flights
             .iter()
             .map(|flight| match scenario.map {
-                Some(_) => fly::<f32, 50>(flight, &planes, scenario),
-                None => fly::<f32, 38>(flight, &planes, scenario),
+                Some(_) => fly::<f32, 58>(flight, &planes, scenario),
+                None => fly::<f32, 46>(flight, &planes, scenario),
             })
             .collect()
     };
@@ -43,8 +43,7 @@ fn whole_flights_keep_the_figures() {
         plain.attitude_deg <= 0.25 && plain.attitude_axes_deg.iter().all(|deg| *deg <= 0.2),
         "{plain:?}"
     );
-    // 0.3 ns over 24 flights; four scatter by a tenth.
-    assert!(plain.clock_ns <= 0.34 && plain.lost == 0, "{plain:?}");
+    assert!(plain.clock_ns <= 0.3 && plain.lost == 0, "{plain:?}");
     let mapped = Figures::of(&run(&Scenario {
         map: MAP,
         ..Scenario::default()
@@ -55,16 +54,23 @@ fn whole_flights_keep_the_figures() {
     );
     // 0.20 m over 24 flights; these four have longer gaps without any path.
     assert!(mapped.all_m <= 0.3 && mapped.clock_ns <= 0.3, "{mapped:?}");
+    // What the filter says of its own errors is true, and so is what it expects of the next sweep. The mean over four flights lies
+    // in the 95 % band of its chi-square for most sweeps; errors that last make it miss for many in a row.
     for figures in [&plain, &mapped] {
+        assert!((0.6..1.5).contains(&figures.nees[0]), "{figures:?}");
         assert!(
-            (0.6..1.5).contains(&figures.nees[0]) && (0.4..1.5).contains(&figures.nees[1]),
+            figures.nees_in_band.iter().all(|share| *share > 0.8),
+            "{figures:?}"
+        );
+        assert!(
+            (0.9..1.1).contains(&figures.nis) && figures.nis_in_band > 0.88,
             "{figures:?}"
         );
     }
 
     // Single precision covariance against double: the same flight to a fraction of its error.
-    let double = fly::<f64, 38>(&flights[0], &planes, &Scenario::default());
-    let single = fly::<f32, 38>(&flights[0], &planes, &Scenario::default());
+    let double = fly::<f64, 46>(&flights[0], &planes, &Scenario::default());
+    let single = fly::<f32, 46>(&flights[0], &planes, &Scenario::default());
     let apart = double
         .iter()
         .zip(&single)
@@ -109,7 +115,7 @@ fn an_outage_is_bridged_by_the_map() {
                     outage_s: Some((start_s, start_s + 20.0)),
                     ..Scenario::default()
                 };
-                (start_s, fly::<f32, 50>(flight, &planes, &scenario))
+                (start_s, fly::<f32, 58>(flight, &planes, &scenario))
             })
             .collect();
         OutageFigures::of(&flown)
@@ -132,7 +138,7 @@ fn it_starts_in_flight_and_survives_outliers() {
                 start: Start::Flight(start_s),
                 ..Scenario::default()
             };
-            (start_s, fly::<f32, 38>(flight, &planes, &scenario))
+            (start_s, fly::<f32, 46>(flight, &planes, &scenario))
         })
         .collect();
     let start = StartFigures::of(&flown, [0.5, 1.0]);
@@ -145,7 +151,7 @@ fn it_starts_in_flight_and_survives_outliers() {
         };
         let records: Vec<_> = flights
             .iter()
-            .map(|flight| fly::<f32, 38>(flight, &planes, &scenario))
+            .map(|flight| fly::<f32, 46>(flight, &planes, &scenario))
             .collect();
         assert_eq!(Figures::of(&records).lost, 0, "{outliers:?}");
         let wrong = records.iter().flatten().filter(|r| r.running && r.outlier);
@@ -167,7 +173,7 @@ fn a_flight_is_the_same_on_every_run() {
     };
     let run = || {
         let flight = Prepared::new(&scene, &short, &SensorsConfig::default(), 9).expect("a flight");
-        fly::<f32, 38>(&flight, &planes, &Scenario::default())
+        fly::<f32, 46>(&flight, &planes, &Scenario::default())
             .iter()
             .map(|r| {
                 [

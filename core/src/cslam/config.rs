@@ -11,7 +11,7 @@ use super::receive::Residuals;
 use super::rules::Rules;
 use crate::array::{Codebook, SquintConfig, SquintScheme, UavArrays};
 use crate::localization::bsm::BsmConfig;
-use crate::localization::filter::FilterConfig;
+use crate::localization::filter::{self, FilterConfig};
 use crate::localization::hpc;
 use crate::localization::imu::{ImuConfig, MagneticField, RestConfig};
 use crate::localization::planes::PlaneConfig;
@@ -30,6 +30,16 @@ pub enum Localization {
     Filter(FilterConfig),
     /// The paper's periodic calibration.
     Hpc(HpcConfig),
+}
+
+impl Localization {
+    /// The filter's gates.
+    pub(super) fn gates(&self) -> Option<filter::Gates> {
+        match self {
+            Self::Filter(config) => Some(config.gates),
+            Self::Hpc(_) => None,
+        }
+    }
 }
 
 /// Figures of the paper's localization.

@@ -7,7 +7,8 @@ use super::config::{HpcConfig, Localization};
 use crate::array::GmtArrays;
 use crate::geometry::{Body, Direction, Gmt, Position, Rotation, World};
 use crate::localization::filter::{
-    DELAY_PERIOD_M, Filter, Health, PathMeasurement, SweepMeasurement, SweepVerdict, wrap_delay_m,
+    Counters, DELAY_PERIOD_M, Filter, Health, PathMeasurement, SweepMeasurement, SweepVerdict, TestRatios,
+    wrap_delay_m,
 };
 use crate::localization::hpc::{Hpc, Start};
 use crate::localization::imu::{Alignment, ImuStep, Motion, Turn};
@@ -109,6 +110,22 @@ impl<const STATES: usize> Localizer<STATES> {
         match self {
             Self::Filter(filter) => filter.pose(),
             Self::Hpc(hpc) => hpc.pose(),
+        }
+    }
+
+    /// Innovation test ratios of the filter.
+    pub(super) fn test_ratios(&self) -> Option<TestRatios> {
+        match self {
+            Self::Filter(filter) => Some(filter.test_ratios()),
+            Self::Hpc(_) => None,
+        }
+    }
+
+    /// What happened to the filter; nothing happens to HPC.
+    pub(super) fn counters(&self) -> Counters {
+        match self {
+            Self::Filter(filter) => filter.counters(),
+            Self::Hpc(_) => Counters::default(),
         }
     }
 

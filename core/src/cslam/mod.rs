@@ -18,6 +18,7 @@ mod clock;
 mod config;
 mod gain;
 mod localizer;
+mod paths;
 mod receive;
 mod report;
 mod rules;
@@ -27,7 +28,7 @@ mod sweep;
 pub use config::{Config, Departures, HpcConfig, LinkStates, Localization, Mapped};
 pub use gain::LinkBudget;
 pub use receive::Residuals;
-pub use report::{Outcome, PathReport, SweepReport};
+pub use report::{Innovation, Measured, Outcome, PathReport, SweepReport};
 pub use rules::Rules;
 
 use nalgebra::Vector3;
@@ -39,6 +40,7 @@ use crate::block::BeamBlock;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Gmt, Real, Rotation, World};
 use crate::localization::bsm::BeamSquint;
+use crate::localization::filter::{states, wrap_delay_m};
 use crate::localization::imu::{Imu, ImuHealth, RestAlignment, RestStatus};
 use crate::localization::planes::PlaneMap;
 use crate::localization::{ImuSample, Pose};
@@ -87,10 +89,10 @@ pub struct Counters {
     pub timing_invalid: u32,
 }
 
-/// The whole receiver. `E` estimates the paths, the map has `VOXELS` voxels, the filter `STATES` states (38, and three for each
+/// The whole receiver. `E` estimates the paths, the map has `VOXELS` voxels, the filter `STATES` states (46, and three for each
 /// plane it may hold at a time).
 #[derive(Clone, Debug)]
-pub struct Cslam<'m, E, const VOXELS: usize, const STATES: usize = 44> {
+pub struct Cslam<'m, E, const VOXELS: usize, const STATES: usize = { states(2) }> {
     config: Config<'m>,
     estimator: E,
     squint: BeamSquint,
@@ -273,6 +275,15 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     /// Pose by the newest inertial data; `None` before there is one.
     pub fn pose(&self) -> Option<Pose> {
         self.localizer.expected()
+    }
+
+    /// Clock offset of a pose with the whole delay periods that two-way timing tells, m: the UAV's clock less the GMT's.
+    /// `None` before two exchanges.
+    pub fn clock_offset_m(&self, pose: &Pose) -> Option<f64> {
+        let offset_m = pose.clock.offset_m;
+        let beyond_m = self.clock.offset_m(pose.time_ns)? - offset_m;
+        // What is left beside a whole number of periods is the timing's error.
+        Some(offset_m + beyond_m - wrap_delay_m(beyond_m))
     }
 
     /// Faults of the inertial sensor.

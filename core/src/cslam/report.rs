@@ -42,6 +42,33 @@ pub struct PathReport {
     pub outcome: Outcome,
 }
 
+/// What an innovation is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Measured {
+    /// Delay, angle of arrival and, with five degrees of freedom, angle of departure of the line of sight, jointly.
+    LineOfSight,
+    /// The last two-way exchange.
+    TwoWayTiming,
+    /// The last reflection off a mapped plane that was taken in.
+    Reflection,
+}
+
+/// How far a measurement was from what the filter expected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Innovation {
+    /// Of what.
+    pub measured: Measured,
+    /// Degrees of freedom.
+    pub dof: u8,
+    /// Normalised innovation squared over the gate: above 1 it is refused, unless a vote says otherwise.
+    pub test_ratio: f32,
+    /// The gate.
+    pub gate: f32,
+    /// Whether it was taken in.
+    pub accepted: bool,
+}
+
 /// Everything about one sweep.
 #[derive(Clone, Debug)]
 pub struct SweepReport<const K: usize> {
@@ -57,6 +84,8 @@ pub struct SweepReport<const K: usize> {
     pub link: LinkState,
     /// What the line of sight did to the pose.
     pub verdict: SweepVerdict,
+    /// How well its measurements met the filter's expectation; empty without a filter.
+    pub innovations: Vec<Innovation, 3>,
     /// Direction of departure by beam squint, or why there is none.
     pub bearing: Result<Bearing, Refusal>,
     /// Pose at the start of the sweep, with the sweep taken in.

@@ -6,14 +6,14 @@
 //! come nearly as strong as through free space and, as soon as the attitude is known, from the direction opposite to
 //! its departure; a start or a re-fix then takes several that agree.
 
+use super::paths::{Heard, Judged};
 use super::receive::length_m;
-use super::sweep::{Heard, Judged};
 use super::{CHANNELS, Cslam, LinkStates, PATHS};
 use crate::array::{GmtArrays, half_wave_dipole};
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Direction, Gmt, Vector3, World};
 use crate::localization::Pose;
-use crate::localization::bsm::Sighting;
+use crate::localization::bsm::{Expected, Sighting};
 use crate::localization::filter::Transmitter;
 use crate::lscn::LinkState;
 use crate::ltd::PathEstimator;
@@ -32,6 +32,8 @@ const ORIENTED_RAD: f32 = 0.1;
 const EXCESS: (f32, f32) = (0.6, 4.0);
 /// Angle off the expected direction up to which it may, rad, and the same in standard deviations; the sum counts.
 const ANGLE: (f32, f32) = (0.05, 4.0);
+/// How far from where the pose puts the line of sight beam squint looks for it, direction cosine. Half a beam is 0.125.
+const POSE_RADIUS: f32 = 0.1;
 
 impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
     Cslam<'_, E, VOXELS, STATES>
@@ -84,6 +86,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     pub(super) fn sighting(&self, heard: &[Heard], index: usize, time_ns: u64) -> Option<Sighting> {
         let paths: heapless::Vec<_, PATHS> = heard.iter().map(|heard| heard.estimated).collect();
         let mut sighting = Sighting::new(true, &paths, index, &self.config.codebook)?;
+        // Without a pose it may be anywhere: of a GMT that stands low or high the sweep's beams know only the sidelobes.
         let Some((pose, (gmt, _))) = self.localizer.expected().zip(self.transmitter(time_ns)) else {
             return Some(sighting);
         };
@@ -93,7 +96,10 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         if sigma(&pose.position_covariance_m2) < PLACED_M
             && let Ok(left) = Direction::<World, f64>::from_vector(from_gmt)
         {
-            sighting.face = face_towards(&gmt.attitude.inverse().apply(left));
+            let left = gmt.attitude.inverse().apply(left);
+            sighting.face = face_towards(&left);
+            let across = 4.0 * sigma(&pose.position_covariance_m2) / range_m;
+            sighting.expected = expected(sighting.face, &left, POSE_RADIUS + across);
         }
         if let Some(ground_z_m) = self.config.accept.point.ground_z_m
             && let Ok(down) = Direction::<World>::from_vector(-Vector3::z())
@@ -146,6 +152,16 @@ fn is_straight(path: &Heard, pose: &Pose) -> bool {
         };
         let sigma = libm::hypotf(attitude_sigma, departure.sigma_rad);
         back.angle_to_rad(&seen) < ANGLE.0 + ANGLE.1 * sigma
+    })
+}
+
+/// Where a direction is, as a face has it.
+fn expected(face: usize, u: &Direction<Gmt, f64>, radius: f32) -> Option<Expected> {
+    let arrays = GmtArrays::<f64>::default();
+    let cosines = GmtArrays::<f64>::cosines(arrays.faces().get(face)?, u);
+    Some(Expected {
+        cosines: cosines.map(|c| c as f32),
+        radius,
     })
 }
 

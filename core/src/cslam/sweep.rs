@@ -5,21 +5,37 @@
 
 use heapless::Vec;
 
-use super::config::{Departures, LinkStates, Mapped};
-use super::receive::{ends, to_world};
-use super::report::{Outcome, PathReport, SweepReport};
+use super::config::{Departures, Mapped};
+use super::paths::{Heard, Judged};
+use super::receive::ends;
+use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
 use super::{CHANNELS, Cslam, PATHS, PLANES, count};
-use crate::array::GmtArrays;
-use crate::geometry::{Direction, Gmt, Rotation, World};
-use crate::localization::Pose;
 use crate::localization::bsm::{Bearing, Refusal};
 use crate::localization::filter::{
-    FaceDirection, MappedPlane, PathMeasurement, SweepMeasurement, SweepVerdict, Transmitter, wrap_delay_m,
+    Counters, FaceDirection, MappedPlane, SweepMeasurement, SweepVerdict, Transmitter,
 };
-use crate::lscn::{LinkGeometry, LinkState, Probabilities, Received};
+use crate::lscn::LinkState;
 use crate::ltd::{EstimatedPath, PathEstimator};
-use crate::path::Path;
 use crate::reflection::{Ends, Rejection, Verdict, solve};
+
+/// What the localizer made of a sweep.
+#[derive(Clone, Debug)]
+struct Localized {
+    /// Path that was taken for the line of sight.
+    line: Option<usize>,
+    verdict: SweepVerdict,
+    innovations: Vec<Innovation, 3>,
+}
+
+impl Default for Localized {
+    fn default() -> Self {
+        Self {
+            line: None,
+            verdict: SweepVerdict::NoSight,
+            innovations: Vec::new(),
+        }
+    }
+}
 
 /// A sweep in hand.
 #[derive(Clone, Debug)]
@@ -49,23 +65,6 @@ impl Open {
         }
     }
 }
-
-/// A path with all that is said of it before there is a pose.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Heard {
-    pub(super) estimated: EstimatedPath,
-    pub(super) gain_db: Option<f32>,
-}
-
-/// A path as a pose sees it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Judged {
-    pub(super) path: Path<World>,
-    pub(super) probabilities: Option<Probabilities>,
-}
-
-/// The GMT's pace between its stops, m/s: how fast its last known position ages.
-const GMT_PACE_M_PER_S: f64 = 0.3;
 
 impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
     Cslam<'_, E, VOXELS, STATES>
@@ -109,10 +108,11 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let bearing = open.squint.and_then(|()| self.bearing());
         let gmt = self.transmitter(open.time_ns);
 
-        let (line, verdict) = match &gmt {
+        let localized = match &gmt {
             Some((gmt, stop)) => self.localize(&open, &heard, gmt, *stop, bearing.ok().as_ref()),
-            None => (None, SweepVerdict::NoSight),
+            None => Localized::default(),
         };
+        let line = localized.line;
         let pose = self.localizer.pose();
         let judged = match (&pose, &gmt) {
             (Some(pose), Some((gmt, _))) => self.judge(&heard, pose, gmt),
@@ -153,55 +153,13 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             beams: open.beams,
             paths,
             link,
-            verdict,
+            verdict: localized.verdict,
+            innovations: localized.innovations,
             bearing,
-            clock_offset_m: pose.as_ref().and_then(|pose| {
-                let offset_m = pose.clock.offset_m;
-                Some(offset_m + whole_periods_m(self.clock.offset_m(open.time_ns)? - offset_m))
-            }),
+            clock_offset_m: pose.as_ref().and_then(|pose| self.clock_offset_m(pose)),
             pose,
             health: self.localizer.health(),
         })
-    }
-
-    /// The estimated paths with their gains.
-    fn heard(&self, paths: &[EstimatedPath]) -> Vec<Heard, PATHS> {
-        let mast = self
-            .last_beacon
-            .map_or_else(Rotation::identity, |(_, beacon)| beacon.attitude);
-        paths
-            .iter()
-            .map(|estimated| Heard {
-                estimated: *estimated,
-                gain_db: self.config.budget.path_gain_db(
-                    estimated,
-                    &self.config.arrays,
-                    &self.config.codebook,
-                    &mast,
-                ),
-            })
-            .collect()
-    }
-
-    /// Where the GMT is, and at which of its stops: as the last beacon says, less sure the older it is.
-    pub(super) fn transmitter(&self, time_ns: u64) -> Option<(Transmitter, u32)> {
-        let (heard_ns, beacon) = self.last_beacon?;
-        let age_s = time_ns.saturating_sub(heard_ns) as f64 * 1e-9;
-        let moved_m = age_s * GMT_PACE_M_PER_S;
-        let attitude = Rotation::from_matrix(beacon.attitude.matrix().map(f64::from)).ok()?;
-        let transmitter = Transmitter {
-            position_m: beacon.position_m,
-            sigma_m: libm::sqrt(beacon.sigma_m * beacon.sigma_m + moved_m * moved_m),
-            attitude,
-        };
-        Some((transmitter, beacon.sweep / beacon.sweeps_per_stop.max(1)))
-    }
-
-    fn face(&self, beam: u16) -> usize {
-        self.config
-            .codebook
-            .beam(usize::from(beam))
-            .map_or(0, |beam| beam.face)
     }
 
     fn bearing(&self) -> Result<Bearing, Refusal> {
@@ -213,55 +171,6 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         }
     }
 
-    /// The paths as a pose sees them, and what they are.
-    fn judge(&self, heard: &[Heard], pose: &Pose, gmt: &Transmitter) -> Vec<Judged, PATHS> {
-        let received: Vec<Received, PATHS> = heard
-            .iter()
-            .map(|heard| Received {
-                path: to_world(
-                    &heard.estimated,
-                    self.localizer.corrected(&heard.estimated.path.aoa),
-                    pose,
-                    &self.config.residuals,
-                ),
-                gain_db: heard.gain_db,
-            })
-            .collect();
-        let Ok(ends) = ends(pose, &gmt.position_m) else {
-            return Vec::new();
-        };
-        match &self.config.link_states {
-            LinkStates::Geometric(classifier) => {
-                let link = LinkGeometry::new(&ends, &received).ok();
-                received
-                    .iter()
-                    .map(|path| Judged {
-                        path: path.path,
-                        probabilities: link.as_ref().and_then(|link| classifier.path(link, path).ok()),
-                    })
-                    .collect()
-            }
-            LinkStates::Rules(rules) => received
-                .iter()
-                .map(|path| Judged {
-                    path: path.path,
-                    probabilities: Some(rules.path(&ends, &path.path)),
-                })
-                .collect(),
-            LinkStates::Paper(classifier) => {
-                let link = classifier.link(&received).ok().flatten();
-                received
-                    .iter()
-                    .enumerate()
-                    .map(|(index, path)| Judged {
-                        path: path.path,
-                        probabilities: link.filter(|_| index == 0),
-                    })
-                    .collect()
-            }
-        }
-    }
-
     /// Hands the sweep to the localizer: which path was the line of sight, and what became of it.
     fn localize(
         &mut self,
@@ -270,7 +179,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         gmt: &Transmitter,
         stop: u32,
         bearing: Option<&Bearing>,
-    ) -> (Option<usize>, SweepVerdict) {
+    ) -> Localized {
         let judged = self
             .localizer
             .expected()
@@ -307,6 +216,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 plane: surface.plane,
             })
             .collect();
+        let before = self.localizer.counters();
         let verdict = self.localizer.sweep(
             open.sweep,
             &SweepMeasurement {
@@ -327,40 +237,55 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         if taken {
             self.last_sight_ns = Some(open.time_ns);
         }
-        (line, verdict)
+        let joint = line_of_sight.map(|path| if path.departure.is_some() { 5 } else { 3 });
+        Localized {
+            line,
+            verdict,
+            innovations: self.innovations(verdict, joint, &before),
+        }
     }
 
-    /// A path as the localizer takes it. Departure: beam squint where it listened to this path, else the sweep's beams.
-    fn measurement(
+    /// How well the sweep's measurements, and the timing since the last one, met the filter's expectation.
+    fn innovations(
         &self,
-        heard: &Heard,
-        squint: Option<FaceDirection>,
-        gmt: &Transmitter,
-    ) -> Option<PathMeasurement> {
-        let path = &heard.estimated.path;
-        let covariance = &path.covariance;
-        Some(PathMeasurement {
-            c_tau_m: f64::from(path.c_tau_m),
-            c_tau_sigma_m: libm::sqrt(f64::from(covariance.m11.max(0.0))),
-            aoa: Direction::from_vector(path.aoa.vector().map(f64::from)).ok()?,
-            aoa_sigma_rad: libm::sqrt(f64::from(0.5 * (covariance.m22 + covariance.m33).max(0.0))),
-            departure: squint.or_else(|| self.beam_departure(heard, gmt)),
-        })
-    }
-
-    /// The direction of departure by the sweep's beams, as its face has it.
-    fn beam_departure(&self, heard: &Heard, gmt: &Transmitter) -> Option<FaceDirection> {
-        let departure = heard.estimated.path.aod?;
-        let left = Direction::<World, f64>::from_vector(departure.direction.vector().map(f64::from)).ok()?;
-        let left: Direction<Gmt, f64> = gmt.attitude.inverse().apply(left);
-        let face = self.face(heard.estimated.beam);
-        let arrays = GmtArrays::<f64>::default();
-        let cosines = GmtArrays::<f64>::cosines(arrays.faces().get(face)?, &left);
-        Some(FaceDirection {
-            face,
-            cosines,
-            sigma: [f64::from(departure.sigma_rad); 2],
-        })
+        verdict: SweepVerdict,
+        line_of_sight: Option<u8>,
+        before: &Counters,
+    ) -> Vec<Innovation, 3> {
+        let (Some(ratios), Some(gates)) = (self.localizer.test_ratios(), self.config.localization.gates())
+        else {
+            return Vec::new();
+        };
+        let after = self.localizer.counters();
+        let judged = !matches!(
+            verdict,
+            SweepVerdict::NoSight | SweepVerdict::Waiting | SweepVerdict::Started | SweepVerdict::TooLate
+        );
+        let line = line_of_sight.filter(|_| judged).map(|dof| Innovation {
+            measured: Measured::LineOfSight,
+            dof,
+            test_ratio: ratios.line_of_sight,
+            gate: if dof == 5 { gates.five } else { gates.three } as f32,
+            accepted: matches!(
+                verdict,
+                SweepVerdict::Accepted | SweepVerdict::Inflated | SweepVerdict::Refixed
+            ),
+        });
+        let timing = Some(Innovation {
+            measured: Measured::TwoWayTiming,
+            dof: 1,
+            test_ratio: ratios.two_way,
+            gate: gates.one as f32,
+            accepted: after.timing_rejected == before.timing_rejected,
+        });
+        let reflection = (after.reflections != before.reflections).then_some(Innovation {
+            measured: Measured::Reflection,
+            dof: 5,
+            test_ratio: ratios.reflection,
+            gate: gates.five as f32,
+            accepted: true,
+        });
+        [line, timing, reflection].into_iter().flatten().collect()
     }
 
     /// What becomes of a path with the final pose.
@@ -394,11 +319,6 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             }
         }
     }
-}
-
-/// The multiple of a delay period that is nearest to a length, m.
-fn whole_periods_m(length_m: f64) -> f64 {
-    length_m - wrap_delay_m(length_m)
 }
 
 /// A bearing as the localizer takes it.

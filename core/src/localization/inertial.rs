@@ -4,7 +4,7 @@
 //! the increment: rotation, velocity and position gained over a step, in the body axes at its start, so that it is
 //! independent of where the UAV is and may wait until a late measurement has corrected the pose before it.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Nanoseconds in a second.
 const NS: f32 = 1e-9;
@@ -27,9 +27,8 @@ pub struct ImuErrors {
     pub gyro_bias_rad_per_s: Vector3<f32>,
     /// Bias of the accelerometer, m/s^2.
     pub accel_bias_m_per_s2: Vector3<f32>,
-    /// Reading of each gyroscope axis per unit of true rate about z, less the ideal (0, 0, 1): misalignment x and y,
-    /// scale z.
-    pub gyro_z_column: Vector3<f32>,
+    /// Scale and misalignment of the gyroscope: its reading per unit of true rate less the identity.
+    pub gyro_matrix: Matrix3<f32>,
 }
 
 impl Default for ImuErrors {
@@ -38,16 +37,16 @@ impl Default for ImuErrors {
         Self {
             gyro_bias_rad_per_s: Vector3::zeros(),
             accel_bias_m_per_s2: Vector3::zeros(),
-            gyro_z_column: Vector3::zeros(),
+            gyro_matrix: Matrix3::zeros(),
         }
     }
 }
 
 impl ImuErrors {
-    /// Angular rate of a sample without the errors: `w = wm - bg - gz (wm_z - bg_z)`, rad/s.
+    /// Angular rate of a sample without the errors: `w = (I - M) (wm - bg)`, rad/s.
     pub fn rate_rad_per_s(&self, sample: &ImuSample) -> Vector3<f32> {
         let rate = sample.rate_rad_per_s - self.gyro_bias_rad_per_s;
-        rate - self.gyro_z_column * rate.z
+        rate - self.gyro_matrix * rate
     }
 
     /// Specific force of a sample without the errors, m/s^2.
@@ -86,9 +85,10 @@ impl ImuIncrement {
     pub fn with_errors(&self, errors: &ImuErrors) -> Self {
         let dt = self.dt_s();
         let rate_bias = errors.gyro_bias_rad_per_s - self.removed.gyro_bias_rad_per_s;
-        let column = errors.gyro_z_column - self.removed.gyro_z_column;
+        let matrix = errors.gyro_matrix - self.removed.gyro_matrix;
         let force = errors.accel_bias_m_per_s2 - self.removed.accel_bias_m_per_s2;
-        let turn = -(rate_bias * dt + column * self.delta_angle_rad.z);
+        let biased = rate_bias * dt;
+        let turn = -(biased + matrix * (self.delta_angle_rad - biased));
         // A turn error that grows evenly over the step rotates the force by half of it on average.
         let (half, third) = (turn * 0.5, turn * (1.0 / 3.0));
         Self {
@@ -160,7 +160,7 @@ mod tests {
         let rate = Vector3::new(0.9, -0.5, 1.2f64);
         let force = Vector3::new(2.0, -1.0, 11.0f64);
         let biased = rate - errors.gyro_bias_rad_per_s.map(f64::from);
-        let rate = biased - errors.gyro_z_column.map(f64::from) * biased.z;
+        let rate = biased - errors.gyro_matrix.map(f64::from) * biased;
         let force = force - errors.accel_bias_m_per_s2.map(f64::from);
         let fine = 20_000;
         let dt = STEP_NS as f64 * 1e-9 * steps as f64 / 2.0 / f64::from(fine);
@@ -202,7 +202,7 @@ mod tests {
         let errors = ImuErrors {
             gyro_bias_rad_per_s: Vector3::new(0.01, -0.02, 0.015),
             accel_bias_m_per_s2: Vector3::new(0.2, 0.1, -0.3),
-            gyro_z_column: Vector3::new(0.003, -0.002, 0.004),
+            gyro_matrix: Matrix3::new(0.002, 0.001, 0.003, -0.003, 0.004, -0.002, 0.001, 0.002, 0.004),
         };
         let (plain, exact) = (integrated(2, &ImuErrors::default()), integrated(2, &errors));
         let corrected = plain.with_errors(&errors);
@@ -220,14 +220,14 @@ mod tests {
         let errors = ImuErrors {
             gyro_bias_rad_per_s: Vector3::new(0.1, 0.2, 0.3),
             accel_bias_m_per_s2: Vector3::new(1.0, 2.0, 3.0),
-            gyro_z_column: Vector3::new(0.01, 0.02, 0.03),
+            gyro_matrix: Matrix3::new(0.01, 0.0, 0.01, 0.0, 0.02, 0.02, 0.0, 0.0, 0.03),
         };
         let sample = ImuSample {
             time_ns: 0,
             rate_rad_per_s: Vector3::new(1.1, 1.2, 2.3),
             specific_force_m_per_s2: Vector3::new(1.0, 2.0, 12.0),
         };
-        assert!((errors.rate_rad_per_s(&sample) - Vector3::new(0.98, 0.96, 1.94)).norm() < 1e-6);
+        assert!((errors.rate_rad_per_s(&sample) - Vector3::new(0.97, 0.94, 1.94)).norm() < 1e-6);
         assert!((errors.specific_force_m_per_s2(&sample) - Vector3::new(0.0, 0.0, 9.0)).norm() < 1e-6);
     }
 }

@@ -65,7 +65,12 @@ impl<T: Real, const N: usize> fmt::Display for Line<'_, T, N> {
             "sweep {} {:?} steps {:016x} state",
             self.sweep, self.verdict, self.inertial
         )?;
-        let clock = [state.clock_offset_m, state.clock_drift_m_per_s];
+        let clock = [
+            state.clock_offset_m,
+            state.clock_drift_m_per_s,
+            state.clock_ramp_m_per_s2,
+            state.two_way_bias_m,
+        ];
         let numbers = state
             .position_m
             .iter()
@@ -80,14 +85,13 @@ impl<T: Real, const N: usize> fmt::Display for Line<'_, T, N> {
         }
         write!(f, " sensor")?;
         let errors = &state.imu;
-        for vector in [
-            &errors.gyro_bias_rad_per_s,
-            &errors.accel_bias_m_per_s2,
-            &errors.gyro_z_column,
-        ] {
-            for part in vector.iter() {
-                write!(f, " {:08x}", part.to_bits())?;
-            }
+        let sensor = errors
+            .gyro_bias_rad_per_s
+            .iter()
+            .chain(&errors.accel_bias_m_per_s2)
+            .chain(errors.gyro_matrix.iter());
+        for number in sensor {
+            write!(f, " {:08x}", number.to_bits())?;
         }
         let mut covariance = Digest::new();
         for i in 0..N {

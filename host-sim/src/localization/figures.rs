@@ -146,6 +146,7 @@ fn band(flights: &[Vec<Record>], order: f64, value: impl Fn(&Record) -> Option<f
         let values: Vec<f64> = flights
             .iter()
             .filter_map(|flight| flight.get(sweep).and_then(&value))
+            .filter(|value| value.is_finite())
             .collect();
         if values.is_empty() {
             continue;
@@ -159,7 +160,11 @@ fn band(flights: &[Vec<Record>], order: f64, value: impl Fn(&Record) -> Option<f
             inside += 1.0;
         }
     }
-    (sum / count, inside / judged)
+    if judged > 0.0 {
+        (sum / count, inside / judged)
+    } else {
+        (f64::NAN, f64::NAN)
+    }
 }
 
 /// Quantile of chi-square at a normal deviate (Wilson and Hilferty): exact to a percent from three degrees of freedom on.

@@ -4,8 +4,8 @@ use core::f64::consts::PI;
 
 use cslam_core::geometry::{Direction, Position, Real, Rotation};
 use cslam_core::localization::filter::{
-    ATTITUDE, CLOCK_OFFSET, Filter, FilterConfig, MappedPlane, POSITION, PathMeasurement, SweepMeasurement,
-    SweepVerdict, Transmitter, wrap_delay_m,
+    CLOCK_OFFSET, Filter, FilterConfig, MappedPlane, PathMeasurement, SweepMeasurement, SweepVerdict,
+    Transmitter, wrap_delay_m,
 };
 use cslam_core::localization::imu::{Alignment, Imu, ImuConfig, RestAlignment, RestConfig, RestStatus};
 use cslam_core::localization::planes::Plane;
@@ -228,10 +228,10 @@ fn record<T: Real, const N: usize>(
     let turn = Rotation3::from_matrix_unchecked(truth.motion.attitude.matrix() * state.attitude.transpose());
     let attitude_rad = turn.scaled_axis();
     let clock_m = wrap_delay_m(state.clock_offset_m - truth.clock_offset_m);
-    let block = |i: usize| filter.covariance().block(i, i).map(|c| c.to_f64());
-    let nees = |e: &Vector3<f64>, i: usize| {
-        block(i)
-            .try_inverse()
+    let pose = filter.pose();
+    let nees = |e: &Vector3<f64>, covariance: Option<Matrix3<f32>>| {
+        covariance
+            .and_then(|covariance| covariance.map(f64::from).try_inverse())
             .map_or(f64::NAN, |inverse| (inverse * e).dot(e))
     };
     let clock_variance = filter.covariance().at(CLOCK_OFFSET, CLOCK_OFFSET).to_f64();
@@ -246,8 +246,8 @@ fn record<T: Real, const N: usize>(
         attitude_rad,
         clock_m,
         nees: [
-            nees(&position_m, POSITION),
-            nees(&attitude_rad, ATTITUDE),
+            nees(&position_m, pose.map(|pose| pose.position_covariance_m2)),
+            nees(&attitude_rad, pose.map(|pose| pose.attitude_covariance_rad2)),
             clock_m * clock_m / clock_variance,
         ],
         nis: f64::from(filter.test_ratios().line_of_sight) * FilterConfig::default().gates.five,

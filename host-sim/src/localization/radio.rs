@@ -44,7 +44,7 @@ impl Default for RadioErrors {
             element_phase_deg: 2.0,
             axis_deg: 0.1,
             array_delay_ps: 50.0,
-            face_bias: [1.06e-3, 1.44e-3],
+            face_bias: [1.5e-3; 2],
             face_smooth: [0.33e-3, 0.19e-3],
             departure_white: 0.9e-3,
             aoa_white_deg: [0.05, 0.02],

@@ -42,6 +42,12 @@ pub(super) fn beacon(beacon: &sensors::Beacon) -> Option<Beacon> {
     })
 }
 
+/// Time of the GMT when the UAV's clock shows `at_ns`. The clock is off by microseconds, so one correction does.
+pub(super) fn gmt_time_s(world: &World<'_>, at_ns: u64) -> f64 {
+    let shown_s = at_ns as f64 * 1e-9;
+    2.0 * shown_s - world.flight().clock().reading_s(shown_s)
+}
+
 /// Whether the beacon of the sweep in hand will not come any more at `event`, UAV time `at_ns`.
 pub(super) fn is_overdue(heard: &HeardSweep, at_ns: u64, world: &World<'_>, event: &Event) -> bool {
     let latency_s = world.flight().config().beacon.latency_s;

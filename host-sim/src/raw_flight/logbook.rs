@@ -1,7 +1,7 @@
 //! Keeps the log of a flight: the receiver's reports beside the world's truth.
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
-use cslam_core::cslam::{Outcome, PATHS, PathReport, SweepReport};
+use cslam_core::cslam::{self, Outcome, PATHS, PathReport, SweepReport};
 use cslam_core::geometry::Matrix3;
 use cslam_core::localization::Pose;
 use cslam_core::localization::filter::SweepVerdict;
@@ -12,8 +12,8 @@ use cslam_core::telemetry::{
 use nalgebra::{Rotation3, UnitQuaternion};
 
 use crate::flight_log::{
-    FlightLog, Header, LinkEstimate, MapVoxel, MeasuredPath, PointRecord, PoseEstimate, PoseTruth,
-    SweepEstimate, SweepRecord, SweepTruth,
+    FlightLog, Header, Innovation, LinkEstimate, MapVoxel, MeasuredPath, Measurement, PointRecord,
+    PoseEstimate, PoseRecord, PoseTruth, SweepEstimate, SweepRecord, SweepTruth,
 };
 use crate::sensors::Truth;
 use crate::world::HeardSweep;
@@ -92,6 +92,15 @@ impl Logbook {
         }
     }
 
+    /// Enters the pose between sweeps, at a time of the GMT.
+    pub(super) fn pose(&mut self, pose: Option<&Pose>, clock_offset_m: Option<f64>, truth: &Truth) {
+        self.log.poses.push(PoseRecord {
+            time_s: truth.time_s,
+            estimate: pose.map(|pose| pose_estimate(pose, clock_offset_m)),
+            truth: pose_truth(truth),
+        });
+    }
+
     /// Enters a sweep with its points.
     pub(super) fn sweep(&mut self, report: &SweepReport<PATHS>, heard: HeardSweep) {
         let time_s = heard.truth.time_s;
@@ -143,7 +152,7 @@ impl Logbook {
                     .map(|p| p.to_array().map(f64::from)),
             }),
             los_used: taken,
-            innovations: Vec::new(),
+            innovations: report.innovations.iter().map(innovation).collect(),
         };
         let pose = pose_truth(&heard.truth);
         self.log.sweeps.push(SweepRecord {
@@ -176,6 +185,20 @@ impl Logbook {
             })
             .collect();
         (self.log, self.packets)
+    }
+}
+
+fn innovation(of: &cslam::Innovation) -> Innovation {
+    Innovation {
+        measurement: match of.measured {
+            cslam::Measured::LineOfSight => Measurement::Los,
+            cslam::Measured::TwoWayTiming => Measurement::Timing,
+            cslam::Measured::Reflection => Measurement::Reflection,
+        },
+        dof: u32::from(of.dof),
+        nis: f64::from(of.test_ratio) * f64::from(of.gate),
+        test_ratio: f64::from(of.test_ratio),
+        accepted: of.accepted,
     }
 }
 

@@ -23,6 +23,9 @@ use logbook::Logbook;
 /// Sweeps that may lie ready: 6.9 MB each.
 const AHEAD: usize = 3;
 
+/// Time between two poses in the log, ns: 20 Hz.
+const POSE_INTERVAL_NS: u64 = 50_000_000;
+
 /// A receiver's map on the host: as many voxels as a board has.
 pub const VOXELS: usize = 4096;
 
@@ -80,6 +83,7 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
 ) -> Result<(FlightLog, Vec<u8>), InputError> {
     let mut logbook = Logbook::new(header, receiver.map().edge_m());
     let mut hand: Option<HeardSweep> = None;
+    let mut pose_due_ns = 0;
     // Ends the sweep in hand; whether to go on.
     let mut end = |receiver: &mut Cslam<'_, E, VOXELS, STATES>, logbook: &mut Logbook, heard: HeardSweep| {
         receiver.end_sweep().is_none_or(|report| {
@@ -95,7 +99,18 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
             break;
         }
         match stamped.event {
-            Event::Imu(sample) => receiver.imu(&events::imu_sample(at, &sample)),
+            Event::Imu(sample) => {
+                receiver.imu(&events::imu_sample(at, &sample));
+                if at >= pose_due_ns {
+                    pose_due_ns += POSE_INTERVAL_NS;
+                    // The pose is as old as the last whole inertial step.
+                    let pose = receiver.pose();
+                    let stamp_ns = pose.as_ref().map_or(at, |pose| pose.time_ns);
+                    let truth = world.flight().truth(events::gmt_time_s(world, stamp_ns));
+                    let clock_offset_m = pose.as_ref().and_then(|pose| receiver.clock_offset_m(pose));
+                    logbook.pose(pose.as_ref(), clock_offset_m, &truth);
+                }
+            }
             Event::Magnetometer(sample) => receiver.magnetometer(at, &events::field_ut(&sample)),
             Event::Timing(sample) => receiver.timing(at, sample.clock_offset_s),
             Event::Beacon(said) => {

@@ -108,7 +108,7 @@ pub(crate) fn fly(faults: &str, flagged: impl Fn(&LocalizerHealth) -> bool) -> F
         .replace("@T", &format!("{fault_s:?}"))
         .replace("@S", &sweep.to_string());
     let recorded = recorded(&faults);
-    let mut localizer = Box::new(Localizer::<f32, 50>::new(&config(), 0));
+    let mut localizer = Box::new(Localizer::<f32, 58>::new(&config(), 0));
     let mut flown = Flown {
         finite: true,
         flagged_after_s: None,
@@ -184,7 +184,7 @@ pub(crate) fn fly(faults: &str, flagged: impl Fn(&LocalizerHealth) -> bool) -> F
 }
 
 /// Errors at the horizon, which is the sweep just taken; `None` without a pose.
-fn figures(localizer: &Localizer<f32, 50>, truth: &TrueSweep) -> Option<Figures> {
+fn figures(localizer: &Localizer<f32, 58>, truth: &TrueSweep) -> Option<Figures> {
     let filter = localizer.filter();
     if !filter.is_running() {
         return None;

@@ -15,7 +15,7 @@ pub(crate) struct Flown {
 /// Flies the recording with so many states: one run for all tests.
 pub(crate) fn flown(states: usize) -> &'static Flown {
     static RUNS: [OnceLock<Flown>; 2] = [OnceLock::new(), OnceLock::new()];
-    RUNS[usize::from(states == 50)].get_or_init(|| fly(states))
+    RUNS[usize::from(states == 58)].get_or_init(|| fly(states))
 }
 
 fn fly(states: usize) -> Flown {

@@ -19,8 +19,8 @@ fn counts(text: &str) -> BTreeMap<String, f64> {
 }
 
 fn measured() -> BTreeMap<String, f64> {
-    let mut all = counts(&chip::flown(38).log);
-    all.extend(counts(&chip::flown(50).log));
+    let mut all = counts(&chip::flown(46).log);
+    all.extend(counts(&chip::flown(58).log));
     all
 }
 
@@ -53,7 +53,7 @@ fn no_part_costs_more_than_committed() {
 #[test]
 fn localization_meets_its_budgets() {
     let measured = measured();
-    for states in [38, 50] {
+    for states in [46, 58] {
         for (part, budget) in [
             ("inertial sample, most", 2_000.0),
             ("covariance step, most", 60_000.0),

@@ -81,7 +81,7 @@ fn difference(host: &str, chip: &str) -> Option<String> {
 
 #[test]
 fn the_chip_flies_the_bits_of_the_host() {
-    let (host, chip) = (host::<50>(), chip::flown(50));
+    let (host, chip) = (host::<58>(), chip::flown(58));
     // The beacon after the last of 120 sweeps is not heard any more.
     assert_eq!(host.lines().count(), 119);
     assert_eq!(difference(&host, &chip.lines), None, "{}", chip.log);
@@ -110,13 +110,13 @@ fn the_chip_flies_the_bits_of_the_host() {
 
 #[test]
 fn the_smaller_filter_too() {
-    let (host, chip) = (host::<38>(), chip::flown(38));
+    let (host, chip) = (host::<46>(), chip::flown(46));
     assert_eq!(difference(&host, &chip.lines), None, "{}", chip.log);
 }
 
 #[test]
 fn one_bit_is_a_difference() {
-    let host = host::<38>();
+    let host = host::<46>();
     let mut other = host.clone().into_bytes();
     let place = host.find("state ").expect("a state") + 12;
     other[place] ^= 1;

@@ -41,7 +41,7 @@ pub(super) struct Place {
 
 /// Result of a fit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Fit {
+pub(super) struct Fit<const SYMBOLS: usize> {
     pub(super) place: Place,
     /// Energy explained, in noise variances.
     pub(super) energy: f32,
@@ -50,6 +50,8 @@ pub(super) struct Fit {
     pub(super) delay_information: f32,
     /// Whether the steps died out.
     pub(super) settled: bool,
+    /// Symbols that were fitted.
+    pub(super) heeded: [bool; SYMBOLS],
 }
 
 /// Everything one evaluation gives, in noise variances.
@@ -80,7 +82,7 @@ impl<'a, const SYMBOLS: usize, const ACTIVE: usize> Heard<'a, SYMBOLS, ACTIVE> {
     }
 
     /// Fits from a starting place.
-    pub(super) fn fit<const X: usize, const Z: usize>(&self, start: Place) -> Fit {
+    pub(super) fn fit<const X: usize, const Z: usize>(&self, start: Place) -> Fit<SYMBOLS> {
         let mut place = start;
         let mut sums = self.evaluate::<X, Z>(&place);
         let mut heeded = heeded(&sums);
@@ -124,6 +126,7 @@ impl<'a, const SYMBOLS: usize, const ACTIVE: usize> Heard<'a, SYMBOLS, ACTIVE> {
             information: normal.hessian,
             delay_information: normal.delay_hessian,
             settled: length < NEAR_ENOUGH,
+            heeded,
         }
     }
 
@@ -138,7 +141,7 @@ impl<'a, const SYMBOLS: usize, const ACTIVE: usize> Heard<'a, SYMBOLS, ACTIVE> {
         all
     }
 
-    fn sums<const X: usize, const Z: usize>(
+    pub(super) fn sums<const X: usize, const Z: usize>(
         &self,
         symbol: &SquintSymbol,
         spectrum: &Spectrum<ACTIVE>,
@@ -197,16 +200,16 @@ fn total<const SYMBOLS: usize>(all: &Weighted<SYMBOLS>, heeded: &[bool; SYMBOLS]
 
 /// Sums over the subcarriers of a symbol: r is the pattern, x and z its derivatives, w the angular frequency per metre.
 #[derive(Clone, Copy, Debug, Default)]
-struct Sums {
-    rr: f32,
-    rx: f32,
-    rz: f32,
+pub(super) struct Sums {
+    pub(super) rr: f32,
+    pub(super) rx: f32,
+    pub(super) rz: f32,
     xx: f32,
     xz: f32,
     zz: f32,
-    wrr: f32,
+    pub(super) wrr: f32,
     wwrr: f32,
-    ry: Complex<f32>,
+    pub(super) ry: Complex<f32>,
     xy: Complex<f32>,
     zy: Complex<f32>,
     wry: Complex<f32>,

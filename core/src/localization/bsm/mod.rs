@@ -21,6 +21,7 @@ mod pattern;
 mod peak;
 mod reception;
 mod refusal;
+mod robust;
 mod search;
 mod sighting;
 #[cfg(test)]
@@ -31,7 +32,7 @@ use nalgebra::Matrix2;
 
 pub use reception::NULLS;
 pub use refusal::Refusal;
-pub use sighting::Sighting;
+pub use sighting::{Expected, Sighting};
 
 use crate::array::{GmtFace, SquintConfig, SquintScheme, SquintSymbol, UavArrays};
 use crate::block::BeamBlock;
@@ -146,6 +147,7 @@ pub struct BeamSquint<
     spectra: [Option<Spectrum<ACTIVE>>; SYMBOLS],
     /// Face and reference delay.
     begun: Option<(usize, f32)>,
+    expected: Option<Expected>,
 }
 
 impl<
@@ -194,6 +196,7 @@ impl<
             reception: Reception::new(waveform),
             spectra: [None; SYMBOLS],
             begun: None,
+            expected: None,
         })
     }
 
@@ -215,6 +218,7 @@ impl<
             return Err(Refusal::Masked);
         }
         self.begun = Some((sighting.face, sighting.c_tau_m));
+        self.expected = sighting.expected;
         Ok(())
     }
 
@@ -262,14 +266,15 @@ impl<
         Ok(self.read(face, readings))
     }
 
-    /// Maximum likelihood: the known pattern, fitted from the best places of a coarse grid.
+    /// Maximum likelihood: the known pattern, fitted from the best places of a coarse grid, near where the sighting expects
+    /// the path if it does.
     ///
     /// # Errors
     /// Those of [`Self::pick`], [`Refusal::Ambiguous`] and [`Refusal::Unsettled`].
     pub fn fit(&self) -> Result<Bearing, Refusal> {
         let (face, reference_m, heard) = self.heard()?;
-        let starts = search::candidates::<X, Z, SYMBOLS, ACTIVE>(&heard);
-        let fits: Vec<fit::Fit, { search::CANDIDATES }> = starts
+        let starts = search::candidates::<X, Z, SYMBOLS, ACTIVE>(&heard, self.expected.as_ref());
+        let fits: Vec<fit::Fit<SYMBOLS>, { search::CANDIDATES }> = starts
             .iter()
             .map(|cosines| {
                 heard.fit::<X, Z>(Place {
@@ -288,10 +293,13 @@ impl<
             return Err(Refusal::TooWeak);
         }
         let [x, z] = best.place.cosines;
-        if !best.settled || x * x + z * z >= 1.0 {
+        let astray = self
+            .expected
+            .is_some_and(|expected| !expected.holds(&best.place.cosines));
+        if !best.settled || x * x + z * z >= 1.0 || astray {
             return Err(Refusal::Unsettled);
         }
-        let elsewhere = |f: &&fit::Fit| {
+        let elsewhere = |f: &&fit::Fit<SYMBOLS>| {
             let [fx, fz] = f.place.cosines;
             (fx - x).abs() > SAME || (fz - z).abs() > SAME
         };
@@ -302,7 +310,8 @@ impl<
         {
             return Err(Refusal::Ambiguous);
         }
-        let mut covariance = fit::invert(&best.information).ok_or(Refusal::SymbolsMissing)?;
+        let shown = heard.shown::<X, Z>(best).ok_or(Refusal::SymbolsMissing)?;
+        let mut covariance = shown.cosines;
         let [rx, rz] = self.config.residual_sigma;
         covariance.m11 += rx * rx;
         covariance.m22 += rz * rz;
@@ -313,7 +322,7 @@ impl<
             covariance,
             delay: Some(Delay {
                 c_tau_m: reference_m + best.place.delay_m,
-                variance_m2: 1.0 / best.delay_information + sigma_m * sigma_m,
+                variance_m2: shown.delay_m2 + sigma_m * sigma_m,
             }),
         })
     }

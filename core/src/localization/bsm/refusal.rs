@@ -23,7 +23,7 @@ pub enum Refusal {
     NoPeak,
     /// Two directions explain what was heard about equally well.
     Ambiguous,
-    /// The fit did not settle, or left the half space before the face.
+    /// The fit did not settle, or left the half space before the face or the place where it was told to look.
     Unsettled,
 }
 
@@ -38,7 +38,7 @@ impl fmt::Display for Refusal {
             Self::TooWeak => "the symbols do not stand out of the noise",
             Self::NoPeak => "the power over subcarriers has no peak",
             Self::Ambiguous => "two directions explain the symbols equally well",
-            Self::Unsettled => "the fit found no place before the face",
+            Self::Unsettled => "the fit found no place where it should look",
         })
     }
 }

@@ -8,6 +8,7 @@ use heapless::Vec;
 use super::fit::Heard;
 use super::pattern::{Band, Row};
 use super::reception::Spectrum;
+use super::sighting::Expected;
 use crate::array::SquintSymbol;
 
 /// Step of the grid: a quarter of the distance from a beam's peak to its null (signal.md section 6).
@@ -25,9 +26,10 @@ const APART: usize = 2;
 
 type Grid = [[f32; CELLS[1]]; CELLS[0]];
 
-/// Best places of the grid, best first.
+/// Best places of the grid, best first; of those around where the path is expected, if it is.
 pub(super) fn candidates<const X: usize, const Z: usize, const SYMBOLS: usize, const ACTIVE: usize>(
     heard: &Heard<'_, SYMBOLS, ACTIVE>,
+    expected: Option<&Expected>,
 ) -> Vec<[f32; 2], CANDIDATES> {
     let band = heard.band.decimated(STRIDE);
     let mut grid: Grid = [[0.0; CELLS[1]]; CELLS[0]];
@@ -53,7 +55,7 @@ pub(super) fn candidates<const X: usize, const Z: usize, const SYMBOLS: usize, c
             [false, false] => {}
         }
     }
-    best(&grid)
+    best(&grid, expected)
 }
 
 /// Power of every [`STRIDE`] subcarriers over what noise adds, in noise variances.
@@ -126,7 +128,7 @@ fn whole<const X: usize, const Z: usize>(symbol: &SquintSymbol, power: &[f32], b
 }
 
 /// The best cells that are [`APART`].
-fn best(grid: &Grid) -> Vec<[f32; 2], CANDIDATES> {
+fn best(grid: &Grid, expected: Option<&Expected>) -> Vec<[f32; 2], CANDIDATES> {
     let mut taken: Vec<[usize; 2], CANDIDATES> = Vec::new();
     while !taken.is_full() {
         let cells = grid
@@ -137,8 +139,10 @@ fn best(grid: &Grid) -> Vec<[f32; 2], CANDIDATES> {
             let near = |t: &[usize; 2]| t[0].abs_diff(*i) <= APART && t[1].abs_diff(*j) <= APART;
             !taken.iter().any(near)
         };
+        let looked_at =
+            |[i, j]: &[usize; 2]| expected.is_none_or(|e| e.holds(&[cosine(0, *i), cosine(1, *j)]));
         let Some((cell, _)) = cells
-            .filter(|(cell, score)| *score > 0.0 && away(cell))
+            .filter(|(cell, score)| *score > 0.0 && away(cell) && looked_at(cell))
             .max_by(|a, b| a.1.total_cmp(&b.1))
         else {
             break;

@@ -27,6 +27,26 @@ pub struct Sighting {
     pub c_tau_m: f32,
     /// Angles of arrival of paths that come nearly at the same time, such as the ground bounce: nulled.
     pub interferers: Vec<Direction<Body>, NULLS>,
+    /// Where it is expected, if anything says so. Beside a wall a reflection that leaves the GMT towards the middle of the
+    /// face is heard stronger than a line of sight at its edge.
+    pub expected: Option<Expected>,
+}
+
+/// Where a fit looks for the line of sight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Expected {
+    /// Direction cosines along the row and up the column of the face.
+    pub cosines: [f32; 2],
+    /// How far from there it may be, in either cosine.
+    pub radius: f32,
+}
+
+impl Expected {
+    /// Whether a place is near enough.
+    pub(super) fn holds(&self, cosines: &[f32; 2]) -> bool {
+        let [x, z] = self.cosines;
+        (cosines[0] - x).abs() <= self.radius && (cosines[1] - z).abs() <= self.radius
+    }
 }
 
 impl Sighting {
@@ -51,6 +71,7 @@ impl Sighting {
             aoa: direct.path.aoa,
             c_tau_m: direct.path.c_tau_m,
             interferers: Vec::new(),
+            expected: None,
         };
         for path in paths {
             // Delays are cyclic: the line of sight may come at the end of a period and the next path after its start.

@@ -10,6 +10,7 @@ fn sighting() -> Sighting {
         aoa: Direction::from_vector(Vector3::new(1.0, 0.2, -0.3)).expect("not zero"),
         c_tau_m: 50.0,
         interferers: Vec::new(),
+        expected: None,
     }
 }
 

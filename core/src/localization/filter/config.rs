@@ -3,6 +3,7 @@
 //! Defaults are the error budget of design README section 6 in the form of localization.md section 2. Immutable while
 //! flying.
 
+use super::measurement::Transmitter;
 use crate::constants::{SPEED_OF_LIGHT_M_PER_S, STANDARD_GRAVITY_M_PER_S2};
 
 const NS_M: f64 = SPEED_OF_LIGHT_M_PER_S * 1e-9;
@@ -13,23 +14,25 @@ const DEG_RAD: f64 = core::f64::consts::PI / 180.0;
 pub struct ProcessNoise {
     /// White noise of the accelerometer, m/s per root s.
     pub accel_m_per_s: f64,
-    /// Scale error of the accelerometer: this share of the acceleration acts as white noise with a time of 1 s.
+    /// Scale and misalignment of the accelerometer: this share of what it feels beside hovering acts as white noise with a
+    /// time of 1 s.
     pub accel_scale: f64,
     /// White noise of the gyroscope, rad per root s.
     pub gyro_rad: f64,
-    /// Scale error of the gyroscope, as of the accelerometer. Half of what is left beside the yaw column, which is a state:
-    /// tilting motions reverse before they add up.
-    pub gyro_scale: f64,
     /// Random walk of the gyroscope bias, rad/s per root s.
     pub gyro_bias_rad_per_s: f64,
     /// Random walk of the accelerometer bias, m/s^2 per root s.
     pub accel_bias_m_per_s2: f64,
     /// White frequency noise of the clock, m per root s.
     pub clock_offset_m: f64,
-    /// Random walk and thermal ramp of the clock frequency, m/s per root s.
+    /// Random walk of the clock frequency, m/s per root s.
     pub clock_drift_m_per_s: f64,
-    /// Walk of the face biases, per root s: they are constant over a face up to a smooth rest, and the beacon's position
-    /// wanders.
+    /// Walk of the clock's ramp, m/s^2 per root s: temperatures turn.
+    pub clock_ramp_m_per_s2: f64,
+    /// Walk of the beacon's position error, m per root s.
+    pub beacon_m: f64,
+    /// Walk of the face biases, per root s: they are constant over a face up to a smooth rest of 0.3 mrad, which a flight
+    /// crosses in some ten seconds.
     pub face_bias: f64,
     /// Acceleration that is possible without inertial data, m/s per root s.
     pub gap_accel_m_per_s: f64,
@@ -49,31 +52,39 @@ pub enum ClockClass {
 }
 
 impl ClockClass {
-    /// Densities (offset m, drift m/s). The ramp counts as a walk with a time of 1 s.
-    pub fn density(self) -> (f64, f64) {
+    /// White FM, m per root s; random walk, m/s per root s; thermal ramp, m/s^2.
+    pub fn figures(self) -> (f64, f64, f64) {
         let (white, walk, ramp): (f64, f64, f64) = match self {
             Self::Tcxo => (0.1, 0.3, 0.5),
             Self::GoodTcxo => (0.03, 0.05, 0.05),
             Self::Ocxo => (0.01, 0.003, 0.0),
         };
-        // A ramp is no walk: it keeps its direction. Counted 1.5-fold, the filter lags it least (measured).
-        (white * NS_M, libm::sqrt(walk * walk + 2.25 * ramp * ramp) * NS_M)
+        (white * NS_M, walk * NS_M, ramp * NS_M)
+    }
+
+    /// Density of the ramp's walk, m/s^2 per root s: it reverses about once a minute, (2 ramp)^2 / 60 s.
+    fn ramp_walk_m_per_s2(self) -> f64 {
+        let (_, _, ramp) = self.figures();
+        ramp * 2.0 / 7.75
     }
 }
 
 impl Default for ProcessNoise {
     fn default() -> Self {
-        let (clock_offset_m, clock_drift_m_per_s) = ClockClass::Tcxo.density();
+        let clock = ClockClass::Tcxo;
+        let (clock_offset_m, clock_drift_m_per_s, _) = clock.figures();
         Self {
             accel_m_per_s: 1.5 * 70e-6 * STANDARD_GRAVITY_M_PER_S2,
             accel_scale: 0.003,
             gyro_rad: 1.5 * 2.8e-3 * DEG_RAD,
-            gyro_scale: 0.0015,
             gyro_bias_rad_per_s: 1.2e-3 * DEG_RAD,
             accel_bias_m_per_s2: 1.2 * 0.02e-3 * STANDARD_GRAVITY_M_PER_S2,
             clock_offset_m,
             clock_drift_m_per_s,
-            face_bias: 2e-4,
+            clock_ramp_m_per_s2: clock.ramp_walk_m_per_s2(),
+            // 20 mm that wander over a minute: sqrt(2 / 60 s).
+            beacon_m: 3.7e-3,
+            face_bias: 1.2e-4,
             gap_accel_m_per_s: 3.0,
             gap_gyro_rad: 0.5,
         }
@@ -94,28 +105,28 @@ pub struct RadioNoise {
     pub two_way_m: f64,
     /// Magnetic heading, rad.
     pub heading_rad: f64,
+    /// Up to this standard deviation, m per axis, the beacon's error is one that stays from sweep to sweep. It moves the whole
+    /// solution, and shows in no measurement.
+    pub beacon_m: f64,
 }
 
 impl RadioNoise {
-    /// The default with another white error of two-way timing, ns.
-    pub fn with_two_way_ns(white_ns: f64) -> Self {
-        Self {
-            two_way_m: white_ns * NS_M,
-            ..Self::default()
-        }
+    /// The part of a beacon's standard deviation that stays from sweep to sweep, m per axis.
+    pub(super) fn steady_beacon_m(&self, gmt: &Transmitter) -> f64 {
+        gmt.sigma_m.min(self.beacon_m)
     }
 }
 
 impl Default for RadioNoise {
-    /// A little more than the white part of each error: 0.05 deg, 12 mm beside the beacon's 20 mm, 0.9 mrad; two-way timing
-    /// 0.3 ns white. Constant parts are states, or, like the fixed error of the timing, beyond what a filter can know.
+    /// The white part of each error: 0.05 and 0.02 deg, 20 mm, 0.9 mrad; two-way timing 0.3 ns. Constant parts are states.
     fn default() -> Self {
         Self {
-            aoa_rad: 0.05 * DEG_RAD,
-            delay_m: 0.012,
+            aoa_rad: 0.054 * DEG_RAD,
+            delay_m: 0.02,
             departure: 0.9e-3,
             two_way_m: 0.3 * NS_M,
             heading_rad: 8.0 * DEG_RAD,
+            beacon_m: 0.03,
         }
     }
 }
@@ -127,12 +138,18 @@ pub struct Priors {
     pub gyro_bias_rad_per_s: f64,
     /// Accelerometer bias, m/s^2.
     pub accel_bias_m_per_s2: f64,
-    /// Gyroscope error for yaw rate.
-    pub gyro_z: f64,
+    /// Scale and misalignment of the gyroscope, each element.
+    pub gyro_matrix: f64,
     /// Clock drift, m/s: 300 is one part per million.
     pub clock_drift_m_per_s: f64,
-    /// Bias of a GMT face's direction cosine along its row, and along its column.
+    /// Clock ramp, m/s^2.
+    pub clock_ramp_m_per_s2: f64,
+    /// Constant error of two-way timing, m.
+    pub two_way_bias_m: f64,
+    /// Bias of a GMT face's direction cosine along its row, and along its column: 5 deg and 20 ps an element.
     pub face_bias: [f64; 2],
+    /// Heading and tilt of the GMT's mast against what the beacon says, rad per axis.
+    pub mast_rad: f64,
     /// Phase slope of a UAV array: 2 deg rms an element.
     pub array_slope: f64,
     /// Axis tilt of a UAV array, rad.
@@ -144,9 +161,12 @@ impl Default for Priors {
         Self {
             gyro_bias_rad_per_s: 0.5 * DEG_RAD,
             accel_bias_m_per_s2: 20e-3 * STANDARD_GRAVITY_M_PER_S2,
-            gyro_z: 0.003,
+            gyro_matrix: 0.003,
             clock_drift_m_per_s: 300.0,
-            face_bias: [1.25e-3; 2],
+            clock_ramp_m_per_s2: ClockClass::Tcxo.figures().2,
+            two_way_bias_m: 0.1 * NS_M,
+            face_bias: [1.5e-3; 2],
+            mast_rad: 0.05 * DEG_RAD,
             array_slope: 1.7e-3,
             array_axis_rad: 0.1 * DEG_RAD,
         }
@@ -207,7 +227,17 @@ pub struct FilterConfig {
 impl FilterConfig {
     /// The same with a clock of another class.
     pub fn with_clock(mut self, class: ClockClass) -> Self {
-        (self.process.clock_offset_m, self.process.clock_drift_m_per_s) = class.density();
+        let (white, walk, ramp) = class.figures();
+        (self.process.clock_offset_m, self.process.clock_drift_m_per_s) = (white, walk);
+        self.process.clock_ramp_m_per_s2 = class.ramp_walk_m_per_s2();
+        self.priors.clock_ramp_m_per_s2 = ramp;
+        self
+    }
+
+    /// The same with other errors of two-way timing, ns: white, and constant over a flight.
+    pub fn with_two_way_ns(mut self, white_ns: f64, constant_ns: f64) -> Self {
+        self.radio.two_way_m = white_ns * NS_M;
+        self.priors.two_way_bias_m = constant_ns * NS_M;
         self
     }
 }

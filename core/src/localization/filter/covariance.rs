@@ -5,7 +5,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::layout::{ACCEL_BIAS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, GYRO_BIAS, GYRO_Z, POSITION, VELOCITY};
+use super::layout::{
+    ACCEL_BIAS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, GYRO_BIAS, GYRO_MATRIX, POSITION, VELOCITY,
+};
 use super::row::Row;
 use crate::geometry::Real;
 
@@ -18,8 +20,8 @@ pub struct Transition<T: Real> {
     pub force_m_per_s2: Vector3<T>,
     /// Attitude R_wb.
     pub attitude: Matrix3<T>,
-    /// Angular rate about body z, rad/s.
-    pub yaw_rate_rad_per_s: T,
+    /// Angular rate, body axes, rad/s.
+    pub rate_rad_per_s: Vector3<T>,
 }
 
 impl<T: Real> Transition<T> {
@@ -28,7 +30,11 @@ impl<T: Real> Transition<T> {
         let at = |i: usize| Vector3::new(x[i], x[i + 1], x[i + 2]);
         let dt = self.dt_s;
         let (velocity, angle) = (at(VELOCITY), at(ATTITUDE));
-        let gyro = at(GYRO_BIAS) + at(GYRO_Z) * self.yaw_rate_rad_per_s;
+        let rate = &self.rate_rad_per_s;
+        let gyro = at(GYRO_BIAS)
+            + at(GYRO_MATRIX) * rate.x
+            + at(GYRO_MATRIX + 3) * rate.y
+            + at(GYRO_MATRIX + 6) * rate.z;
         let force = self.attitude * at(ACCEL_BIAS);
         let turn = self.attitude * gyro;
         // -[f]x th = th x f
@@ -39,7 +45,9 @@ impl<T: Real> Transition<T> {
             x[VELOCITY + i] += gained[i] * dt;
             x[ATTITUDE + i] -= turn[i] * dt;
         }
-        x[CLOCK_OFFSET] += x[CLOCK_DRIFT] * dt;
+        let ramp = x[CLOCK_RAMP];
+        x[CLOCK_OFFSET] += (x[CLOCK_DRIFT] + ramp * half) * dt;
+        x[CLOCK_DRIFT] += ramp * dt;
     }
 }
 
@@ -55,7 +63,7 @@ impl<T: Real, const N: usize> Covariance<T, N> {
         const {
             assert!(
                 N >= super::layout::PLANES && (N - super::layout::PLANES).is_multiple_of(3),
-                "38 states and three a plane"
+                "46 states and three a plane"
             );
         }
         Self {
@@ -99,6 +107,25 @@ impl<T: Real, const N: usize> Covariance<T, N> {
                 *value = covariance[(a, b)];
             }
         }
+    }
+
+    /// Sets the covariance of two states.
+    pub fn correlate(&mut self, i: usize, j: usize, covariance: T) {
+        for (a, b) in [(i, j), (j, i)] {
+            if let Some(value) = self.p.get_mut(a).and_then(|row| row.get_mut(b)) {
+                *value = covariance;
+            }
+        }
+    }
+
+    /// Forgets all about a state but that the sum of it and `other` was just measured with this variance.
+    pub fn reset_to_sum(&mut self, state: usize, other: usize, variance: T) {
+        let known = self.at(other, other);
+        for k in 0..N {
+            let shared = self.at(other, k);
+            self.correlate(state, k, -shared);
+        }
+        self.correlate(state, state, variance + known);
     }
 
     /// Adds variance to a state (process noise).

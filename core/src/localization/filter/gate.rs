@@ -77,7 +77,8 @@ pub(super) struct Innovation {
 }
 
 impl Innovation {
-    /// That of a path's rows.
+    /// That of a path's rows. (Without rows of arrival, while the attitude is lost, the cosines of departure stand in their place:
+    /// they are angles just as well.)
     pub(super) fn of<T: Real>(time_ns: u64, rows: &[Row<T>]) -> Self {
         let at = |k: usize| rows.get(k).map_or(0.0, |row| row.residual.to_f64());
         Self {

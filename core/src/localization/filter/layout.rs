@@ -1,6 +1,6 @@
 //! Where each error stands in the state vector (localization.md section 2).
 //!
-//! 17 errors of motion, sensors and clock, 21 of calibration, then three of each mapped plane. Attitude errors are small
+//! 17 errors of motion, sensors and clock, 27 of calibration, two more of the clock, then three of each mapped plane. Attitude errors are small
 //! rotation vectors in WORLD axes.
 
 /// Position, m, world axes.
@@ -23,10 +23,14 @@ pub const FACE_BIAS: usize = 17;
 pub const ARRAY_SLOPE: usize = 23;
 /// Tilt of the axis of each UAV array about two directions, rad.
 pub const ARRAY_AXIS: usize = 27;
-/// Error column of the gyroscope for yaw rate.
-pub const GYRO_Z: usize = 35;
+/// Scale and misalignment of the gyroscope: error for a rate about x, about y, about z, three each.
+pub const GYRO_MATRIX: usize = 35;
+/// Clock ramp: rate of the drift, m/s^2. A temperature that rises keeps rising.
+pub const CLOCK_RAMP: usize = 44;
+/// Constant error of two-way timing, m: unequal delays of the two radios.
+pub const TWO_WAY_BIAS: usize = 45;
 /// First plane: offset (m) and two tilts (rad) each.
-pub const PLANES: usize = 38;
+pub const PLANES: usize = 46;
 
 /// Faces of the GMT's mast.
 pub(super) const FACES: usize = 3;
@@ -35,6 +39,11 @@ pub(super) const ARRAYS: usize = 4;
 
 /// States that [`super::Covariance::propagate`] mixes: the first 17.
 pub(super) const MOVING: usize = 17;
+
+/// Number of states of a filter that holds up to `planes` planes at a time.
+pub const fn states(planes: usize) -> usize {
+    PLANES + 3 * planes
+}
 
 /// Number of planes of a filter with `states` states.
 pub const fn planes(states: usize) -> usize {

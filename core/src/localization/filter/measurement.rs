@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::config::RadioNoise;
 use super::layout::{ARRAY_AXIS, ARRAY_SLOPE, ATTITUDE, CLOCK_OFFSET, FACE_BIAS, POSITION};
-use super::nominal::{Nominal, wrap_delay_m};
+use super::nominal::{DELAY_PERIOD_M, Nominal, wrap_delay_m};
 use super::row::Row;
 use crate::array::{GmtArrays, UavArrays};
 use crate::geometry::{Body, Direction, Gmt, Real, Rotation, World};
@@ -164,6 +164,62 @@ impl Model {
         Some(gmt.attitude.apply_vector(&local))
     }
 
+    /// Where a path alone puts the UAV: from the (image of the) GMT along the direction of departure, or against that of arrival
+    /// when the departure was not measured.
+    pub fn place(
+        &self,
+        nominal: &Nominal,
+        gmt: &Transmitter,
+        path: &PathMeasurement,
+        bounces: &[(&MappedPlane, usize)],
+    ) -> Option<Vector3<f64>> {
+        let range = wrap_delay_m(path.c_tau_m - nominal.clock_offset_m);
+        // A range is positive: up to a whole period.
+        let range = if range < 0.0 {
+            range + DELAY_PERIOD_M
+        } else {
+            range
+        };
+        let mirrors = mirrors(&gmt.position_m, bounces);
+        let source = mirrors.last().map_or(gmt.position_m, |m| m.image_m);
+        let onward = match &path.departure {
+            Some(departure) => {
+                let departed = self.departed(departure, gmt, nominal)?;
+                mirrors.iter().fold(departed, |v, m| m.turn(&v))
+            }
+            None => -(nominal.attitude * self.corrected(&path.aoa, nominal)),
+        };
+        Some(source + onward * range)
+    }
+
+    /// The rows of a path for a position that may be far off: linearised where the path itself puts the UAV, so that a linear step
+    /// of metres lands as precisely as one of millimetres.
+    pub fn rows_from_afar<T: Real>(
+        &self,
+        nominal: &Nominal,
+        gmt: &Transmitter,
+        path: &PathMeasurement,
+        bounces: &[(&MappedPlane, usize)],
+    ) -> Option<PathRows<T>> {
+        let place = self.place(nominal, gmt, path, bounces)?;
+        let there = Nominal {
+            position_m: place,
+            ..*nominal
+        };
+        let mut rows = self.rows::<T>(&there, gmt, path, bounces)?;
+        let shift = (place - nominal.position_m).map(T::of);
+        for row in &mut rows {
+            let along = row.entries().iter().fold(T::zero(), |sum, &(state, h)| {
+                let axis = usize::from(state).checked_sub(POSITION);
+                sum + axis
+                    .and_then(|axis| shift.get(axis))
+                    .map_or(T::zero(), |s| h * *s)
+            });
+            row.residual += along;
+        }
+        Some(rows)
+    }
+
     /// The rows of a path, straight from the GMT or off the given planes in the order in which the wave met them; with each
     /// comes the state where its errors begin. `None` when UAV and (image of the) GMT coincide.
     pub fn rows<T: Real>(
@@ -182,11 +238,10 @@ impl Model {
         }
         let l = way / range;
         let across = (Matrix3::identity() - l * l.transpose()) / range;
-        // The beacon's own error moves the source as the UAV's error does.
-        let (gmt_range, gmt_angle) = (
-            gmt.sigma_m * gmt.sigma_m,
-            (gmt.sigma_m / range) * (gmt.sigma_m / range),
-        );
+        // The beacon's own error moves the source as the UAV's error does. What stays of it moves the world, and is no noise.
+        let steady = self.noise.steady_beacon_m(gmt);
+        let gmt_range = gmt.sigma_m * gmt.sigma_m - steady * steady;
+        let gmt_angle = gmt_range / (range * range);
         let squared = |a: f64, b: f64, c: f64| a * a + b * b + c;
         let mut rows = PathRows::new();
 

@@ -39,8 +39,8 @@ pub use config::{ClockClass, FilterConfig, Gates, Priors, ProcessNoise, RadioNoi
 pub use covariance::{Covariance, Transition};
 pub use health::{Counters, Health, TestRatios};
 pub use layout::{
-    ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, FACE_BIAS, GYRO_BIAS, GYRO_Z,
-    PLANES, POSITION, VELOCITY, planes,
+    ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, FACE_BIAS,
+    GYRO_BIAS, GYRO_MATRIX, PLANES, POSITION, TWO_WAY_BIAS, VELOCITY, planes, states,
 };
 pub use measurement::{FaceDirection, MappedPlane, Model, PathMeasurement, Transmitter};
 pub use nominal::{DELAY_PERIOD_M, Nominal, rotation, wrap_delay_m};
@@ -62,9 +62,9 @@ pub const HISTORY: usize = 64;
 pub const MAX_PLANES: usize = 4;
 
 /// A filter without planes.
-pub type Filter38 = Filter<f32, 38>;
+pub type Filter46 = Filter<f32, { states(0) }>;
 /// The default: four mapped planes at a time.
-pub type Filter50 = Filter<f32, 50>;
+pub type Filter58 = Filter<f32, { states(MAX_PLANES) }>;
 
 #[cfg(test)]
 mod tests;
@@ -76,7 +76,7 @@ struct Slot {
     used_ns: u64,
 }
 
-/// Error-state filter of `N` states (38, and three for each plane that is held at a time), its covariance in `T`.
+/// Error-state filter of `N` states (46, and three for each plane that is held at a time), its covariance in `T`.
 #[derive(Clone, Debug)]
 pub struct Filter<T: Real, const N: usize> {
     config: FilterConfig,
@@ -90,6 +90,8 @@ pub struct Filter<T: Real, const N: usize> {
     window: Window,
     beacon: BeaconMonitor,
     last_gmt: Option<(u64, Transmitter)>,
+    /// Standard deviation of the beacon's error that stays from sweep to sweep, m per axis.
+    beacon_sigma_m: f64,
     running: bool,
     clock_known: bool,
     gyro_bias_known: bool,
@@ -122,6 +124,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             window: Window::new(),
             beacon: BeaconMonitor::new(BeaconLimits::default()),
             last_gmt: None,
+            beacon_sigma_m: 0.0,
             running: false,
             clock_known: false,
             gyro_bias_known: false,
@@ -209,6 +212,15 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         let block = |i, j| self.covariance.block(i, j).map(|c| c.to_f64() as f32);
         let sigma = |i| libm::sqrtf(self.variance(i).max(0.0) as f32);
+        // The state is the pose against the beacon's and its mast's heading. How these err is not for the filter to know: it shows
+        // in no measurement.
+        let beacon = (self.beacon_sigma_m * self.beacon_sigma_m) as f32;
+        let mast = self.config.priors.mast_rad as f32;
+        let from = self
+            .last_gmt
+            .map_or(Vector3::zeros(), |(_, gmt)| state.position_m - gmt.position_m);
+        let aside = Vector3::new(-from.y as f32, from.x as f32, 0.0) * mast;
+        let turned = Vector3::z() * mast;
         Some(Pose {
             time_ns: state.time_ns,
             position: Position::from_vector(state.position_m).ok()?,
@@ -220,10 +232,12 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 drift_m_per_s: state.clock_drift_m_per_s as f32,
                 drift_sigma_m_per_s: sigma(CLOCK_DRIFT),
             },
-            position_covariance_m2: block(POSITION, POSITION),
+            position_covariance_m2: block(POSITION, POSITION)
+                + Matrix3::identity() * beacon
+                + aside * aside.transpose(),
             velocity_covariance_m2_per_s2: block(VELOCITY, VELOCITY),
-            attitude_covariance_rad2: block(ATTITUDE, ATTITUDE),
-            position_attitude_covariance_m_rad: block(POSITION, ATTITUDE),
+            attitude_covariance_rad2: block(ATTITUDE, ATTITUDE) + turned * turned.transpose(),
+            position_attitude_covariance_m_rad: block(POSITION, ATTITUDE) + aside * turned.transpose(),
             resets: self.resets,
         })
     }

@@ -7,8 +7,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::layout::{
-    ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ARRAYS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, FACE_BIAS, FACES,
-    GYRO_BIAS, GYRO_Z, POSITION, VELOCITY,
+    ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ARRAYS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, FACE_BIAS,
+    FACES, GYRO_BIAS, GYRO_MATRIX, POSITION, TWO_WAY_BIAS, VELOCITY,
 };
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::localization::{ImuErrors, ImuIncrement};
@@ -36,6 +36,10 @@ pub struct Nominal {
     pub clock_offset_m: f64,
     /// Clock drift, m/s.
     pub clock_drift_m_per_s: f64,
+    /// Rate of that, m/s^2.
+    pub clock_ramp_m_per_s2: f64,
+    /// Constant error of two-way timing, m.
+    pub two_way_bias_m: f64,
     /// Errors of the inertial sensor.
     pub imu: ImuErrors,
     /// Bias of the direction cosines (s_x, s_z) per GMT face.
@@ -56,6 +60,8 @@ impl Nominal {
             attitude: Matrix3::identity(),
             clock_offset_m: 0.0,
             clock_drift_m_per_s: 0.0,
+            clock_ramp_m_per_s2: 0.0,
+            two_way_bias_m: 0.0,
             imu: ImuErrors::default(),
             face_bias: [[0.0; 2]; FACES],
             array_slope: [0.0; ARRAYS],
@@ -63,9 +69,9 @@ impl Nominal {
         }
     }
 
-    /// Moves on by an increment, and gives the mean specific force over it in world axes (m/s^2) and the angular rate
-    /// about body z (rad/s).
-    pub fn advance(&mut self, increment: &ImuIncrement) -> (Vector3<f64>, f64) {
+    /// Moves on by an increment, and gives the mean specific force over it in world axes (m/s^2) and the mean angular rate
+    /// (rad/s, body axes).
+    pub fn advance(&mut self, increment: &ImuIncrement) -> (Vector3<f64>, Vector3<f64>) {
         let increment = increment.with_errors(&self.imu);
         let dt = increment.end_ns.saturating_sub(self.time_ns) as f64 * 1e-9;
         let gained = self.attitude * increment.delta_velocity_m_per_s.map(f64::from);
@@ -78,9 +84,9 @@ impl Nominal {
         self.coast_clock(dt);
         self.time_ns = increment.end_ns;
         if dt > 0.0 {
-            (gained / dt, turn.z / dt)
+            (gained / dt, turn / dt)
         } else {
-            (Vector3::zeros(), 0.0)
+            (Vector3::zeros(), Vector3::zeros())
         }
     }
 
@@ -93,7 +99,9 @@ impl Nominal {
     }
 
     fn coast_clock(&mut self, dt_s: f64) {
-        self.clock_offset_m = wrap_delay_m(self.clock_offset_m + self.clock_drift_m_per_s * dt_s);
+        let drift = self.clock_drift_m_per_s + 0.5 * self.clock_ramp_m_per_s2 * dt_s;
+        self.clock_offset_m = wrap_delay_m(self.clock_offset_m + drift * dt_s);
+        self.clock_drift_m_per_s += self.clock_ramp_m_per_s2 * dt_s;
     }
 
     /// Adds estimated errors. Planes are not part of it.
@@ -106,9 +114,12 @@ impl Nominal {
         let narrow = |v: Vector3<f64>| v.map(|c| c as f32);
         self.imu.gyro_bias_rad_per_s += narrow(vector(GYRO_BIAS));
         self.imu.accel_bias_m_per_s2 += narrow(vector(ACCEL_BIAS));
-        self.imu.gyro_z_column += narrow(vector(GYRO_Z));
+        let [x, y, z] = [0, 3, 6].map(|k| narrow(vector(GYRO_MATRIX + k)));
+        self.imu.gyro_matrix += Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z);
         self.clock_offset_m = wrap_delay_m(self.clock_offset_m + at(CLOCK_OFFSET));
         self.clock_drift_m_per_s += at(CLOCK_DRIFT);
+        self.clock_ramp_m_per_s2 += at(CLOCK_RAMP);
+        self.two_way_bias_m += at(TWO_WAY_BIAS);
         for (s, bias) in self.face_bias.iter_mut().flatten().enumerate() {
             *bias += at(FACE_BIAS + s);
         }
@@ -126,7 +137,7 @@ impl Nominal {
             && self.velocity_m_per_s.iter().all(|c| c.is_finite())
             && self.attitude.iter().all(|c| c.is_finite())
             && self.clock_offset_m.is_finite()
-            && self.clock_drift_m_per_s.is_finite()
+            && (self.clock_drift_m_per_s + self.clock_ramp_m_per_s2 + self.two_way_bias_m).is_finite()
             && self.imu.gyro_bias_rad_per_s.iter().all(|c| c.is_finite())
             && self.imu.accel_bias_m_per_s2.iter().all(|c| c.is_finite())
     }

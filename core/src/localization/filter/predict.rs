@@ -3,7 +3,7 @@
 use super::Filter;
 use super::covariance::Transition;
 use super::layout::{
-    ACCEL_BIAS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, FACE_BIAS, GYRO_BIAS, POSITION, VELOCITY,
+    ACCEL_BIAS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, FACE_BIAS, GYRO_BIAS, POSITION, VELOCITY,
 };
 use super::nominal::Nominal;
 use super::scalar::Pending;
@@ -139,7 +139,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let before = self.nominal.attitude;
         let dt = increment.end_ns.saturating_sub(self.nominal.time_ns) as f64 * 1e-9;
         let (place, velocity) = (self.nominal.position_m, self.nominal.velocity_m_per_s);
-        let (mut force, yaw_rate) = self.nominal.advance(increment);
+        let (mut force, rate) = self.nominal.advance(increment);
         let noise = self.config.process;
         let mut unknown = 0.0;
         if self.health.attitude_lost {
@@ -155,13 +155,15 @@ impl<T: Real, const N: usize> Filter<T, N> {
             force_m_per_s2: force.map(T::of),
             // Halfway: the biases turn with the body.
             attitude: ((before + self.nominal.attitude) * 0.5).map(T::of),
-            yaw_rate_rad_per_s: T::of(yaw_rate),
+            rate_rad_per_s: rate.map(T::of),
         });
-        let acceleration = force - Vector3::z() * STANDARD_GRAVITY_M_PER_S2;
-        let rate = increment.delta_angle_rad.map(f64::from).norm() / dt.max(1e-6);
-        let square = |a: f64, b: f64| (a * a + b * b) * dt;
-        let accel = square(noise.accel_m_per_s, noise.accel_scale * acceleration.norm());
-        let gyro = square(noise.gyro_rad, noise.gyro_scale * rate);
+        // Scale and misalignment of the accelerometer for what differs from hovering, where they are a bias: a multirotor's force
+        // stays along its own axis, whatever it does.
+        let felt = increment.delta_velocity_m_per_s.map(f64::from) / dt.max(1e-6);
+        let unlike = felt - Vector3::z() * STANDARD_GRAVITY_M_PER_S2;
+        let scale = noise.accel_scale * unlike.norm();
+        let accel = (noise.accel_m_per_s * noise.accel_m_per_s + scale * scale) * dt;
+        let gyro = noise.gyro_rad * noise.gyro_rad * dt;
         self.add_noise(dt, accel + extra_accel + unknown, gyro + extra_gyro);
     }
 
@@ -176,7 +178,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             dt_s: T::of(dt),
             force_m_per_s2: Vector3::new(T::zero(), T::zero(), T::zero()),
             attitude: self.nominal.attitude.map(T::of),
-            yaw_rate_rad_per_s: T::zero(),
+            rate_rad_per_s: Vector3::new(T::zero(), T::zero(), T::zero()),
         });
         self.add_noise(dt, accel, gyro);
     }
@@ -205,7 +207,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let noise = self.config.process;
         let walk = |density: f64| density * density * dt;
         for i in 0..3 {
-            self.covariance.add(POSITION + i, T::of(accel * dt * dt / 3.0));
+            self.covariance
+                .add(POSITION + i, T::of(accel * dt * dt / 3.0 + walk(noise.beacon_m)));
             self.covariance.add(VELOCITY + i, T::of(accel));
             self.covariance.add(ATTITUDE + i, T::of(gyro));
             self.covariance
@@ -217,6 +220,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
             .add(CLOCK_OFFSET, T::of(walk(noise.clock_offset_m)));
         self.covariance
             .add(CLOCK_DRIFT, T::of(walk(noise.clock_drift_m_per_s)));
+        self.covariance
+            .add(CLOCK_RAMP, T::of(walk(noise.clock_ramp_m_per_s2)));
         for i in 0..2 * super::layout::FACES {
             self.covariance.add(FACE_BIAS + i, T::of(walk(noise.face_bias)));
         }

@@ -115,7 +115,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             let held = self.slots.iter().position(|slot| slot.plane.id == plane_now.id);
             let _ = bounces.push((plane_now, held.map_or(N + 3 * k, plane)));
         }
-        let Some(mut rows) = self.model.rows::<T>(&self.nominal, gmt, path, &bounces) else {
+        let Some(mut rows) = self.rows(gmt, path, &bounces) else {
             return;
         };
         for (plane_now, state) in bounces.iter().filter(|(_, state)| *state >= N) {
@@ -171,7 +171,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
                     let _ = bounces.push((&slot.plane, plane(index)));
                 }
             }
-            self.model.rows::<T>(&self.nominal, gmt, path, &bounces)
+            self.rows(gmt, path, &bounces)
         };
         let Some(rows) = rows else {
             return false;

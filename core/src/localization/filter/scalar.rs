@@ -1,6 +1,6 @@
 //! Scalar measurements: two-way timing, magnetic heading. They wait until the horizon passes their time stamps.
 
-use super::layout::{ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET};
+use super::layout::{ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, TWO_WAY_BIAS};
 use super::nominal::wrap_delay_m;
 use super::row::Row;
 use super::{Filter, Gates};
@@ -105,8 +105,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
             self.set_clock(offset_m, variance);
             return;
         }
-        let mut row = Row::new(wrap_delay_m(offset_m - self.nominal.clock_offset_m), variance);
+        let expected = self.nominal.clock_offset_m + self.nominal.two_way_bias_m;
+        let mut row = Row::new(wrap_delay_m(offset_m - expected), variance);
         row.push(CLOCK_OFFSET, 1.0);
+        row.push(TWO_WAY_BIAS, 1.0);
         let gate = self.config.gates.one;
         let ratio = self.scalar_ratio(&row, gate);
         self.ratios.two_way = ratio as f32;
@@ -158,8 +160,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     fn set_clock(&mut self, offset_m: f64, variance: f64) {
-        self.nominal.clock_offset_m = wrap_delay_m(offset_m);
-        self.covariance.reset(CLOCK_OFFSET, T::of(variance));
+        self.nominal.clock_offset_m = wrap_delay_m(offset_m - self.nominal.two_way_bias_m);
+        self.covariance
+            .reset_to_sum(CLOCK_OFFSET, TWO_WAY_BIAS, T::of(variance));
         // A step of the offset says nothing about the rate; what ties the rate to other states goes with the offset.
         let drift = self.variance(CLOCK_DRIFT);
         self.covariance.reset(CLOCK_DRIFT, T::of(drift));

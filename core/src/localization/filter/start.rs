@@ -2,11 +2,11 @@
 
 use super::gate::Innovation;
 use super::layout::{
-    ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ARRAYS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, FACE_BIAS, FACES,
-    GYRO_BIAS, GYRO_Z, POSITION, VELOCITY,
+    ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ARRAYS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, FACE_BIAS,
+    FACES, GYRO_BIAS, GYRO_MATRIX, POSITION, TWO_WAY_BIAS, VELOCITY,
 };
 use super::measurement::{PathMeasurement, Transmitter};
-use super::nominal::{DELAY_PERIOD_M, Nominal, wrap_delay_m};
+use super::nominal::{DELAY_PERIOD_M, Nominal};
 use super::window::Solution;
 use super::{Covariance, Filter};
 use crate::geometry::Real;
@@ -16,6 +16,12 @@ use crate::localization::imu::Alignment;
 pub(super) const START_FIXES: usize = 5;
 /// Standard deviations of a pose from a window: position m, velocity m/s, attitude rad (angles of arrival, arrays).
 const FIXED_SIGMA: (f64, f64, f64) = (0.3, 0.3, 0.008);
+
+/// Mean square of the change of a face's cosine with the mast's tilt: that of the cosine of the angle off the face's normal, over
+/// its 120 degrees.
+const MAST_SHARE: f64 = 0.7;
+/// Cosine of the angle between two faces.
+const FACES_COSINE: f64 = -0.5;
 
 impl<T: Real, const N: usize> Filter<T, N> {
     /// Takes over the gyroscope bias found at rest. The tilt is not needed: the start finds it from motion, as precisely as
@@ -46,16 +52,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
         else {
             return;
         };
-        let range = wrap_delay_m(path.c_tau_m - self.nominal.clock_offset_m);
-        // A range is positive: up to a whole period.
-        let range = if range < 0.0 {
-            range + DELAY_PERIOD_M
-        } else {
-            range
+        let Some(place) = self.model.place(&self.nominal, gmt, path, &[]) else {
+            return;
         };
         let seen = self.model.corrected(&path.aoa, &self.nominal);
-        self.window
-            .push(gmt.position_m + departed * range, -departed, seen);
+        self.window.push(place, -departed, seen);
     }
 
     /// Starts when the window allows it.
@@ -149,19 +150,32 @@ impl<T: Real, const N: usize> Filter<T, N> {
             set(ATTITUDE + i, 0.1);
             set(GYRO_BIAS + i, priors.gyro_bias_rad_per_s);
             set(ACCEL_BIAS + i, priors.accel_bias_m_per_s2);
-            set(GYRO_Z + i, priors.gyro_z);
+        }
+        for i in 0..9 {
+            set(GYRO_MATRIX + i, priors.gyro_matrix);
         }
         set(CLOCK_OFFSET, DELAY_PERIOD_M);
         set(CLOCK_DRIFT, priors.clock_drift_m_per_s);
-        for face in 0..FACES {
-            for (k, sigma) in priors.face_bias.into_iter().enumerate() {
-                set(FACE_BIAS + 2 * face + k, sigma);
-            }
-        }
+        set(CLOCK_RAMP, priors.clock_ramp_m_per_s2);
+        set(TWO_WAY_BIAS, priors.two_way_bias_m);
         for j in 0..ARRAYS {
             set(ARRAY_SLOPE + j, priors.array_slope);
             set(ARRAY_AXIS + 2 * j, priors.array_axis_rad);
             set(ARRAY_AXIS + 2 * j + 1, priors.array_axis_rad);
+        }
+        // A mast that tilts shifts the cosines along the columns, of each face by what it looks at. (A wrong heading turns the
+        // whole solution, and is counted where the pose is handed out.)
+        let mast = priors.mast_rad * priors.mast_rad * MAST_SHARE;
+        let [row, column] = priors.face_bias;
+        for a in 0..FACES {
+            set(FACE_BIAS + 2 * a, row);
+            set(FACE_BIAS + 2 * a + 1, libm::sqrt(column * column + mast));
+        }
+        for a in 0..FACES {
+            for b in 0..a {
+                let (a, b) = (FACE_BIAS + 2 * a + 1, FACE_BIAS + 2 * b + 1);
+                self.covariance.correlate(a, b, T::of(mast * FACES_COSINE));
+            }
         }
     }
 }

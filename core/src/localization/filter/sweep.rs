@@ -4,7 +4,7 @@ use super::Filter;
 use super::beacon::BeaconVerdict;
 use super::gate::{Innovation, chi_square};
 use super::layout::{ATTITUDE, POSITION, VELOCITY};
-use super::measurement::{MappedPlane, PathMeasurement, PathRows, Transmitter};
+use super::measurement::{MappedPlane, PATH_ROWS, PathMeasurement, PathRows, Transmitter};
 use super::row::Row;
 use super::start::START_FIXES;
 use crate::geometry::Real;
@@ -67,6 +67,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         self.advance_to(measurement.time_ns);
         let gmt = self.judge_beacon(measurement);
+        self.beacon_sigma_m = self.config.radio.steady_beacon_m(&gmt);
         let verdict = match &measurement.line_of_sight {
             Some(path) => self.line_of_sight(&gmt, path),
             None => SweepVerdict::NoSight,
@@ -132,14 +133,14 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if self.sigma(ATTITUDE) > gates.attitude_lost_rad && self.try_refix(START_FIXES) {
             return SweepVerdict::Refixed;
         }
-        let Some(mut rows) = self.model.rows::<T>(&self.nominal, gmt, path, &[]) else {
+        let Some(mut rows) = self.rows(gmt, path, &[]) else {
             return SweepVerdict::Rejected;
         };
         let gate = if rows.len() == 5 { gates.five } else { gates.three };
         let mut chi2 = chi_square(&self.covariance, &rows);
         if chi2 > gate
             && self.delay_stepped(&rows)
-            && let Some(again) = self.model.rows::<T>(&self.nominal, gmt, path, &[])
+            && let Some(again) = self.rows(gmt, path, &[])
         {
             rows = again;
             chi2 = chi_square(&self.covariance, &rows);
@@ -212,6 +213,32 @@ impl<T: Real, const N: usize> Filter<T, N> {
     fn delay_stepped(&mut self, rows: &PathRows<T>) -> bool {
         let residual = rows.first().map_or(0.0, |row| row.residual.to_f64());
         self.clock_step_by_delay(residual)
+    }
+
+    /// The rows of a path, linearised about the state, or where the path puts the UAV when the state is not sure of that. Without
+    /// those of arrival when the attitude is lost.
+    pub(super) fn rows(
+        &self,
+        gmt: &Transmitter,
+        path: &PathMeasurement,
+        bounces: &[(&MappedPlane, usize)],
+    ) -> Option<PathRows<T>> {
+        let gates = self.gates();
+        let mut rows = if self.sigma(POSITION) > gates.trusted_m {
+            self.model.rows_from_afar(&self.nominal, gmt, path, bounces)?
+        } else {
+            self.model.rows(&self.nominal, gmt, path, bounces)?
+        };
+        if self.sigma(ATTITUDE) > gates.attitude_lost_rad && rows.len() == PATH_ROWS {
+            // No linear correction finds a lost attitude back, but a wrong one can be made to look sure. Where the UAV is, delay
+            // and departure tell by themselves; the window finds the attitude.
+            let mut without = PathRows::new();
+            for row in rows.iter().take(1).chain(rows.iter().skip(3)) {
+                without.push(*row).ok()?;
+            }
+            rows = without;
+        }
+        Some(rows)
     }
 
     /// Takes in the rows of one path, one after the other.

@@ -1,7 +1,7 @@
 //! Localization on an emulated Cortex-M7: a recorded flight in, every bit of the state after every sweep out, and the
 //! instructions it took. Run with `CSLAM_ICOUNT=10` for counts (see `kernels_an500`); without, the counts mean nothing.
 //!
-//! Arguments: `38` or `50` states, the recording (format: [`cslam_firmware::flight_check`]), the file for the lines. Both
+//! Arguments: `46` or `58` states, the recording (format: [`cslam_firmware::flight_check`]), the file for the lines. Both
 //! are files of the host, by semihosting. Exit code 0; 1 when the recording is not one; 2 for wrong arguments.
 #![no_std]
 #![no_main]
@@ -31,14 +31,14 @@ fn main() -> ! {
     };
     let config = flight_check::config();
     match states.to_bytes() {
-        b"38" => {
-            let Some(place) = cortex_m::singleton!(: Option<Localizer<f32, 38>> = None) else {
+        b"46" => {
+            let Some(place) = cortex_m::singleton!(: Option<Localizer<f32, 46>> = None) else {
                 exit(101)
             };
             fly(place.insert(Localizer::new(&config, 0)), recording, lines)
         }
-        b"50" => {
-            let Some(place) = cortex_m::singleton!(: Option<Localizer<f32, 50>> = None) else {
+        b"58" => {
+            let Some(place) = cortex_m::singleton!(: Option<Localizer<f32, 58>> = None) else {
                 exit(101)
             };
             fly(place.insert(Localizer::new(&config, 0)), recording, lines)
@@ -48,7 +48,7 @@ fn main() -> ! {
 }
 
 fn usage() -> ! {
-    defmt::error!("three arguments are expected: 38 or 50, a recording, a file for the lines");
+    defmt::error!("three arguments are expected: 46 or 58, a recording, a file for the lines");
     exit(2)
 }
 

@@ -4,14 +4,14 @@ use core::hint::black_box;
 
 use cslam_core::geometry::{Direction, Matrix3, Position, Rotation, Vector3};
 use cslam_core::localization::filter::{
-    FaceDirection, MappedPlane, PathMeasurement, SweepMeasurement, Transmitter,
+    FaceDirection, MappedPlane, PathMeasurement, SweepMeasurement, Transmitter, states,
 };
 use cslam_core::localization::imu::Alignment;
 use cslam_core::localization::planes::Plane;
 use cslam_core::localization::{ImuErrors, ImuSample, Localizer};
 
 /// States of the filter with four planes.
-pub(crate) const STATES: usize = 50;
+pub(crate) const STATES: usize = states(4);
 
 /// Flies on measurements of which the compiler knows nothing.
 pub(crate) fn fly(localizer: &mut Localizer<f32, STATES>) {

@@ -25,15 +25,18 @@ use crate::world::WorldConfig;
 /// Sweeps a second (design section 7).
 const SWEEP_RATE_HZ: f64 = 2.0;
 
+/// Scene of a flight that names none.
+const DEFAULT_SCENE: &str = "outdoor";
+
 /// Arguments of `cslam fly`.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
-    /// Fly through a scene from raw samples: outdoor, indoor, street, outdoor_a, city:SEED, or a file. With --paths: the scene
-    /// that the list was traced in, to compare the map with its surfaces
+    /// Fly through a scene from raw samples: outdoor (the default), indoor, street, outdoor_a, city:SEED, or a file. With
+    /// --paths: the scene that the list was traced in, to compare the map with its surfaces
     #[arg(long, value_name = "NAME|FILE")]
     scene: Option<String>,
     /// Fly over a path list (.jsonl or .jsonl.gz), or over the `bundled` one: measured paths with errors of stated size, no
-    /// samples, no pose to estimate. The default without --scene is the bundled list
+    /// samples, no pose to estimate
     #[arg(long, value_name = "FILE|bundled")]
     paths: Option<PathBuf>,
     /// Configuration file (TOML); --print-config shows what it may hold
@@ -142,8 +145,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let start = Instant::now();
     let mut flown = match (&args.paths, &args.scene) {
         (Some(file), _) => list::run(args, &config, file)?,
-        (None, Some(scene)) => raw::run(args, &config, scene)?,
-        (None, None) => list::run(args, &config, Path::new(list::BUNDLED))?,
+        (None, scene) => raw::run(args, &config, scene.as_deref().unwrap_or(DEFAULT_SCENE))?,
     };
     let elapsed_s = start.elapsed().as_secs_f64();
     let evaluation = evaluate(&mut flown.log, flown.scene.as_ref());

@@ -111,12 +111,14 @@ pub(super) fn run(args: &Args, config: &Config, name: &str) -> anyhow::Result<Fl
     let log = match args.stages.estimator.unwrap_or(args.mode) {
         Mode::Best => fly(
             args,
+            name,
             &world,
             receiver,
             Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&estimation),
         ),
         Mode::Paper => fly(
             args,
+            name,
             &world,
             receiver,
             PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation),
@@ -132,6 +134,7 @@ pub(super) fn run(args: &Args, config: &Config, name: &str) -> anyhow::Result<Fl
 
 fn fly<E: PathEstimator<CHANNELS, PATHS>>(
     args: &Args,
+    scene: &str,
     world: &World<'_>,
     config: Receiver<'_>,
     estimator: E,
@@ -140,7 +143,7 @@ fn fly<E: PathEstimator<CHANNELS, PATHS>>(
     let planned = usize::try_from(world.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
     let header = Header {
         mode: args.mode.name().into(),
-        scene: args.scene.clone().unwrap_or_default(),
+        scene: scene.to_owned(),
         seed: args.seed,
         planned_sweeps: planned,
         sweep_period_s: period_s,

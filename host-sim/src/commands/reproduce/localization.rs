@@ -1,7 +1,7 @@
 //! `cslam reproduce localization`: Monte Carlo of the filter, the paper's HPC beside it.
 
 use clap::ValueEnum;
-use cslam_core::localization::filter::{ClockClass, FilterConfig, RadioNoise};
+use cslam_core::localization::filter::{ClockClass, FilterConfig};
 use cslam_core::localization::hpc::Mode;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -108,10 +108,7 @@ fn good_clock(filter: FilterConfig) -> (SensorsConfig, FilterConfig) {
     (sensors.timing.white_ns, sensors.timing.fixed_ns) = (0.1, 0.05);
     (
         sensors,
-        FilterConfig {
-            radio: RadioNoise::with_two_way_ns(0.1),
-            ..filter.with_clock(ClockClass::GoodTcxo)
-        },
+        filter.with_clock(ClockClass::GoodTcxo).with_two_way_ns(0.1, 0.05),
     )
 }
 
@@ -145,9 +142,9 @@ impl Bench<'_> {
     /// The filter over a flight; with four planes in its state when there is a map.
     fn flown(&self, flight: &Prepared, scenario: &Scenario) -> Vec<Record> {
         if scenario.map.is_some() {
-            fly::<f32, 50>(flight, &self.planes, scenario)
+            fly::<f32, 58>(flight, &self.planes, scenario)
         } else {
-            fly::<f32, 38>(flight, &self.planes, scenario)
+            fly::<f32, 46>(flight, &self.planes, scenario)
         }
     }
 

@@ -254,6 +254,7 @@ mod tests {
             aoa: crate::geometry::Direction::from_vector(nalgebra::Vector3::x()).expect("unit"),
             c_tau_m: 100.0,
             interferers: heapless::Vec::new(),
+            expected: None,
         };
         squint.begin(&sighting).expect("line of sight");
         assert_eq!(squint.fit(0.3), Err(Refusal::SymbolsMissing));

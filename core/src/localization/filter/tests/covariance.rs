@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 use super::super::gate::chi_square;
 use super::super::*;
 
-const N: usize = 41;
+const N: usize = states(1);
 type Dense = SMatrix<f64, N, N>;
 
 /// Numbers without a pattern, in -1..1.
@@ -36,7 +36,7 @@ fn transition() -> (Transition<f64>, Dense) {
         dt_s: 0.02,
         force_m_per_s2: Vector3::new(1.0, -2.0, 10.0),
         attitude,
-        yaw_rate_rad_per_s: 0.7,
+        rate_rad_per_s: Vector3::new(0.3, -0.4, 0.7),
     };
     let mut f = Dense::zeros();
     let force = transition.force_m_per_s2.cross_matrix();
@@ -47,9 +47,12 @@ fn transition() -> (Transition<f64>, Dense) {
         .copy_from(&-attitude);
     f.fixed_view_mut::<3, 3>(ATTITUDE, GYRO_BIAS)
         .copy_from(&-attitude);
-    f.fixed_view_mut::<3, 3>(ATTITUDE, GYRO_Z)
-        .copy_from(&(-attitude * 0.7));
+    for (k, rate) in [0.3, -0.4, 0.7].into_iter().enumerate() {
+        f.fixed_view_mut::<3, 3>(ATTITUDE, GYRO_MATRIX + 3 * k)
+            .copy_from(&(-attitude * rate));
+    }
     f[(CLOCK_OFFSET, CLOCK_DRIFT)] = 1.0;
+    f[(CLOCK_DRIFT, CLOCK_RAMP)] = 1.0;
     (transition, f)
 }
 
@@ -58,9 +61,13 @@ fn prediction_is_the_dense_one() {
     let (mut sparse, dense) = mixed::<f64>();
     let (transition, f) = transition();
     sparse.propagate(&transition);
-    // Position takes half a step of the gained velocity as well: the second-order term of that row.
+    // Position takes half a step of the gained velocity as well, the clock's offset of its ramp: second-order terms.
     let mut phi = Dense::identity() + f * 0.02;
     let second = f * f * (0.5 * 0.02 * 0.02);
+    phi.set_row(
+        CLOCK_OFFSET,
+        &(Dense::identity() + f * 0.02 + second).row(CLOCK_OFFSET),
+    );
     phi.fixed_rows_mut::<3>(POSITION).copy_from(
         &(Dense::identity() + f * 0.02 + second)
             .fixed_rows::<3>(POSITION)
@@ -82,7 +89,7 @@ fn update_is_the_dense_joseph_form_and_single_precision_follows() {
     let mut row = Row::<f64>::new(0.3, 0.01);
     let mut narrow = Row::<f32>::new(0.3, 0.01);
     let mut h = SMatrix::<f64, 1, N>::zeros();
-    for state in [0, 1, 2, 6, 7, 8, 23, 28, 38, 40] {
+    for state in [0, 1, 2, 6, 7, 8, 23, 28, 46, 48] {
         h[state] = noise(state + 1000);
         row.push(state, h[state]);
         narrow.push(state, h[state]);
@@ -117,7 +124,7 @@ fn a_thousandfold_drop_of_sigma_keeps_single_precision_positive() {
         dt_s: 0.02f32,
         force_m_per_s2: transition.force_m_per_s2.map(|c| c as f32),
         attitude: transition.attitude.map(|c| c as f32),
-        yaw_rate_rad_per_s: 0.7,
+        rate_rad_per_s: Vector3::new(0.3, -0.4, 0.7),
     };
     for _ in 0..400 {
         let mut row = Row::<f32>::new(0.0, 0.01);
@@ -136,9 +143,9 @@ fn a_thousandfold_drop_of_sigma_keeps_single_precision_positive() {
 #[test]
 fn resets_and_inflation_touch_what_they_name() {
     let (mut p, dense) = mixed::<f64>();
-    p.reset_block(38, &Matrix3::new(4.0, 1.0, 0.0, 1.0, 3.0, 0.5, 0.0, 0.5, 2.0));
-    assert_eq!((p.at(38, 39), p.at(39, 39), p.at(40, 39)), (1.0, 3.0, 0.5));
-    assert_eq!((p.at(38, 5), p.at(5, 40)), (0.0, 0.0));
+    p.reset_block(46, &Matrix3::new(4.0, 1.0, 0.0, 1.0, 3.0, 0.5, 0.0, 0.5, 2.0));
+    assert_eq!((p.at(46, 47), p.at(47, 47), p.at(48, 47)), (1.0, 3.0, 0.5));
+    assert_eq!((p.at(46, 5), p.at(5, 48)), (0.0, 0.0));
     assert_eq!(p.at(5, 6), dense[(5, 6)]);
     p.inflate(9, 2.0);
     assert_eq!(p.at(5, 6), 4.0 * dense[(5, 6)]);

@@ -74,9 +74,9 @@ fn measurement(time_ns: u64, path: PathMeasurement) -> SweepMeasurement<'static>
 fn flown(
     end_ns: u64,
     late_ns: u64,
-    mut change: impl FnMut(u64, &mut Filter38, &mut SweepMeasurement<'static>),
-) -> Filter38 {
-    let mut filter = Filter38::new(FilterConfig::default(), 0);
+    mut change: impl FnMut(u64, &mut Filter46, &mut SweepMeasurement<'static>),
+) -> Filter46 {
+    let mut filter = Filter46::new(FilterConfig::default(), 0);
     for now in (STEP_NS..=end_ns).step_by(STEP_NS as usize) {
         filter.increment(&increment(now - STEP_NS));
         if now % SWEEP_NS == SWEEP_NS / 2 {
@@ -92,14 +92,14 @@ fn flown(
     filter
 }
 
-fn error_m(filter: &Filter38) -> f64 {
+fn error_m(filter: &Filter46) -> f64 {
     (filter.nominal().position_m - truth(filter.nominal().time_ns).position_m).norm()
 }
 
 #[test]
 fn it_starts_from_nothing_within_five_sweeps() {
     let mut verdicts = heapless::Vec::<SweepVerdict, 8>::new();
-    let mut filter = Filter38::new(FilterConfig::default(), 0);
+    let mut filter = Filter46::new(FilterConfig::default(), 0);
     assert!(filter.pose().is_none() && filter.health().starting);
     for now in (STEP_NS..=4_000_000_000).step_by(STEP_NS as usize) {
         filter.increment(&increment(now - STEP_NS));
@@ -193,7 +193,7 @@ fn a_filter_that_is_wrong_is_fixed_anew() {
 fn a_clock_step_is_taken_over_and_flagged() {
     for late in [0u64, 260_000_000] {
         let mut flagged_ns = None;
-        let mut filter = Filter38::new(FilterConfig::default(), 0);
+        let mut filter = Filter46::new(FilterConfig::default(), 0);
         let stepped = |now: u64| if now > 10_100_000_000 { 29.98 } else { 0.0 };
         for now in (STEP_NS..=14_000_000_000).step_by(STEP_NS as usize) {
             filter.increment(&increment(now - STEP_NS));
@@ -222,7 +222,7 @@ fn a_clock_step_is_taken_over_and_flagged() {
 
 #[test]
 fn missing_inertial_data_are_bridged_and_flagged() {
-    let mut filter = Filter38::new(FilterConfig::default(), 0);
+    let mut filter = Filter46::new(FilterConfig::default(), 0);
     let mut flagged = false;
     for now in (STEP_NS..=20_000_000_000).step_by(STEP_NS as usize) {
         let stopped = (10_000_000_000..13_000_000_000).contains(&now);
@@ -310,7 +310,7 @@ fn numbers_that_are_none_are_refused() {
 fn the_heading_is_used_only_without_sight() {
     let mut filter = flown(6_000_000_000, 0, |_, _, _| ());
     let wrong_yaw = 0.5 * 6.0 + 0.3;
-    let sigma = |filter: &Filter38| filter.covariance().at(ATTITUDE + 2, ATTITUDE + 2);
+    let sigma = |filter: &Filter46| filter.covariance().at(ATTITUDE + 2, ATTITUDE + 2);
     let _ = filter.heading(6_000_000_000, wrong_yaw, 0.1);
     let before = sigma(&filter);
     filter.advance_to(6_000_000_001);
@@ -331,7 +331,7 @@ fn the_heading_is_used_only_without_sight() {
 fn after_an_outage_one_sweep_is_no_proof() {
     // Blind from 10 s to 20 s; the first sweep after that sees the GMT from 3 m above, and nothing in it contradicts.
     let mut verdicts = heapless::Vec::<SweepVerdict, 4>::new();
-    let mut filter = Filter38::new(FilterConfig::default(), 0);
+    let mut filter = Filter46::new(FilterConfig::default(), 0);
     let aside = Vector3::new(0.0, 0.0, 3.0);
     for now in (STEP_NS..=22_000_000_000).step_by(STEP_NS as usize) {
         filter.increment(&increment(now - STEP_NS));

@@ -1,0 +1,168 @@
+//! The paths of a sweep as the other stages take them: with their gain, in world axes with a state, as a measurement.
+
+use heapless::Vec;
+
+use super::config::LinkStates;
+use super::receive::{ends, to_world};
+use super::{CHANNELS, Cslam, PATHS};
+use crate::array::GmtArrays;
+use crate::geometry::{Direction, Gmt, Rotation, World};
+use crate::localization::Pose;
+use crate::localization::filter::{FaceDirection, PathMeasurement, Transmitter};
+use crate::lscn::{LinkGeometry, Probabilities, Received};
+use crate::ltd::{EstimatedPath, PathEstimator};
+use crate::path::Path;
+
+/// A path with all that is said of it before there is a pose.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Heard {
+    pub(super) estimated: EstimatedPath,
+    pub(super) gain_db: Option<f32>,
+}
+
+/// A path as a pose sees it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Judged {
+    pub(super) path: Path<World>,
+    pub(super) probabilities: Option<Probabilities>,
+}
+
+/// The GMT's pace between its stops, m/s: how fast its last known position ages.
+const GMT_PACE_M_PER_S: f64 = 0.3;
+
+impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
+    Cslam<'_, E, VOXELS, STATES>
+{
+    /// The estimated paths with their gains. The estimator knows departures in the axes of the GMT's arrays; the beacon says
+    /// how these stand in the world.
+    pub(super) fn heard(&self, paths: &[EstimatedPath]) -> Vec<Heard, PATHS> {
+        let mast = self
+            .last_beacon
+            .map_or_else(Rotation::identity, |(_, beacon)| beacon.attitude);
+        let to_world = |estimated: &EstimatedPath| {
+            let mut estimated = *estimated;
+            if let Some(departure) = &mut estimated.path.aod
+                && let Ok(left) = Direction::<Gmt>::from_vector(*departure.direction.vector())
+            {
+                departure.direction = mast.apply(left);
+            }
+            estimated
+        };
+        paths
+            .iter()
+            .map(to_world)
+            .map(|estimated| Heard {
+                estimated,
+                gain_db: self.config.budget.path_gain_db(
+                    &estimated,
+                    &self.config.arrays,
+                    &self.config.codebook,
+                    &mast,
+                ),
+            })
+            .collect()
+    }
+
+    /// Where the GMT is, and at which of its stops: as the last beacon says, less sure the older it is.
+    pub(super) fn transmitter(&self, time_ns: u64) -> Option<(Transmitter, u32)> {
+        let (heard_ns, beacon) = self.last_beacon?;
+        let age_s = time_ns.saturating_sub(heard_ns) as f64 * 1e-9;
+        let moved_m = age_s * GMT_PACE_M_PER_S;
+        let attitude = Rotation::from_matrix(beacon.attitude.matrix().map(f64::from)).ok()?;
+        let transmitter = Transmitter {
+            position_m: beacon.position_m,
+            sigma_m: libm::sqrt(beacon.sigma_m * beacon.sigma_m + moved_m * moved_m),
+            attitude,
+        };
+        Some((transmitter, beacon.sweep / beacon.sweeps_per_stop.max(1)))
+    }
+
+    /// The paths as a pose sees them, and what they are.
+    pub(super) fn judge(&self, heard: &[Heard], pose: &Pose, gmt: &Transmitter) -> Vec<Judged, PATHS> {
+        let received: Vec<Received, PATHS> = heard
+            .iter()
+            .map(|heard| Received {
+                path: to_world(
+                    &heard.estimated,
+                    self.localizer.corrected(&heard.estimated.path.aoa),
+                    pose,
+                    &self.config.residuals,
+                ),
+                gain_db: heard.gain_db,
+            })
+            .collect();
+        let Ok(ends) = ends(pose, &gmt.position_m) else {
+            return Vec::new();
+        };
+        match &self.config.link_states {
+            LinkStates::Geometric(classifier) => {
+                let link = LinkGeometry::new(&ends, &received).ok();
+                received
+                    .iter()
+                    .map(|path| Judged {
+                        path: path.path,
+                        probabilities: link.as_ref().and_then(|link| classifier.path(link, path).ok()),
+                    })
+                    .collect()
+            }
+            LinkStates::Rules(rules) => received
+                .iter()
+                .map(|path| Judged {
+                    path: path.path,
+                    probabilities: Some(rules.path(&ends, &path.path)),
+                })
+                .collect(),
+            LinkStates::Paper(classifier) => {
+                let link = classifier.link(&received).ok().flatten();
+                received
+                    .iter()
+                    .enumerate()
+                    .map(|(index, path)| Judged {
+                        path: path.path,
+                        probabilities: link.filter(|_| index == 0),
+                    })
+                    .collect()
+            }
+        }
+    }
+
+    /// A path as the localizer takes it. Departure: beam squint where it listened to this path, else the sweep's beams.
+    pub(super) fn measurement(
+        &self,
+        heard: &Heard,
+        squint: Option<FaceDirection>,
+        gmt: &Transmitter,
+    ) -> Option<PathMeasurement> {
+        let path = &heard.estimated.path;
+        let covariance = &path.covariance;
+        Some(PathMeasurement {
+            c_tau_m: f64::from(path.c_tau_m),
+            c_tau_sigma_m: libm::sqrt(f64::from(covariance.m11.max(0.0))),
+            aoa: Direction::from_vector(path.aoa.vector().map(f64::from)).ok()?,
+            aoa_sigma_rad: libm::sqrt(f64::from(0.5 * (covariance.m22 + covariance.m33).max(0.0))),
+            departure: squint.or_else(|| self.beam_departure(heard, gmt)),
+        })
+    }
+
+    /// The direction of departure by the sweep's beams, as its face has it.
+    fn beam_departure(&self, heard: &Heard, gmt: &Transmitter) -> Option<FaceDirection> {
+        let departure = heard.estimated.path.aod?;
+        let left = Direction::<World, f64>::from_vector(departure.direction.vector().map(f64::from)).ok()?;
+        let left: Direction<Gmt, f64> = gmt.attitude.inverse().apply(left);
+        let face = self.face(heard.estimated.beam);
+        let arrays = GmtArrays::<f64>::default();
+        let cosines = GmtArrays::<f64>::cosines(arrays.faces().get(face)?, &left);
+        Some(FaceDirection {
+            face,
+            cosines,
+            sigma: [f64::from(departure.sigma_rad); 2],
+        })
+    }
+
+    pub(super) fn face(&self, beam: u16) -> usize {
+        self.config
+            .codebook
+            .beam(usize::from(beam))
+            .map_or(0, |beam| beam.face)
+    }
+}
