@@ -36,7 +36,7 @@ pub(crate) struct Args {
     #[arg(long, value_enum)]
     mode: Option<Mode>,
     /// Length of each flight, s; two sweeps a second
-    #[arg(long, value_name = "S", default_value_t = 300.0)]
+    #[arg(long, value_name = "S", default_value_t = 120.0)]
     duration: f64,
     /// Seed of the flights and of all errors
     #[arg(long, value_name = "N", default_value_t = 1)]
