@@ -1,6 +1,7 @@
 //! `cslam reproduce`: the paper's figures and tables, ours beside the printed values. One file a name.
 
 mod bsm;
+mod flights;
 mod localization;
 mod lscn;
 
@@ -21,6 +22,10 @@ enum What {
     /// alone, with calibration errors, beside a ground bounce; and the range of large arrays in their near field.
     /// docs/beam-squint.md holds the tables.
     Bsm(bsm::Args),
+    /// Whole flights from raw samples: both modes, or ours with one stage at a time exchanged for the paper's
+    ///
+    /// Every error of the budget; figures of each flight and of all. docs/flights.md holds the tables.
+    Flights(flights::Args),
     /// Localization: filter and HPC over flights with every error of the budget
     ///
     /// Flights through a traced scene. Path errors come from the calibration errors of both ends' arrays; inertial samples,
@@ -37,6 +42,7 @@ enum What {
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     match &args.what {
         What::Bsm(args) => bsm::run(args),
+        What::Flights(args) => flights::run(args),
         What::Localization(args) => localization::run(args),
         What::Lscn(args) => lscn::run(args),
     }
