@@ -51,7 +51,7 @@ fn points_reach_the_asked_errors() {
     let rows = lines(&two);
     assert_eq!(rows.len(), 4 + 2 * 3);
     for row in &rows[..4] {
-        assert!(row["points"] == 40 && number(row, "rmse_m") < 1e-3, "{row}");
+        assert!(row["points"] == 60 && number(row, "rmse_m") < 1e-3, "{row}");
     }
     let of = |what: &str| {
         let found = rows
@@ -60,14 +60,14 @@ fn points_reach_the_asked_errors() {
         found.unwrap_or_else(|| panic!("no row {what}"))
     };
     let best = of("best, every one");
-    assert!(number(best, "points") >= 37.0, "{best}");
+    assert!(number(best, "points") >= 57.0, "{best}");
     assert!(
         number(best, "median_m") < 0.02 && number(best, "rmse_m") < 0.25,
         "{best}"
     );
     let mapped = of("best, taken");
     assert!(
-        number(mapped, "points") >= 20.0 && number(mapped, "rmse_m") < 0.1,
+        number(mapped, "points") >= 30.0 && number(mapped, "rmse_m") < 0.1,
         "{mapped}"
     );
     assert!(number(of("paper, every one"), "median_m") > 5.0 * number(best, "median_m"));

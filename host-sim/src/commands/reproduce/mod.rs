@@ -1,6 +1,7 @@
 //! `cslam reproduce`: the paper's figures and tables, ours beside the printed values. One file a name.
 
 mod bsm;
+mod flights;
 mod known_pose;
 mod link;
 mod localization;
@@ -32,6 +33,10 @@ enum What {
     /// The paper's worked example, on a link like the paper's unless others are given. From raw samples with the
     /// true pose.
     Link(link::Args),
+    /// Whole flights from raw samples: both modes, or ours with one stage at a time exchanged for the paper's
+    ///
+    /// Every error of the budget; figures of each flight and of all. docs/flights.md holds the tables.
+    Flights(flights::Args),
     /// Localization: filter and HPC over flights with every error of the budget
     ///
     /// Flights through a traced scene. Path errors come from the calibration errors of both ends' arrays; inertial samples,
@@ -63,6 +68,7 @@ enum What {
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     match &args.what {
         What::Bsm(args) => bsm::run(args),
+        What::Flights(args) => flights::run(args),
         What::Localization(args) => localization::run(args),
         What::Link(args) => link::run(args),
         What::Lscn(args) => lscn::run(args),
