@@ -281,7 +281,7 @@ impl<
             samples,
             beam,
             exponent,
-        } = taps.into_natural();
+        } = taps.into_block();
         let search = Search {
             model: &self.model,
             template: &self.template,

@@ -38,14 +38,14 @@ mod taps;
 mod template;
 mod window;
 
-pub use correlator::{Correlator, FOLDED_TAPS, Folded, Workspace};
+pub use correlator::{Correlator, FOLDED_CHANNELS, FOLDED_TAPS, Folded, Workspace};
 pub use detector::{Detector, Peak};
 pub use estimator::{BeamReport, EstimatedPath, Estimator, EstimatorConfig};
 pub use iq::Iq;
 pub use level::Levelled;
 pub use meter::{Meter, Stage};
 pub use paper::PaperEstimator;
-pub use stages::Channel;
+pub use stages::{Channel, FoldedChannel};
 pub use tables::bin_at;
 pub use taps::BeamTaps;
 

@@ -253,7 +253,7 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
             samples,
             beam,
             exponent,
-        } = taps.into_natural();
+        } = taps.into_block();
         let kept = peak.map(|peak| {
             let first = peak.tap.wrapping_sub(KEPT / 2) & (SAMPLES - 1);
             Kept {

@@ -64,8 +64,8 @@ impl<const C: usize> Screen<C> {
     /// Whether no path of energy `floor` is in the beam.
     pub(super) fn is_empty(&self, folded: &Folded<'_>, floor: f32) -> bool {
         let least = self.least(floor, self.detector.noise(folded.profile));
-        let ends = folded.profile.last().into_iter().chain(folded.profile);
-        let most = ends.zip(folded.profile).map(|(a, b)| a + b).max();
+        let ends = folded.profile.last().into_iter().chain(folded.profile.iter());
+        let most = ends.zip(folded.profile.iter()).map(|(a, b)| a + b).max();
         !folded.strained && (most.unwrap_or(0) as f32) < least
     }
 
