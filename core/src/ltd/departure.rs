@@ -7,7 +7,7 @@
 //! square of a gain error; a weak prior on the strongest beam's direction keeps the fit tame when few beams saw the path.
 
 use heapless::Vec;
-use nalgebra::Vector3;
+use nalgebra::{Complex, Vector3};
 
 use super::phase::phasor;
 use crate::array::{Codebook, GmtArrays};
@@ -42,6 +42,13 @@ pub(super) struct Departures<const BEAMS: usize, const FACES: usize, const X: us
     arrays: GmtArrays<f32, FACES, X, Z>,
     /// Relative standard deviation of a beam's amplitude.
     gain_sigma: f32,
+}
+
+/// What a direction is to a face: its cosines, and the amplitude of an element.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    cosines: [f32; 2],
+    element: f32,
 }
 
 /// Amplitude of a path in one beam.
@@ -79,16 +86,22 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
         }
     }
 
-    /// Amplitude of a beam towards `u`.
-    fn amplitude(&self, aim: &Aim, u: &Direction<Gmt>) -> f32 {
-        let Some(face) = self.arrays.faces().get(aim.face) else {
-            return 0.0;
-        };
-        let cosines = GmtArrays::<f32, FACES, X, Z>::cosines(face, u);
+    /// What `u` is to each face.
+    fn faces(&self, u: &Direction<Gmt>) -> [Seen; FACES] {
+        self.arrays.faces().each_ref().map(|face| Seen {
+            cosines: GmtArrays::<f32, FACES, X, Z>::cosines(face, u),
+            element: self.arrays.amplitude(face, u),
+        })
+    }
+
+    /// Row and column of a beam towards a direction, each with its slope by a cosine.
+    fn factors(&self, aim: &Aim, seen: &Seen) -> [[f32; 2]; 2] {
         let turns = self.arrays.phase_per_element_rad() / core::f32::consts::TAU;
-        let row = row_factor::<X>((cosines[0] - aim.cosines[0]) * turns);
-        let column = row_factor::<Z>((cosines[1] - aim.cosines[1]) * turns);
-        (row * column).abs() * self.arrays.amplitude(face, u)
+        let [row, column] = [
+            row_factor::<X>((seen.cosines[0] - aim.cosines[0]) * turns),
+            row_factor::<Z>((seen.cosines[1] - aim.cosines[1]) * turns),
+        ];
+        [row, column].map(|[value, slope]| [value, slope * turns])
     }
 
     /// Fits the direction to a path's looks, strongest first. The second value is the standard deviation along a tangent, rad.
@@ -176,11 +189,15 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
         (best, state.hessian)
     }
 
-    /// Amplitudes of the beams, and the best strength with the sum of weighted squared errors, prior included.
+    /// Amplitudes of the beams, and the best strength.
     fn strength(&self, looks: &[(Aim, f32, f32)], u: &Direction<Gmt>, out: &mut [f32; LOOKS]) -> f32 {
+        let faces = self.faces(u);
         let (mut ab, mut bb) = (0.0, 0.0);
         for ((aim, amplitude, weight), b) in looks.iter().zip(out.iter_mut()) {
-            *b = self.amplitude(aim, u);
+            *b = faces.get(aim.face).map_or(0.0, |seen| {
+                let [[row, _], [column, _]] = self.factors(aim, seen);
+                (row * column).abs() * seen.element
+            });
             ab += weight * amplitude * *b;
             bb += weight * *b * *b;
         }
@@ -198,23 +215,41 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
         misfit + (u.vector() - start).norm_squared() / (PRIOR_RAD * PRIOR_RAD)
     }
 
+    /// Slopes of the beams' amplitudes along a tangent `e` of `u`: array factors by their derivative, the element by a
+    /// difference.
+    fn slopes(
+        &self,
+        looks: &[(Aim, f32, f32)],
+        u: &Direction<Gmt>,
+        e: &Vector3<f32>,
+        strength: f32,
+    ) -> [f32; LOOKS] {
+        let faces = self.faces(u);
+        let moved =
+            [SLOPE_RAD, -SLOPE_RAD].map(|side| Direction::from_vector(u.vector() + e * side).unwrap_or(*u));
+        let along = self.arrays.faces().each_ref().map(|face| {
+            let [ahead, behind] = moved.map(|u| self.arrays.amplitude(face, &u));
+            ([face.tangent.dot(e), e.z], (ahead - behind) / (2.0 * SLOPE_RAD))
+        });
+        let mut out = [0.0; LOOKS];
+        for ((aim, ..), slope) in looks.iter().zip(&mut out) {
+            if let (Some(seen), Some((cosines, element))) = (faces.get(aim.face), along.get(aim.face)) {
+                let [[row, by_row], [column, by_column]] = self.factors(aim, seen);
+                let turned = by_row * cosines[0] * column + row * by_column * cosines[1];
+                let field = row * column;
+                let sign = if field < 0.0 { -1.0 } else { 1.0 };
+                *slope = strength * sign * (turned * seen.element + field * element);
+            }
+        }
+        out
+    }
+
     /// Cost, half its negative gradient and its Gauss-Newton Hessian along the tangents of `u`.
     fn expand(&self, looks: &[(Aim, f32, f32)], u: &Direction<Gmt>, start: &Vector3<f32>) -> Cost {
         let mut fields = [0.0; LOOKS];
         let p = self.strength(looks, u, &mut fields);
         let (e1, e2) = u.tangents();
-        let mut slopes = [[0.0; LOOKS]; 2];
-        for (slope, e) in slopes.iter_mut().zip([e1, e2]) {
-            let [mut ahead, mut behind] = [[0.0; LOOKS]; 2];
-            for (side, out) in [(SLOPE_RAD, &mut ahead), (-SLOPE_RAD, &mut behind)] {
-                if let Ok(moved) = Direction::from_vector(u.vector() + e * side) {
-                    self.strength(looks, &moved, out);
-                }
-            }
-            for ((slope, a), b) in slope.iter_mut().zip(&ahead).zip(&behind) {
-                *slope = p * (a - b) / (2.0 * SLOPE_RAD);
-            }
-        }
+        let mut slopes = [e1, e2].map(|e| self.slopes(looks, u, &e, p));
         // The strength is eliminated: slopes lose their part along the fields.
         let norm: f32 = looks.iter().zip(&fields).map(|((_, _, w), b)| w * b * b).sum();
         for slope in &mut slopes {
@@ -250,23 +285,37 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
     }
 }
 
-/// `sum exp(j 2 pi n t) / sqrt(COUNT)` over a centred row, real.
-fn row_factor<const COUNT: usize>(turns: f32) -> f32 {
+/// `sum exp(j 2 pi n t) / sqrt(COUNT)` over a centred row, real, and its slope by `t`.
+fn row_factor<const COUNT: usize>(turns: f32) -> [f32; 2] {
     let step = phasor(0.5 * turns);
-    let whole = phasor(0.5 * turns * COUNT as f32);
     let root = libm::sqrtf(COUNT as f32);
     if step.im.abs() < 1e-4 {
         // Near the peak (and its repetitions a turn away, where even rows change sign, which an amplitude does not see).
-        root
-    } else {
-        whole.im / (step.im * root)
+        return [root, 0.0];
     }
+    let whole = power(step, COUNT);
+    let value = whole.im / (step.im * root);
+    // By the quotient rule, x = pi t: (sin(N x) / sin x)' = (N cos(N x) - sin(N x) cos x / sin x) / sin x.
+    let slope = (COUNT as f32 * whole.re / root - value * step.re) / step.im;
+    [value, core::f32::consts::PI * slope]
+}
+
+/// `z^n` by squaring.
+fn power(z: Complex<f32>, n: usize) -> Complex<f32> {
+    let (mut out, mut square, mut rest) = (Complex::new(1.0, 0.0), z, n);
+    while rest > 0 {
+        if rest & 1 == 1 {
+            out *= square;
+        }
+        square *= square;
+        rest >>= 1;
+    }
+    out
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Complex;
 
     type Default72 = Departures<72, 3, 8, 8>;
 

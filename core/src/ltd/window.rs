@@ -12,6 +12,9 @@ pub(super) const SINGLE: usize = 13;
 /// Taps of a window around a group at most four metres (3.3 taps) wide.
 pub(super) const JOINT: usize = 18;
 
+/// Taps of a snapshot.
+const SNAPSHOT: usize = 5;
+
 /// Consecutive taps of all channels, turned so that the band is centred: a path is then a real kernel times a constant.
 #[derive(Clone, Debug)]
 pub(super) struct Window<const C: usize, const W: usize> {
@@ -55,20 +58,27 @@ impl<const C: usize, const W: usize> Window<C, W> {
         (energy, C * self.len)
     }
 
-    /// Weighted sum over the taps nearest to a delay, for each channel: the kernel's two taps on either side.
+    /// Amplitude of each channel at a delay: least squares over the taps nearest to it, the kernel's two taps on either
+    /// side.
     pub(super) fn snapshot(&self, template: &Template, delay_taps: f32) -> [Complex<f32>; C] {
-        let mut weights = [0.0; W];
-        for (weight, x) in weights.iter_mut().zip(self.coordinates()) {
+        let mut weights = [0.0; SNAPSHOT];
+        let first = delay_taps - self.first as f32 - 2.5;
+        let start = (first.max(0.0) as usize + usize::from(first >= 0.0)).min(W.saturating_sub(SNAPSHOT));
+        let mut power = 0.0;
+        for (weight, x) in weights.iter_mut().zip(self.coordinates().skip(start)) {
             let away = x - delay_taps;
             if away.abs() < 2.5 {
                 *weight = template.at(away)[0];
+                power += *weight * *weight;
             }
         }
+        let inverse = 1.0 / power.max(f32::MIN_POSITIVE);
         let mut out = [Complex::new(0.0, 0.0); C];
         for (sum, row) in out.iter_mut().zip(&self.taps) {
-            for (y, weight) in row.iter().zip(&weights) {
+            for (y, weight) in row.iter().skip(start).zip(&weights) {
                 *sum += y * *weight;
             }
+            *sum *= inverse;
         }
         out
     }
