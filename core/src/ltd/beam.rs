@@ -12,6 +12,7 @@ use super::cholesky::{regular, spread};
 use super::detector::Detector;
 use super::fit::{Fit, Place, REACH, fit};
 use super::grid::AngleGrid;
+use super::known::KnownPaths;
 use super::meter::{Meter, Stage, within};
 use super::model::ArrayModel;
 use super::screen::least_excess;
@@ -34,6 +35,10 @@ const CANDIDATE_SIGMAS: f32 = 3.0;
 /// A candidate is not fitted off the grid when the coarse grid explains less than this share of the energy asked for. Measured: it
 /// does for 95 % of the candidates under noise, and for 1 in 1000 that a fit would have accepted at -24 to -18 dB.
 const COARSE_SHARE: f32 = 0.7;
+/// A peak is a known path when that path's direction explains this share of what stands out of the noise.
+const KNOWN_SHARE: f32 = 0.8;
+/// Times the energy that makes a path at which its place is beyond doubt: at -15 dB one in a thousand is in another lobe.
+const SURE: f32 = 12.0;
 /// Others' sidelobes that may stay under a path without a refit, in noise variances.
 const LEAKAGE: f32 = 0.02;
 /// Steps of a single fit.
@@ -67,6 +72,12 @@ pub(super) struct Search<'a, const A: usize, const E: usize, M = ()> {
     pub(super) calibration_share: f32,
     /// Whether candidates that cannot reach the floor are passed over by their power alone.
     pub(super) screening: bool,
+    /// Noise variance of a tap under which sidelobes are not cancelled, whatever the noise, squared LSB.
+    pub(super) ignored: f32,
+    /// What the sweep has shown already.
+    pub(super) known: &'a KnownPaths,
+    /// Turns its energies into squared LSB.
+    pub(super) to_lsb: f32,
     /// Told where the time goes.
     pub(super) meter: &'a M,
 }
@@ -147,11 +158,21 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
         let window = self.window::<C, SINGLE>(beam, tap, -REACH, REACH);
         let delay_taps = vertex(beam.profile, tap);
         let snapshot = window.snapshot(self.template, delay_taps);
-        let promising = self.grid.promising::<E, C>(&snapshot, least);
-        let found = promising.and_then(|u| {
+        let all: f32 = snapshot.iter().map(|z| z.norm_sqr()).sum();
+        let stands_out = all - C as f32 * noise;
+        let enough = least.max(KNOWN_SHARE * stands_out);
+        let sure = SURE * self.threshold * noise;
+        let start = self
+            .known
+            .near(tap, delay_taps, sure / self.to_lsb)
+            .filter(|known| self.model.explained::<C>(&snapshot, &known.u) >= enough)
+            .or_else(|| {
+                let u = self.grid.promising::<E, C>(&snapshot, least)?;
+                Some(Place { delay_taps, u })
+            });
+        let found = start.and_then(|start| {
             self.meter.enter(Stage::Refine);
-            let fit: Fit<1, 3, A> =
-                self.fit::<1, 3, C, SINGLE>(&window, [Place { delay_taps, u }], noise, SINGLE_STEPS);
+            let fit: Fit<1, 3, A> = self.fit::<1, 3, C, SINGLE>(&window, [start], noise, SINGLE_STEPS);
             // A group of its own.
             regular(&fit.hessian).then(|| self.found(&fit, 0, tap, noise, beam.found.len() as u8))
         });
@@ -218,6 +239,7 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
     ) {
         let sources = found.map(|f| f.source);
         let noise = found.iter().map(|f| f.noise).fold(f32::INFINITY, f32::min);
+        let noise = noise.max(self.ignored);
         within(self.meter, Stage::Cancel, || {
             change(
                 self.model,

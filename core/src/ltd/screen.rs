@@ -12,13 +12,14 @@ use heapless::Vec;
 use super::correlator::{FOLDED_TAPS, Folded};
 use super::detector::{Detector, quantile};
 
-/// Standard deviations by which a path at the floor may fall short of its mean: one in a hundred does.
-const MISS_SIGMAS: f32 = 2.33;
+/// Standard deviations by which a path at the floor may fall short of its mean: one in ten does, and one in forty 1 dB
+/// over the floor.
+const MISS_SIGMAS: f32 = 1.28;
 /// Power of a path's two strongest neighbouring taps over that of a tap at its peak, at the worst fraction of a tap:
 /// D(0)^2 + D(1)^2.
 const PAIR_SHARE: f32 = 1.05;
 /// Chance that a beam of noise passes for more than noise, from which on a look is worth its cost.
-const WORTH: f64 = 0.5;
+const WORTH: f64 = 0.25;
 
 /// Screen for `C` channels.
 #[derive(Clone, Debug)]
@@ -59,6 +60,11 @@ impl<const C: usize> Screen<C> {
     pub(super) fn can_tell(&self, floor: f32, noise: f32) -> bool {
         // Half the subcarriers: half the noise.
         self.least(floor, 0.5 * noise) > self.quiet * 0.5 * noise
+    }
+
+    /// Noise of an energy that only the cheap stage has measured, relative to one of the whole beam.
+    pub(super) fn noise_gain(&self) -> f32 {
+        2.0 * C as f32 / self.channels.len().max(1) as f32
     }
 
     /// Whether no path of energy `floor` is in the beam.

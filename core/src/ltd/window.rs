@@ -2,6 +2,8 @@
 
 use nalgebra::Complex;
 
+use super::fit::Place;
+use super::model::{ArrayModel, steering};
 use super::phase::phasor;
 use super::stages::Channel;
 use super::template::Template;
@@ -45,6 +47,28 @@ impl<const C: usize, const W: usize> Window<C, W> {
             }
         }
         window
+    }
+
+    /// Adds a path: a source of gains `gains` at the arrays, seen from the window's origin.
+    pub(super) fn add<const A: usize, const E: usize>(
+        &mut self,
+        model: &ArrayModel<A, E>,
+        template: &Template,
+        place: &Place,
+        gains: &[Complex<f32>; A],
+    ) {
+        let (first, len) = (self.first, self.len);
+        let arrays = model.arrays().zip(gains);
+        for (rows, ((step, lead), gain)) in self.taps.as_chunks_mut::<E>().0.iter_mut().zip(arrays) {
+            let delay = place.delay_taps - lead.dot(&place.u);
+            let kernel: [Complex<f32>; W] =
+                core::array::from_fn(|i| gain * template.at((first + i as i32) as f32 - delay)[0]);
+            for (row, s) in rows.iter_mut().zip(steering::<E>(step.dot(&place.u))) {
+                for (tap, value) in row.iter_mut().zip(&kernel).take(len) {
+                    *tap += s * value;
+                }
+            }
+        }
     }
 
     /// The channels' rows.

@@ -20,7 +20,7 @@ use core::panic::PanicInfo;
 
 use cortex_m_rt::entry;
 use cslam_core::block::BeamBlock;
-use cslam_core::geometry::{Body, Complex, Direction, GeometryError, Matrix3, Rotation, World};
+use cslam_core::geometry::{Body, Direction, GeometryError, Matrix3, Rotation, World};
 use cslam_core::localization::{Localizer, LocalizerConfig};
 use cslam_core::lscn::{AcceptGate, Classifier, LinkGeometry, Model, PaperClassifier, Received};
 use cslam_core::ltd::{
