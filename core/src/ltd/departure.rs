@@ -14,7 +14,7 @@ use crate::array::{Codebook, GmtArrays};
 use crate::geometry::{Direction, Gmt};
 
 /// Beams used for one path: the strongest.
-const LOOKS: usize = 24;
+pub(super) const LOOKS: usize = 24;
 /// Standard deviation of the prior around the strongest beam, rad: 7 degrees, the spacing of the beams.
 const PRIOR_RAD: f32 = 0.122;
 /// Step of the coarse search (4 on either side), and of the numerical slopes, rad.
@@ -23,14 +23,14 @@ const COARSE_STEPS: i32 = 4;
 /// Additive amplitude error that each pass of the fit allows, relative to the strongest beam. The magnitude of a field has a
 /// kink at each null, so the exact cost is full of local minima; wide errors first smooth it. The last one is what 5
 /// degrees rms of phase error on each of 64 elements leave in a beam.
-const PASSES: [f32; 3] = [0.15, 0.04, 0.011];
+pub(super) const PASSES: [f32; 3] = [0.15, 0.04, 0.011];
 const SLOPE_RAD: f32 = 0.002;
 const ITERATIONS: usize = 12;
 
 /// Where a beam looks.
 #[derive(Clone, Copy, Debug)]
-struct Aim {
-    face: usize,
+pub(super) struct Aim {
+    pub(super) face: usize,
     cosines: [f32; 2],
     u: Vector3<f32>,
 }
@@ -46,9 +46,9 @@ pub(super) struct Departures<const BEAMS: usize, const FACES: usize, const X: us
 
 /// What a direction is to a face: its cosines, and the amplitude of an element.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
+pub(super) struct Seen {
     cosines: [f32; 2],
-    element: f32,
+    pub(super) element: f32,
 }
 
 /// Amplitude of a path in one beam.
@@ -87,11 +87,17 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
     }
 
     /// What `u` is to each face.
-    fn faces(&self, u: &Direction<Gmt>) -> [Seen; FACES] {
+    pub(super) fn faces(&self, u: &Direction<Gmt>) -> [Seen; FACES] {
         self.arrays.faces().each_ref().map(|face| Seen {
             cosines: GmtArrays::<f32, FACES, X, Z>::cosines(face, u),
             element: self.arrays.amplitude(face, u),
         })
+    }
+
+    /// Azimuth of a face's normal, rad.
+    pub(super) fn face_azimuth_rad(&self, face: usize) -> Option<f32> {
+        let normal = self.arrays.faces().get(face)?.normal;
+        Some(libm::atan2f(normal.y, normal.x))
     }
 
     /// Row and column of a beam towards a direction, each with its slope by a cosine.
@@ -129,7 +135,7 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
             }
             (best, hessian) = self.descend(&looks, best, &start);
         }
-        let [h11, h12, h22] = hessian;
+        let (best, [h11, h12, h22]) = self.reconsider(&mut looks, &variances, best, hessian)?;
         let variance = 0.5 * (h11 + h22) / (h11 * h22 - h12 * h12);
         (variance > 0.0).then(|| (best, libm::sqrtf(variance)))
     }
@@ -153,7 +159,7 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
     }
 
     /// Damped Gauss-Newton descent. Gives the Hessian of the end too.
-    fn descend(
+    pub(super) fn descend(
         &self,
         looks: &[(Aim, f32, f32)],
         from: Direction<Gmt>,
@@ -190,7 +196,12 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
     }
 
     /// Amplitudes of the beams, and the best strength.
-    fn strength(&self, looks: &[(Aim, f32, f32)], u: &Direction<Gmt>, out: &mut [f32; LOOKS]) -> f32 {
+    pub(super) fn strength(
+        &self,
+        looks: &[(Aim, f32, f32)],
+        u: &Direction<Gmt>,
+        out: &mut [f32; LOOKS],
+    ) -> f32 {
         let faces = self.faces(u);
         let (mut ab, mut bb) = (0.0, 0.0);
         for ((aim, amplitude, weight), b) in looks.iter().zip(out.iter_mut()) {
@@ -204,7 +215,7 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
         if bb > 0.0 { ab / bb } else { 0.0 }
     }
 
-    fn cost(&self, looks: &[(Aim, f32, f32)], u: &Direction<Gmt>, start: &Vector3<f32>) -> f32 {
+    pub(super) fn cost(&self, looks: &[(Aim, f32, f32)], u: &Direction<Gmt>, start: &Vector3<f32>) -> f32 {
         let mut fields = [0.0; LOOKS];
         let p = self.strength(looks, u, &mut fields);
         let misfit: f32 = looks

@@ -68,7 +68,7 @@ impl Default for EstimatorConfig {
             dynamic_range_db: 34.0,
             screening: true,
             element_phase_sigma_rad: 0.035,
-            beam_gain_sigma_db: 0.5,
+            beam_gain_sigma_db: 0.3,
         }
     }
 }

@@ -34,6 +34,7 @@ mod model;
 mod paper;
 mod phase;
 mod screen;
+mod sidelobe;
 pub(crate) mod stages;
 pub(crate) mod tables;
 mod taps;

@@ -81,7 +81,7 @@ fn error_is_what_the_fit_says() {
         sum
     };
     let departures = Default72::new(&Codebook::<f32>::default(), 0.06);
-    let (mut squares, mut sigmas, trials) = (0.0, 0.0, 150);
+    let (mut squares, mut sigmas, mut refused, trials) = (0.0, 0.0, 0, 150);
     for k in 0..trials {
         let azimuth = -3.1 + 6.2 * (0.618_034 * f64::from(k)).fract();
         let elevation = 0.05 + 0.33 * (0.414_214 * f64::from(k)).fract();
@@ -95,12 +95,17 @@ fn error_is_what_the_fit_says() {
             look.variance = noise * noise;
         }
         looks.sort_unstable_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
-        let (found, sigma_rad) = departures.fit(looks.iter().copied()).expect("looks");
+        let Some((found, sigma_rad)) = departures.fit(looks.iter().copied()) else {
+            refused += 1;
+            continue;
+        };
         let off = found.vector().cast::<f64>().cross(truth.vector()).norm();
         squares += 0.5 * (off / f64::from(sigma_rad)).powi(2);
         sigmas += f64::from(sigma_rad).to_degrees();
     }
-    let (honest, sigma_deg) = (squares / f64::from(trials), sigmas / f64::from(trials));
+    let told = f64::from(trials - refused);
+    let (honest, sigma_deg) = (squares / told, sigmas / told);
+    assert!(refused <= 3, "{refused}");
     assert!((0.6..1.4).contains(&honest), "{honest}, sigma {sigma_deg} deg");
     assert!(sigma_deg < 0.4, "{sigma_deg}");
 }
@@ -122,16 +127,9 @@ fn heavier_beams_decide() {
         .norm()
         .to_degrees();
     assert!(off < 0.1, "{off} deg");
-    // Taken at its word it pulls.
+    // Taken at its word it pulls, so far that no direction is believed.
     looks[1].variance = 1e-6;
-    let (pulled, _) = departures.fit(looks.iter().copied()).expect("looks");
-    let off = pulled
-        .vector()
-        .cast::<f64>()
-        .cross(truth.vector())
-        .norm()
-        .to_degrees();
-    assert!(off > 0.3, "{off} deg");
+    assert!(departures.fit(looks.iter().copied()).is_none());
 }
 
 /// Where the amplitudes fit, the Gauss-Newton Hessian is the curvature of the cost, strength eliminated: the standard
