@@ -3,7 +3,7 @@
 
 use cslam_core::block::BeamBlock;
 use cslam_core::ltd::kernels::Kernels;
-use cslam_core::ltd::{BeamTaps, Channel, Correlator, Iq, Workspace};
+use cslam_core::ltd::{Channel, Correlator, Iq, Workspace};
 use cslam_core::waveform::{SAMPLES, Waveform};
 use libm::{cos, floor, sin, sqrt};
 
@@ -150,7 +150,7 @@ impl Digest {
 /// What the front end makes of a block, in one number each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outcome {
-    /// Digest of the spectrum, the detection profile, the profile, every channel's window and all taps.
+    /// Digest of the spectrum, the detection profile and its taps, the profile and all taps.
     pub digest: u64,
     /// Lanes that clipped in the correlation, as far as examined.
     pub clips: u32,
@@ -176,16 +176,15 @@ pub fn run<K: Kernels>(
     }
     let beam = correlator.level(as_captured(block, index));
     digest.add(beam.mean_power().to_bits());
-    correlator
-        .detect(&beam, &SUBSET, work)
-        .profile
-        .iter()
-        .for_each(|&power| digest.add(power));
+    let folded = correlator.detect(&beam, &SUBSET, work);
+    folded.profile.iter().for_each(|&power| digest.add(power));
+    for x in folded.taps.iter().flatten() {
+        digest.add(u64::from(x.word()));
+    }
     let taps = correlator.correlate(beam, work);
     taps.profile().iter().for_each(|&power| digest.add(power));
-    windows(&taps, &mut digest);
     let (clips, unexamined, exponent) = (taps.clips(), taps.unexamined(), taps.exponent());
-    for x in taps.into_natural().samples.iter().flatten() {
+    for x in taps.into_block().samples.iter().flatten() {
         digest.add(u64::from(x.word()));
     }
     Outcome {
@@ -202,16 +201,5 @@ pub fn as_captured(samples: &mut Block, index: u32) -> BeamBlock<'_> {
         samples,
         beam: index as u16,
         exponent: 0,
-    }
-}
-
-/// Nine taps of every channel, another window in each, across the end of the delay axis in the last.
-fn windows<K: Kernels>(taps: &BeamTaps<'_, CHANNELS, K>, digest: &mut Digest) {
-    let mut window = [Default::default(); 9];
-    for channel in 0..CHANNELS {
-        taps.window(channel, 16 * channel + 12, &mut window);
-        for tap in window {
-            digest.add(u64::from(tap.re.to_bits()) << 32 | u64::from(tap.im.to_bits()));
-        }
     }
 }

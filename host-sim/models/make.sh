@@ -4,7 +4,7 @@
 #
 #     sh host-sim/models/make.sh [WORK]
 #
-# Data sets go to WORK (default out/lscn, 250 MB), float models and training curves to host-sim/models, model files to
+# Data sets go to WORK (default out/lscn, 300 MB), float models and training curves to host-sim/models, model files to
 # core/models. Every step is seeded: the same bytes on every machine and for every number of threads.
 set -eu
 work=${1:-out/lscn}
@@ -23,6 +23,10 @@ links outdoor validation 0.006 --permittivity 2,20
 for city in 101 102 103 104 105 106; do
     links "city:$city" train 0.006 --permittivity 2,20
 done
+# Cities of their own decide when to stop and what the temperature is: a network is surer where it was trained.
+for city in 201 202 203; do
+    links "city:$city" validation 0.008 --permittivity 2,20
+done
 for floor in 1 2 3 4 5 6; do
     links "indoor:$floor" train 0.35 --permittivity 2,20
     links "indoor:$floor" validation 0.05 --permittivity 2,20
@@ -30,7 +34,7 @@ done
 for aod in "" "-without-departure"; do
     "$cslam" train --kind geometric ${aod:+--no-aod} --seed 1 \
         --train "$work"/train-outdoor "$work"/train-city:* "$work"/train-indoor:* \
-        --validation "$work"/validation-outdoor "$work"/validation-indoor:* \
+        --validation "$work"/validation-outdoor "$work"/validation-city:* "$work"/validation-indoor:* \
         --out "host-sim/models/geometric$aod.safetensors"
 done
 
@@ -42,8 +46,9 @@ links outdoor validation 0.01
     --train "$work/train-outdoor-paper" --validation "$work/validation-outdoor-paper" \
     --out host-sim/models/paper-k9.safetensors
 
-for model in geometric geometric-without-departure paper-k9; do
-    data=$work/validation-outdoor
-    [ $model = paper-k9 ] && data=$work/validation-outdoor-paper
-    "$cslam" quantize "host-sim/models/$model.safetensors" --calibration "$data" --out "core/models/$model.lscn"
+for model in geometric geometric-without-departure; do
+    "$cslam" quantize "host-sim/models/$model.safetensors" --out "core/models/$model.lscn" \
+        --calibration "$work"/validation-outdoor "$work"/validation-indoor:*
 done
+"$cslam" quantize host-sim/models/paper-k9.safetensors --out core/models/paper-k9.lscn \
+    --calibration "$work/validation-outdoor-paper"

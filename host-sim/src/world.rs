@@ -111,7 +111,10 @@ impl<'s> World<'s> {
 }
 
 /// The truth as the channel takes it.
-fn instant(truth: &Truth) -> Result<Instant, GeometryError> {
+///
+/// # Errors
+/// [`GeometryError`] for an attitude that is no rotation: none that a flight gives.
+pub fn instant(truth: &Truth) -> Result<Instant, GeometryError> {
     let gmt = nalgebra::UnitQuaternion::from_rotation_matrix(&truth.gmt_attitude);
     Ok(Instant {
         attitude: Rotation::from_quaternion(truth.uav.quaternion_wb())?,

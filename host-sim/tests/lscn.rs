@@ -183,7 +183,7 @@ fn training_gives_the_same_bytes_for_any_number_of_threads() {
     );
     let without = FloatModel::read(&train("without.safetensors", &["--no-aod"]).0).expect("sound");
     assert_eq!(
-        without.inputs().len() + 3,
+        without.inputs().len() + 6,
         FloatModel::read(&one).expect("sound").inputs().len()
     );
     let paper =

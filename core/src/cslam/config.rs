@@ -126,6 +126,9 @@ pub struct Config<'m> {
     pub link_states: LinkStates<'m>,
     /// When a path is taken for one reflection.
     pub accept: AcceptGate,
+    /// Standard deviation of the angle of departure, along a tangent, up to which a path may become a point, rad; infinite
+    /// takes paths without one too. Without departure one path in eight that looks like one reflection is two.
+    pub max_departure_sigma_rad: f32,
     /// Paths that are used.
     pub mapped: Mapped,
     /// Closed form of the reflection point.
@@ -175,6 +178,7 @@ impl<'m> Config<'m> {
                 },
                 ..AcceptGate::default()
             },
+            max_departure_sigma_rad: 0.05,
             mapped: Mapped::Every,
             form: Form::Vector,
             planes: PlaneConfig::default(),
@@ -195,6 +199,7 @@ impl<'m> Config<'m> {
                 min_excess_m: 0.0,
                 point: Gates::open(),
             },
+            max_departure_sigma_rad: f32::INFINITY,
             mapped: Mapped::Strongest,
             form: Form::Paper,
             ..Self::best(link_states)

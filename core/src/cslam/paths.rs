@@ -4,6 +4,7 @@ use heapless::Vec;
 
 use super::config::LinkStates;
 use super::receive::{ends, to_world};
+use super::rules::FIRST_ORDER;
 use super::{CHANNELS, Cslam, PATHS};
 use crate::array::GmtArrays;
 use crate::geometry::{Direction, Gmt, Rotation, World};
@@ -12,6 +13,7 @@ use crate::localization::filter::{FaceDirection, PathMeasurement, Transmitter};
 use crate::lscn::{LinkGeometry, Probabilities, Received};
 use crate::ltd::{EstimatedPath, PathEstimator};
 use crate::path::Path;
+use crate::reflection::Ends;
 
 /// A path with all that is said of it before there is a pose.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +27,50 @@ pub(super) struct Heard {
 pub(super) struct Judged {
     pub(super) path: Path<World>,
     pub(super) probabilities: Option<Probabilities>,
+    /// Its length and direction are those of the ground's reflection.
+    pub(super) off_ground: bool,
+}
+
+/// How far a path's length may be off that of the ground's reflection, m, and its direction, rad; beside [`SIGMAS`].
+const GROUND_LENGTH_M: f32 = 0.15;
+const GROUND_ANGLE_RAD: f32 = 0.01;
+const SIGMAS: f32 = 3.0;
+
+impl Judged {
+    fn of(received: &Received, probabilities: Option<Probabilities>) -> Self {
+        Self {
+            path: received.path,
+            probabilities,
+            off_ground: false,
+        }
+    }
+
+    /// Whether the path is the one that flat ground reflects. It leaves the GMT downwards, where no beam looks, so its
+    /// angle of departure is that of some sidelobe and tells nothing; length and direction of arrival, three numbers without
+    /// a free one, tell all.
+    fn check_ground(&mut self, ends: &Ends, ground_z_m: f32) {
+        let mut image = *ends.gmt.vector();
+        image.z = 2.0 * ground_z_m - image.z;
+        let towards = image - ends.uav.vector();
+        let length_m = towards.norm();
+        let Ok(direction) = Direction::<World>::from_vector(towards) else {
+            return;
+        };
+        let covariance = &self.path.covariance;
+        let along = direction.vector();
+        let length_variance = covariance.m11 + along.dot(&(ends.uav_covariance * along));
+        let across_variance = ends.uav_covariance.trace() / (length_m * length_m);
+        let angle_variance = covariance.m22.max(covariance.m33) + across_variance;
+        let sigmas = |variance: f32| SIGMAS * libm::sqrtf(variance.max(0.0));
+        let above = ends.uav.vector().z > ground_z_m && ends.gmt.vector().z > ground_z_m;
+        self.off_ground = above
+            && (self.path.c_tau_m - length_m).abs() < GROUND_LENGTH_M + sigmas(length_variance)
+            && direction.angle_to_rad(&self.path.aoa) < GROUND_ANGLE_RAD + sigmas(angle_variance);
+        if self.off_ground {
+            self.path.aod = None;
+            self.probabilities = Some(FIRST_ORDER);
+        }
+    }
 }
 
 /// The GMT's pace between its stops, m/s: how fast its last known position ages.
@@ -94,36 +140,35 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let Ok(ends) = ends(pose, &gmt.position_m) else {
             return Vec::new();
         };
-        match &self.config.link_states {
+        let mut judged: Vec<Judged, PATHS> = match &self.config.link_states {
             LinkStates::Geometric(classifier) => {
                 let link = LinkGeometry::new(&ends, &received).ok();
                 received
                     .iter()
-                    .map(|path| Judged {
-                        path: path.path,
-                        probabilities: link.as_ref().and_then(|link| classifier.path(link, path).ok()),
+                    .map(|path| {
+                        Judged::of(
+                            path,
+                            link.as_ref().and_then(|link| classifier.path(link, path).ok()),
+                        )
                     })
                     .collect()
             }
             LinkStates::Rules(rules) => received
                 .iter()
-                .map(|path| Judged {
-                    path: path.path,
-                    probabilities: Some(rules.path(&ends, &path.path)),
-                })
+                .map(|path| Judged::of(path, Some(rules.path(&ends, &path.path))))
                 .collect(),
             LinkStates::Paper(classifier) => {
                 let link = classifier.link(&received).ok().flatten();
-                received
-                    .iter()
-                    .enumerate()
-                    .map(|(index, path)| Judged {
-                        path: path.path,
-                        probabilities: link.filter(|_| index == 0),
-                    })
-                    .collect()
+                let strongest = |(index, path)| Judged::of(path, link.filter(|_| index == 0));
+                return received.iter().enumerate().map(strongest).collect();
+            }
+        };
+        if let Some(ground_z_m) = self.config.accept.point.ground_z_m {
+            for path in &mut judged {
+                path.check_ground(&ends, ground_z_m);
             }
         }
+        judged
     }
 
     /// A path as the localizer takes it. Departure: beam squint where it listened to this path, else the sweep's beams.

@@ -7,7 +7,7 @@ use crate::geometry::{Body, Direction, Position, World};
 use crate::localization::Pose;
 use crate::localization::filter::{DELAY_PERIOD_M, wrap_delay_m};
 use crate::ltd::EstimatedPath;
-use crate::path::Path;
+use crate::path::{Departure, Path};
 use crate::reflection::{Ends, InputError};
 
 /// Delays this much shorter than nothing are errors of a short path, not the end of the period, m.
@@ -20,14 +20,19 @@ pub struct Residuals {
     pub delay_m: f32,
     /// Angle of arrival along any tangent, rad.
     pub angle_rad: f32,
+    /// Angle of departure along any tangent, rad.
+    pub departure_rad: f32,
 }
 
 impl Default for Residuals {
-    /// Of the filter's radio noise (localization.md section 2): 35 mm and 0.06 degrees.
+    /// Of the filter's radio noise (localization.md section 2): 35 mm and 0.06 degrees. Departures: 2 degrees, what the link
+    /// state networks were trained with. Noise explains the least of their errors: a ground bounce within a few degrees and
+    /// less than a metre behind shares all beams with its path and draws the peak between the beams towards itself.
     fn default() -> Self {
         Self {
             delay_m: 0.035,
             angle_rad: 1.05e-3,
+            departure_rad: 0.035,
         }
     }
 }
@@ -51,6 +56,15 @@ pub(super) fn ends(pose: &Pose, gmt_m: &nalgebra::Vector3<f64>) -> Result<Ends, 
     })
 }
 
+/// Departure of an estimate with what calibration leaves in it.
+pub(super) fn departure(estimated: &EstimatedPath, residuals: &Residuals) -> Option<Departure> {
+    let square = |x: f32| x * x;
+    estimated.path.aod.map(|departure| Departure {
+        sigma_rad: libm::sqrtf(square(departure.sigma_rad) + square(residuals.departure_rad)),
+        ..departure
+    })
+}
+
 /// A path in world axes with the clock offset taken out. `corrected`: its angle of arrival without the arrays' estimated
 /// errors.
 pub(super) fn to_world(
@@ -69,7 +83,7 @@ pub(super) fn to_world(
     Path {
         c_tau_m: length_m(estimated.path.c_tau_m, pose.clock.offset_m) as f32,
         aoa: corrected,
-        aod: estimated.path.aod,
+        aod: departure(estimated, residuals),
         covariance: estimated.path.covariance + added,
     }
     .to_world(&pose.attitude, &pose.attitude_covariance_rad2)

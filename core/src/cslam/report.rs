@@ -23,6 +23,8 @@ pub enum Outcome {
     LineOfSight,
     /// Not probable enough to be a first-order reflection.
     NotFirstOrder,
+    /// Probably a first-order reflection, but its angle of departure, which would prove it, is not known well enough.
+    DepartureUnknown,
     /// Probably a first-order reflection, but a gate of the reflection point says no.
     Rejected(Rejection),
     /// A point of the map; `None` when it lies beyond the map's range.

@@ -305,6 +305,13 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         {
             return Outcome::NotFirstOrder;
         }
+        let unsure = judged
+            .path
+            .aod
+            .is_none_or(|departure| departure.sigma_rad > self.config.max_departure_sigma_rad);
+        if unsure && !judged.off_ground && self.config.max_departure_sigma_rad.is_finite() {
+            return Outcome::DepartureUnknown;
+        }
         let excess_m = judged.path.c_tau_m - ends.uav.distance_m(&ends.gmt);
         match solve(ends, &judged.path, self.config.form, &accept.point) {
             Ok(Verdict::Accepted(_)) if excess_m < accept.min_excess_m => {

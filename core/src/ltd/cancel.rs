@@ -17,8 +17,9 @@ use super::stages::{Channel, FRACTION_BITS};
 use super::template::{SPAN, Template};
 use crate::waveform::SAMPLES;
 
-/// Sidelobes are cancelled down to a quarter of the noise amplitude.
-const MARGIN: f32 = 4.0;
+/// Sidelobes are cancelled down to a third of the noise amplitude: what is left of them then holds 3.6 noise variances in all
+/// channels, a tenth of what a path must.
+const MARGIN: f32 = 3.0;
 /// Taps on both sides that are always cancelled.
 const LEAST: usize = 8;
 
@@ -48,7 +49,7 @@ impl<const A: usize> Source<A> {
     }
 
     /// Delay from another origin, and the gains with their phase referred to it.
-    fn seen_from(&self, origin: usize, centre_turns: f32) -> (f32, [Complex<f32>; A]) {
+    pub(super) fn seen_from(&self, origin: usize, centre_turns: f32) -> (f32, [Complex<f32>; A]) {
         let delay = self.delay_from(origin);
         let turn = phasor(-centre_turns * (delay - self.delay_taps));
         (delay, self.gains.map(|g| g * turn))
@@ -122,7 +123,7 @@ pub(super) fn change<const L: usize, const A: usize, const E: usize, const C: us
 }
 
 /// Q15 of a phase factor, parts within +-32 767; the cast cuts towards zero.
-fn q15(s: Complex<f32>) -> Iq {
+pub(super) fn q15(s: Complex<f32>) -> Iq {
     let part = |x: f32| (x * 32_768.0).clamp(-32_767.0, 32_767.0) as i16;
     Iq::new(part(s.re), part(s.im))
 }
@@ -130,7 +131,7 @@ fn q15(s: Complex<f32>) -> Iq {
 /// Fills a column with the kernel times `gain`, cut to integers, at coordinates `first`, `first + 1`, ..., `count` of them: from the table near
 /// the peak, by the closed form beyond, band centre put back. Phases advance by products and start anew every 32 taps, so
 /// that their rounding stays under 4e-6.
-fn fill<'a>(
+pub(super) fn fill<'a>(
     template: &Template,
     first: i32,
     count: usize,
@@ -139,7 +140,7 @@ fn fill<'a>(
     column: impl Iterator<Item = &'a mut [i32; 2]>,
 ) {
     // Half turns per tap of the two sines in D(x) = sin(pi Na x / N) / (Na sin(pi x / N)).
-    let (band_step, period_step) = (0.5 * template.occupancy(), 0.5 / SAMPLES as f32);
+    let (band_step, period_step) = (0.5 * template.occupancy(), 0.5 / template.period());
     let (band_turn, period_turn) = (phasor(band_step), phasor(period_step));
     let centre = template.centre_turns();
     let centre_turn = phasor(centre);
@@ -291,8 +292,8 @@ mod tests {
             Change::Add,
         );
         let touched = |n: usize| profile.get(n).is_some_and(|&e| e > 0);
-        // Amplitude ten times the noise: 4 x 10 / 2.55 = 15 taps.
+        // Amplitude ten times the noise: 3 x 10 / 2.55 = 11 taps.
         assert!(touched(100 - 10) && touched(100 + 10));
-        assert!((116..596).all(|n| !touched(n % SAMPLES)) && !touched(84));
+        assert!((112..600).all(|n| !touched(n % SAMPLES)) && !touched(88));
     }
 }

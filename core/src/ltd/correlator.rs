@@ -1,16 +1,17 @@
 //! Correlation of beam blocks with the known waveform, and of a few channels at half length for detection.
 //!
 //! Per channel: transform, product with the conjugate waveform, inverse transform. The waveform's product is fused with
-//! the stages beside it, and the final stage only adds up powers: what is kept, in place of the samples, is the data
-//! before that stage, from which any tap is an eight-term sum. [`Correlator`] is immutable; all state is in
-//! [`Workspace`], which one receiver needs once.
+//! the stages beside it, and the final stage adds up powers while it writes the taps in the place of the samples.
+//! [`Correlator`] is immutable; all state is in [`Workspace`], which one receiver needs once.
 
 use core::marker::PhantomData;
 
 use super::iq::Iq;
 use super::kernels::{Kernels, Native};
 use super::level::Levelled;
-use super::stages::{self, COLUMNS, Channel, FOLDED_COLUMNS, FoldedPowers, Pass, Powers, tap_at};
+use super::stages::{
+    self, COLUMNS, Channel, FOLDED_COLUMNS, FoldedChannel, FoldedPowers, Pass, Powers, tap_at,
+};
 use super::tables::Tables;
 use super::taps::BeamTaps;
 use crate::block::BeamBlock;
@@ -18,15 +19,19 @@ use crate::waveform::{SAMPLES, Waveform};
 
 /// Taps of the half-length correlation.
 pub const FOLDED_TAPS: usize = SAMPLES / 2;
+/// Channels of the half-length correlation, at most.
+pub const FOLDED_CHANNELS: usize = 8;
 
 /// Stages scale by 2^-12 in all, a tap is defined with 1/512.
 pub(super) const TAP_EXPONENT: i32 = 12 - 9;
 
 /// What the cheap stage saw of a beam.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub struct Folded<'a> {
+    /// The taps of each channel that was looked at, in the order asked for; what lies behind them is of earlier beams.
+    pub taps: &'a mut [FoldedChannel; FOLDED_CHANNELS],
     /// Sum over the channels of |h|^2 at each delay modulo 256 taps, squared LSB of a tap.
-    pub profile: &'a [u64; FOLDED_TAPS],
+    pub profile: &'a mut [u64; FOLDED_TAPS],
     /// A sum left half the range in some pass, so that lanes may have clipped: the profile may fall short.
     pub strained: bool,
 }
@@ -38,7 +43,7 @@ pub struct Correlator<K = Native> {
     kernels: PhantomData<K>,
 }
 
-/// Scratch of the transform and the profiles it makes. 16 KiB.
+/// Scratch of the transform and the profiles it makes. 22 KiB.
 #[derive(Clone, Debug)]
 pub struct Workspace {
     ping: Channel,
@@ -46,6 +51,7 @@ pub struct Workspace {
     powers: Powers,
     profile: [u64; SAMPLES],
     folded: [u64; FOLDED_TAPS],
+    folded_taps: [FoldedChannel; FOLDED_CHANNELS],
 }
 
 impl Workspace {
@@ -58,6 +64,7 @@ impl Workspace {
             powers: [[0; 8]; 64],
             profile: [0; SAMPLES],
             folded: [0; FOLDED_TAPS],
+            folded_taps: [[Iq::ZERO; FOLDED_TAPS]; FOLDED_CHANNELS],
         }
     }
 }
@@ -98,12 +105,12 @@ impl<K: Kernels> Correlator<K> {
         Levelled::new::<K>(block)
     }
 
-    /// Correlates all channels of a beam and sums their power.
+    /// Correlates all channels of a beam, in place, and sums their power.
     pub fn correlate<'a, const CHANNELS: usize>(
         &self,
         beam: Levelled<'a, CHANNELS>,
         work: &'a mut Workspace,
-    ) -> BeamTaps<'a, CHANNELS, K> {
+    ) -> BeamTaps<'a, CHANNELS> {
         let BeamBlock {
             samples,
             beam,
@@ -125,10 +132,10 @@ impl<K: Kernels> Correlator<K> {
             watch.pass(K::inverse_third(pong, ping, third), || {
                 stages::inverse_third(pong, ping, third)
             });
-            watch.pass(K::inverse_second(ping, channel, second), || {
-                stages::inverse_second(ping, channel, second)
+            watch.pass(K::inverse_second(ping, pong, second), || {
+                stages::inverse_second(ping, pong, second)
             });
-            K::power(channel, &mut work.powers);
+            K::taps(pong, channel, &mut work.powers);
         }
         for (position, row) in work.powers.iter().enumerate() {
             for (column, &power) in COLUMNS.iter().zip(row) {
@@ -140,10 +147,11 @@ impl<K: Kernels> Correlator<K> {
             beam,
             exponent: exponent.saturating_add(TAP_EXPONENT),
         };
-        BeamTaps::new(taps, &work.profile, &mut work.ping, watch)
+        BeamTaps::new(taps, &work.profile, watch)
     }
 
-    /// Cheap stage: the profile of the even subcarriers of a few channels (those that exist), delays modulo 256 taps.
+    /// Cheap stage: taps and profile of the even subcarriers of a few channels (those that exist, [`FOLDED_CHANNELS`] of
+    /// them at most), delays modulo 256 taps.
     /// Against the full profile it loses 3 dB of processing gain and what the fewer channels gather; it costs an eighth
     /// with 8 of 32 channels. Scale of the full taps: same exponent, a path's tap half as large.
     pub fn detect<'a, const CHANNELS: usize>(
@@ -157,8 +165,9 @@ impl<K: Kernels> Correlator<K> {
         let mut powers: FoldedPowers = [[0; 4]; 64];
         let Workspace { ping, pong, .. } = work;
         let mut strained = false;
-        for channel in channels {
+        for (taps, channel) in work.folded_taps.iter_mut().zip(channels) {
             let Some(samples) = beam.samples().get(usize::from(*channel)) else {
+                *taps = [Iq::ZERO; FOLDED_TAPS];
                 continue;
             };
             K::first_folded(samples, ping);
@@ -167,7 +176,7 @@ impl<K: Kernels> Correlator<K> {
             strained |= K::correlate(ping, pong, last);
             strained |= K::inverse_third(pong, ping, third);
             strained |= K::inverse_second(ping, pong, second);
-            K::power_folded(pong, &mut powers);
+            K::taps_folded(pong, taps, &mut powers);
         }
         for (position, row) in powers.iter().enumerate() {
             for (column, &power) in FOLDED_COLUMNS.iter().zip(row) {
@@ -175,7 +184,8 @@ impl<K: Kernels> Correlator<K> {
             }
         }
         Folded {
-            profile: &work.folded,
+            taps: &mut work.folded_taps,
+            profile: &mut work.folded,
             strained,
         }
     }

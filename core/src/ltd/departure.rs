@@ -7,14 +7,14 @@
 //! square of a gain error; a weak prior on the strongest beam's direction keeps the fit tame when few beams saw the path.
 
 use heapless::Vec;
-use nalgebra::Vector3;
+use nalgebra::{Complex, Vector3};
 
 use super::phase::phasor;
 use crate::array::{Codebook, GmtArrays};
 use crate::geometry::{Direction, Gmt};
 
 /// Beams used for one path: the strongest.
-const LOOKS: usize = 24;
+pub(super) const LOOKS: usize = 24;
 /// Standard deviation of the prior around the strongest beam, rad: 7 degrees, the spacing of the beams.
 const PRIOR_RAD: f32 = 0.122;
 /// Step of the coarse search (4 on either side), and of the numerical slopes, rad.
@@ -23,14 +23,14 @@ const COARSE_STEPS: i32 = 4;
 /// Additive amplitude error that each pass of the fit allows, relative to the strongest beam. The magnitude of a field has a
 /// kink at each null, so the exact cost is full of local minima; wide errors first smooth it. The last one is what 5
 /// degrees rms of phase error on each of 64 elements leave in a beam.
-const PASSES: [f32; 3] = [0.15, 0.04, 0.011];
+pub(super) const PASSES: [f32; 3] = [0.15, 0.04, 0.011];
 const SLOPE_RAD: f32 = 0.002;
 const ITERATIONS: usize = 12;
 
 /// Where a beam looks.
 #[derive(Clone, Copy, Debug)]
-struct Aim {
-    face: usize,
+pub(super) struct Aim {
+    pub(super) face: usize,
     cosines: [f32; 2],
     u: Vector3<f32>,
 }
@@ -42,6 +42,13 @@ pub(super) struct Departures<const BEAMS: usize, const FACES: usize, const X: us
     arrays: GmtArrays<f32, FACES, X, Z>,
     /// Relative standard deviation of a beam's amplitude.
     gain_sigma: f32,
+}
+
+/// What a direction is to a face: its cosines, and the amplitude of an element.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen {
+    cosines: [f32; 2],
+    pub(super) element: f32,
 }
 
 /// Amplitude of a path in one beam.
@@ -79,16 +86,28 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
         }
     }
 
-    /// Amplitude of a beam towards `u`.
-    fn amplitude(&self, aim: &Aim, u: &Direction<Gmt>) -> f32 {
-        let Some(face) = self.arrays.faces().get(aim.face) else {
-            return 0.0;
-        };
-        let cosines = GmtArrays::<f32, FACES, X, Z>::cosines(face, u);
+    /// What `u` is to each face.
+    pub(super) fn faces(&self, u: &Direction<Gmt>) -> [Seen; FACES] {
+        self.arrays.faces().each_ref().map(|face| Seen {
+            cosines: GmtArrays::<f32, FACES, X, Z>::cosines(face, u),
+            element: self.arrays.amplitude(face, u),
+        })
+    }
+
+    /// Azimuth of a face's normal, rad.
+    pub(super) fn face_azimuth_rad(&self, face: usize) -> Option<f32> {
+        let normal = self.arrays.faces().get(face)?.normal;
+        Some(libm::atan2f(normal.y, normal.x))
+    }
+
+    /// Row and column of a beam towards a direction, each with its slope by a cosine.
+    fn factors(&self, aim: &Aim, seen: &Seen) -> [[f32; 2]; 2] {
         let turns = self.arrays.phase_per_element_rad() / core::f32::consts::TAU;
-        let row = row_factor::<X>((cosines[0] - aim.cosines[0]) * turns);
-        let column = row_factor::<Z>((cosines[1] - aim.cosines[1]) * turns);
-        (row * column).abs() * self.arrays.amplitude(face, u)
+        let [row, column] = [
+            row_factor::<X>((seen.cosines[0] - aim.cosines[0]) * turns),
+            row_factor::<Z>((seen.cosines[1] - aim.cosines[1]) * turns),
+        ];
+        [row, column].map(|[value, slope]| [value, slope * turns])
     }
 
     /// Fits the direction to a path's looks, strongest first. The second value is the standard deviation along a tangent, rad.
@@ -116,7 +135,7 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
             }
             (best, hessian) = self.descend(&looks, best, &start);
         }
-        let [h11, h12, h22] = hessian;
+        let (best, [h11, h12, h22]) = self.reconsider(&mut looks, &variances, best, hessian)?;
         let variance = 0.5 * (h11 + h22) / (h11 * h22 - h12 * h12);
         (variance > 0.0).then(|| (best, libm::sqrtf(variance)))
     }
@@ -140,7 +159,7 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
     }
 
     /// Damped Gauss-Newton descent. Gives the Hessian of the end too.
-    fn descend(
+    pub(super) fn descend(
         &self,
         looks: &[(Aim, f32, f32)],
         from: Direction<Gmt>,
@@ -176,18 +195,27 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
         (best, state.hessian)
     }
 
-    /// Amplitudes of the beams, and the best strength with the sum of weighted squared errors, prior included.
-    fn strength(&self, looks: &[(Aim, f32, f32)], u: &Direction<Gmt>, out: &mut [f32; LOOKS]) -> f32 {
+    /// Amplitudes of the beams, and the best strength.
+    pub(super) fn strength(
+        &self,
+        looks: &[(Aim, f32, f32)],
+        u: &Direction<Gmt>,
+        out: &mut [f32; LOOKS],
+    ) -> f32 {
+        let faces = self.faces(u);
         let (mut ab, mut bb) = (0.0, 0.0);
         for ((aim, amplitude, weight), b) in looks.iter().zip(out.iter_mut()) {
-            *b = self.amplitude(aim, u);
+            *b = faces.get(aim.face).map_or(0.0, |seen| {
+                let [[row, _], [column, _]] = self.factors(aim, seen);
+                (row * column).abs() * seen.element
+            });
             ab += weight * amplitude * *b;
             bb += weight * *b * *b;
         }
         if bb > 0.0 { ab / bb } else { 0.0 }
     }
 
-    fn cost(&self, looks: &[(Aim, f32, f32)], u: &Direction<Gmt>, start: &Vector3<f32>) -> f32 {
+    pub(super) fn cost(&self, looks: &[(Aim, f32, f32)], u: &Direction<Gmt>, start: &Vector3<f32>) -> f32 {
         let mut fields = [0.0; LOOKS];
         let p = self.strength(looks, u, &mut fields);
         let misfit: f32 = looks
@@ -198,23 +226,41 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
         misfit + (u.vector() - start).norm_squared() / (PRIOR_RAD * PRIOR_RAD)
     }
 
+    /// Slopes of the beams' amplitudes along a tangent `e` of `u`: array factors by their derivative, the element by a
+    /// difference.
+    fn slopes(
+        &self,
+        looks: &[(Aim, f32, f32)],
+        u: &Direction<Gmt>,
+        e: &Vector3<f32>,
+        strength: f32,
+    ) -> [f32; LOOKS] {
+        let faces = self.faces(u);
+        let moved =
+            [SLOPE_RAD, -SLOPE_RAD].map(|side| Direction::from_vector(u.vector() + e * side).unwrap_or(*u));
+        let along = self.arrays.faces().each_ref().map(|face| {
+            let [ahead, behind] = moved.map(|u| self.arrays.amplitude(face, &u));
+            ([face.tangent.dot(e), e.z], (ahead - behind) / (2.0 * SLOPE_RAD))
+        });
+        let mut out = [0.0; LOOKS];
+        for ((aim, ..), slope) in looks.iter().zip(&mut out) {
+            if let (Some(seen), Some((cosines, element))) = (faces.get(aim.face), along.get(aim.face)) {
+                let [[row, by_row], [column, by_column]] = self.factors(aim, seen);
+                let turned = by_row * cosines[0] * column + row * by_column * cosines[1];
+                let field = row * column;
+                let sign = if field < 0.0 { -1.0 } else { 1.0 };
+                *slope = strength * sign * (turned * seen.element + field * element);
+            }
+        }
+        out
+    }
+
     /// Cost, half its negative gradient and its Gauss-Newton Hessian along the tangents of `u`.
     fn expand(&self, looks: &[(Aim, f32, f32)], u: &Direction<Gmt>, start: &Vector3<f32>) -> Cost {
         let mut fields = [0.0; LOOKS];
         let p = self.strength(looks, u, &mut fields);
         let (e1, e2) = u.tangents();
-        let mut slopes = [[0.0; LOOKS]; 2];
-        for (slope, e) in slopes.iter_mut().zip([e1, e2]) {
-            let [mut ahead, mut behind] = [[0.0; LOOKS]; 2];
-            for (side, out) in [(SLOPE_RAD, &mut ahead), (-SLOPE_RAD, &mut behind)] {
-                if let Ok(moved) = Direction::from_vector(u.vector() + e * side) {
-                    self.strength(looks, &moved, out);
-                }
-            }
-            for ((slope, a), b) in slope.iter_mut().zip(&ahead).zip(&behind) {
-                *slope = p * (a - b) / (2.0 * SLOPE_RAD);
-            }
-        }
+        let mut slopes = [e1, e2].map(|e| self.slopes(looks, u, &e, p));
         // The strength is eliminated: slopes lose their part along the fields.
         let norm: f32 = looks.iter().zip(&fields).map(|((_, _, w), b)| w * b * b).sum();
         for slope in &mut slopes {
@@ -250,190 +296,33 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
     }
 }
 
-/// `sum exp(j 2 pi n t) / sqrt(COUNT)` over a centred row, real.
-fn row_factor<const COUNT: usize>(turns: f32) -> f32 {
+/// `sum exp(j 2 pi n t) / sqrt(COUNT)` over a centred row, real, and its slope by `t`.
+fn row_factor<const COUNT: usize>(turns: f32) -> [f32; 2] {
     let step = phasor(0.5 * turns);
-    let whole = phasor(0.5 * turns * COUNT as f32);
     let root = libm::sqrtf(COUNT as f32);
     if step.im.abs() < 1e-4 {
         // Near the peak (and its repetitions a turn away, where even rows change sign, which an amplitude does not see).
-        root
-    } else {
-        whole.im / (step.im * root)
+        return [root, 0.0];
     }
+    let whole = power(step, COUNT);
+    let value = whole.im / (step.im * root);
+    // By the quotient rule, x = pi t: (sin(N x) / sin x)' = (N cos(N x) - sin(N x) cos x / sin x) / sin x.
+    let slope = (COUNT as f32 * whole.re / root - value * step.re) / step.im;
+    [value, core::f32::consts::PI * slope]
+}
+
+/// `z^n` by squaring.
+fn power(z: Complex<f32>, n: usize) -> Complex<f32> {
+    let (mut out, mut square, mut rest) = (Complex::new(1.0, 0.0), z, n);
+    while rest > 0 {
+        if rest & 1 == 1 {
+            out *= square;
+        }
+        square *= square;
+        rest >>= 1;
+    }
+    out
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::geometry::Complex;
-
-    type Default72 = Departures<72, 3, 8, 8>;
-
-    /// Amplitudes of the beams above a share of the strongest, by the codebook's own field.
-    fn looks(codebook: &Codebook<f64>, u: &Direction<Gmt, f64>, share: f64) -> Vec<Look, 72> {
-        let amplitude = |m| {
-            let field: Complex<f64> = codebook.field(m, u);
-            libm::sqrt(field.norm_sqr())
-        };
-        let strongest = (0..72).map(amplitude).fold(0.0, f64::max);
-        let mut looks: Vec<Look, 72> = (0..72)
-            .filter(|m| amplitude(*m) > share * strongest)
-            .map(|m| Look {
-                beam: m as u16,
-                amplitude: amplitude(m) as f32,
-                variance: 1e-6,
-            })
-            .collect();
-        looks.sort_unstable_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
-        looks
-    }
-
-    #[test]
-    fn direction_comes_back_from_exact_amplitudes() {
-        let codebook = Codebook::<f64>::default();
-        let departures = Default72::new(&Codebook::<f32>::default(), 0.06);
-        for k in 0..300 {
-            let azimuth = -3.1 + 6.2 * (0.618_034 * f64::from(k)).fract();
-            let elevation = 0.44 * (0.414_214 * f64::from(k)).fract();
-            let truth =
-                Direction::<Gmt, f64>::from_zenith_azimuth(core::f64::consts::FRAC_PI_2 - elevation, azimuth)
-                    .expect("angles");
-            let looks = looks(&codebook, &truth, 0.03);
-            let (found, sigma_rad) = departures.fit(looks.iter().copied()).expect("looks");
-            let off = found
-                .vector()
-                .cast::<f64>()
-                .cross(truth.vector())
-                .norm()
-                .to_degrees();
-            assert!(
-                off < 0.1,
-                "{off} deg off at azimuth {azimuth}, elevation {elevation}"
-            );
-            assert!(sigma_rad > 0.0 && sigma_rad < 0.01);
-        }
-    }
-
-    #[test]
-    fn single_look_is_the_beam_and_says_how_little_it_knows() {
-        let codebook = Codebook::<f32>::default();
-        let departures = Default72::new(&codebook, 0.06);
-        let look = Look {
-            beam: 30,
-            amplitude: 1.0,
-            variance: 1e-4,
-        };
-        let (found, sigma_rad) = departures.fit([look].into_iter()).expect("a look");
-        let beam = codebook.beam(30).expect("beam").direction();
-        assert!((found.vector() - beam).norm() < 1e-3);
-        assert!((sigma_rad - PRIOR_RAD).abs() < 0.01, "{sigma_rad}");
-        assert!(departures.fit(core::iter::empty()).is_none());
-        assert!(
-            departures.fit([Look { beam: 72, ..look }].into_iter()).is_none(),
-            "no such beam"
-        );
-    }
-
-    /// Amplitudes with noise and gain errors of the stated size: the direction errs as much as it says.
-    #[test]
-    fn error_is_what_the_fit_says() {
-        let codebook = Codebook::<f64>::default();
-        let mut state = 5_u32;
-        let mut normal = || {
-            let mut sum = -6.0_f32;
-            for _ in 0..12 {
-                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                sum += (state >> 8) as f32 / 16_777_216.0;
-            }
-            sum
-        };
-        let departures = Default72::new(&Codebook::<f32>::default(), 0.06);
-        let (mut squares, mut sigmas, trials) = (0.0, 0.0, 150);
-        for k in 0..trials {
-            let azimuth = -3.1 + 6.2 * (0.618_034 * f64::from(k)).fract();
-            let elevation = 0.05 + 0.33 * (0.414_214 * f64::from(k)).fract();
-            let truth =
-                Direction::<Gmt, f64>::from_zenith_azimuth(core::f64::consts::FRAC_PI_2 - elevation, azimuth)
-                    .expect("angles");
-            let mut looks = looks(&codebook, &truth, 0.1);
-            let noise = 0.01 * looks[0].amplitude;
-            for look in &mut looks {
-                look.amplitude += look.amplitude * 0.06 * normal() + noise * normal();
-                look.variance = noise * noise;
-            }
-            looks.sort_unstable_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
-            let (found, sigma_rad) = departures.fit(looks.iter().copied()).expect("looks");
-            let off = found.vector().cast::<f64>().cross(truth.vector()).norm();
-            squares += 0.5 * (off / f64::from(sigma_rad)).powi(2);
-            sigmas += f64::from(sigma_rad).to_degrees();
-        }
-        let (honest, sigma_deg) = (squares / f64::from(trials), sigmas / f64::from(trials));
-        assert!((0.6..1.4).contains(&honest), "{honest}, sigma {sigma_deg} deg");
-        assert!(sigma_deg < 0.4, "{sigma_deg}");
-    }
-
-    #[test]
-    fn heavier_beams_decide() {
-        let codebook = Codebook::<f64>::default();
-        let departures = Default72::new(&Codebook::<f32>::default(), 0.0);
-        let truth = Direction::<Gmt, f64>::from_zenith_azimuth(1.45, 0.2).expect("angles");
-        let mut looks = looks(&codebook, &truth, 0.2);
-        // One beam lies by 30 %, and says so.
-        looks[1].amplitude *= 1.3;
-        looks[1].variance = 100.0;
-        let (found, _) = departures.fit(looks.iter().copied()).expect("looks");
-        let off = found
-            .vector()
-            .cast::<f64>()
-            .cross(truth.vector())
-            .norm()
-            .to_degrees();
-        assert!(off < 0.1, "{off} deg");
-        // Taken at its word it pulls.
-        looks[1].variance = 1e-6;
-        let (pulled, _) = departures.fit(looks.iter().copied()).expect("looks");
-        let off = pulled
-            .vector()
-            .cast::<f64>()
-            .cross(truth.vector())
-            .norm()
-            .to_degrees();
-        assert!(off > 0.3, "{off} deg");
-    }
-
-    /// Where the amplitudes fit, the Gauss-Newton Hessian is the curvature of the cost, strength eliminated: the standard
-    /// deviation comes from it.
-    #[test]
-    fn hessian_is_the_curvature_of_the_cost() {
-        let codebook = Codebook::<f64>::default();
-        let departures = Default72::new(&Codebook::<f32>::default(), 0.0);
-        for (zenith, azimuth) in [(1.45, 0.2), (1.25, 0.6), (1.5, -2.0)] {
-            let truth = Direction::<Gmt, f64>::from_zenith_azimuth(zenith, azimuth).expect("angles");
-            let u = Direction::<Gmt>::from_vector(truth.vector().cast()).expect("unit");
-            // Three beams: the strength they leave open matters.
-            let looks: Vec<(Aim, f32, f32), LOOKS> = looks(&codebook, &truth, 0.1)
-                .iter()
-                .take(3)
-                .filter_map(|look| Some((departures.aims[usize::from(look.beam)]?, look.amplitude, 1e4)))
-                .collect();
-            let state = departures.expand(&looks, &u, u.vector());
-            let (e1, e2) = u.tangents();
-            let step = 2e-3;
-            let cost = |a: f32, b: f32| {
-                let moved = Direction::from_vector(u.vector() + (e1 * a + e2 * b) * step).expect("unit");
-                departures.cost(&looks, &moved, u.vector())
-            };
-            let curvature =
-                |a: f32, b: f32| (cost(a, b) + cost(-a, -b) - 2.0 * state.cost) / (2.0 * step * step);
-            let [h11, h12, h22] = state.hessian;
-            for (measured, expected) in [
-                (curvature(1.0, 0.0), h11),
-                (curvature(0.0, 1.0), h22),
-                (curvature(1.0, 1.0), h11 + 2.0 * h12 + h22),
-            ] {
-                assert!((measured / expected - 1.0).abs() < 0.05, "{measured} {expected}");
-            }
-        }
-    }
-}
+mod tests;

@@ -7,8 +7,9 @@ use super::PathEstimator;
 use super::beam::{Beam, Found, SOURCES, Search};
 use super::correlator::{Correlator, TAP_EXPONENT, Workspace};
 use super::departure::{Departures, Look};
-use super::detector::Detector;
+use super::detector::{Detector, fit_threshold};
 use super::grid::AngleGrid;
+use super::known::{FITTED, KnownPaths, Levels, Seen};
 use super::merge::{Detection, Detections, Merged};
 use super::meter::{Meter, Stage};
 use super::model::ArrayModel;
@@ -43,8 +44,9 @@ pub struct EstimatorConfig<
     /// Paths weaker than the strongest one by more than this are not reported, dB.
     pub dynamic_range_db: f32,
     /// Whether a beam, and a candidate in it, is passed over as soon as it shows that it holds no path within the dynamic range of
-    /// the strongest one so far. Costs a path at the very floor one look in a hundred, and nothing more than 3 dB above it;
-    /// begins when the strongest path's SNR, mean over the elements, exceeds about 18 dB.
+    /// the strongest one so far, but those that an earlier beam showed better. Costs a path at the very floor one look in ten,
+    /// 1 dB above it one in forty, and nothing more than 3 dB above it; begins when the strongest path's SNR, mean over the
+    /// elements, exceeds about 16 dB.
     pub screening: bool,
     /// Standard deviation of the phase error that calibration leaves on a receive element, rad. Beside a path it leaves this
     /// square of its energy; what is weaker is not taken for a second path close to it.
@@ -66,7 +68,7 @@ impl Default for EstimatorConfig {
             dynamic_range_db: 34.0,
             screening: true,
             element_phase_sigma_rad: 0.035,
-            beam_gain_sigma_db: 0.5,
+            beam_gain_sigma_db: 0.3,
         }
     }
 }
@@ -91,7 +93,7 @@ pub struct BeamReport {
     /// Paths found in it.
     pub paths: u8,
     /// The beam was not searched: it carries less power than the weakest path worth reporting, or the cheap stage saw that no
-    /// such path is in it.
+    /// such path is in it but those that an earlier beam showed better.
     pub weak: bool,
     /// Lanes that clipped in the transform, see [`super::BeamTaps::clips`].
     pub clips: u32,
@@ -116,6 +118,7 @@ pub struct Estimator<
 > {
     model: ArrayModel<A, E>,
     template: Template,
+    folded_template: Template,
     grid: AngleGrid<A>,
     detector: Detector,
     screen: Option<Screen<C>>,
@@ -132,6 +135,7 @@ pub struct Estimator<
     profile: [u64; SAMPLES],
     found: Vec<Found<A>, SOURCES>,
     detections: Detections<MOST>,
+    known: KnownPaths,
     strongest: f32,
     /// Noise variance of a tap in the last beam searched, amplitude units squared.
     noise: f32,
@@ -180,10 +184,11 @@ impl<
         let gain_sigma = libm::powf(10.0, 0.05 * config.beam_gain_sigma_db) - 1.0;
         Self {
             template: Template::new(&config.waveform),
+            folded_template: Template::folded(&config.waveform),
             grid: AngleGrid::new(&model),
             model,
             detector: Detector::new(C, config.false_alarms_per_sweep, BEAMS * config.waveform.active),
-            threshold: threshold(config.false_alarms_per_sweep, BEAMS),
+            threshold: fit_threshold(config.false_alarms_per_sweep, BEAMS),
             screen: config.screening.then(Screen::new::<E>),
             correlator: Correlator::new(&config.waveform),
             departures: Departures::new(&config.codebook, gain_sigma),
@@ -194,6 +199,7 @@ impl<
             profile: [0; SAMPLES],
             found: Vec::new(),
             detections: Detections::new(),
+            known: KnownPaths::default(),
             strongest: 0.0,
             noise: 0.0,
             meter,
@@ -221,6 +227,8 @@ impl<
                 continue;
             }
             self.strongest = self.strongest.max(energy);
+            self.known
+                .learn(found.source.delay_from(0), found.source.u, energy, beam);
             let units = [metres, 1.0, 1.0];
             let covariance = Matrix3::from_fn(|r, c| {
                 let [row, column] = [r, c].map(|i| units.get(i).copied().unwrap_or(1.0));
@@ -239,9 +247,36 @@ impl<
                 energy,
                 noise: noise * scale,
                 beam,
+                glance: false,
                 path: None,
             });
             count += 1;
+        }
+        count
+    }
+
+    /// Notes how strong known paths are in a beam that was not transformed: those that would be worth reporting.
+    fn glance(&mut self, seen: &[Seen], to_lsb: f32, noise_gain: f32, beam: u16) -> u8 {
+        let mut count = 0;
+        for seen in seen {
+            let energy = seen.energy / to_lsb;
+            let known = self.known.get(seen.index);
+            let Some((known, Ok(aoa))) = known.map(|known| (known, Direction::from_vector(known.u))) else {
+                continue;
+            };
+            if energy >= self.share * self.strongest {
+                self.detections.insert(Detection {
+                    c_tau_m: self.model.metres(0, known.delay_taps),
+                    aoa,
+                    covariance: Matrix3::zeros(),
+                    energy,
+                    noise: self.noise * noise_gain,
+                    beam,
+                    glance: true,
+                    path: None,
+                });
+                count += 1;
+            }
         }
         count
     }
@@ -265,11 +300,32 @@ impl<
             && screen.can_tell(floor, self.noise * to_lsb)
         {
             self.meter.enter(Stage::Detection);
-            let folded = self
+            let mut folded = self
                 .correlator
                 .detect(&levelled, screen.channels(), &mut self.work);
-            if screen.is_empty(&folded, floor) {
-                return weak;
+            let seen: Option<Vec<Seen, FITTED>> = if screen.is_empty(&folded, floor) {
+                Some(Vec::new())
+            } else if folded.strained {
+                None
+            } else {
+                self.known
+                    .recognise::<A, E, C>(
+                        &self.model,
+                        &self.folded_template,
+                        screen.channels(),
+                        &mut folded,
+                        &Levels {
+                            floor,
+                            noise: self.noise * to_lsb,
+                            to_lsb,
+                        },
+                    )
+                    .filter(|_| screen.is_empty(&folded, floor))
+            };
+            let noise_gain = screen.noise_gain();
+            if let Some(seen) = seen {
+                let paths = self.glance(&seen, to_lsb, noise_gain, levelled.beam());
+                return BeamReport { paths, ..weak };
             }
             self.meter.enter(Stage::FrontEnd);
         }
@@ -281,7 +337,7 @@ impl<
             samples,
             beam,
             exponent,
-        } = taps.into_natural();
+        } = taps.into_block();
         let search = Search {
             model: &self.model,
             template: &self.template,
@@ -290,6 +346,9 @@ impl<
             threshold: self.threshold,
             calibration_share: self.calibration_share,
             screening: self.screen.is_some(),
+            ignored: IGNORED * floor,
+            known: &self.known,
+            to_lsb,
             meter: &self.meter,
         };
         let mut under = Beam {
@@ -375,23 +434,17 @@ impl<
             let _ = paths.push(self.estimated(index, path));
         }
         self.detections.clear();
+        self.known.clear();
         (self.strongest, self.noise) = (0.0, 0.0);
         self.meter.enter(outer);
         paths
     }
 }
 
+/// Sidelobes are cancelled as if a tap had at least this share of the weakest reportable path's energy for noise: those that stay
+/// hold a hundredth of that energy in all channels, 20 dB under it.
+const IGNORED: f32 = 1.0 / 360.0;
+
 fn square(x: f32) -> f32 {
     x * x
-}
-
-/// Noise variances that the fit of a candidate must explain so that noise alone gives `false_alarms` a sweep.
-///
-/// The profile adds powers of all elements, the fit adds them coherently within each array: it tells a path from noise 3 dB
-/// further down, at any fraction of a tap. What it explains under noise is the largest of many variables of four complex
-/// degrees of freedom, over a search in three parameters: a tail like `x^(3 + 3/2) exp(-x)`, of slope 0.86 there. Its place
-/// was measured: 14 of 1e5 beams of noise explain more than 32.8.
-fn threshold(false_alarms: f64, beams: usize) -> f32 {
-    let per_beam = false_alarms.clamp(1e-12, 1.0) / beams.max(1) as f64;
-    (33.0 - libm::log(per_beam / 1.4e-4) / 0.86) as f32
 }

@@ -23,6 +23,10 @@ pub(super) const REACH: i32 = 6;
 const LONGEST_ANGLE_RAD: f32 = 0.052;
 const LONGEST_DELAY_TAPS: f32 = 0.41;
 
+/// Squared length of the last step of a single path's fit and of a joint one, in squared standard deviations.
+const LAST_STEP: f32 = 0.1;
+const LAST_STEP_JOINT: f32 = 0.02;
+
 /// Where a path is: delay in window coordinates, direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
@@ -76,7 +80,9 @@ struct Normal<const L: usize, const D: usize, const A: usize> {
 }
 
 /// Fits `L` paths (`D` = 3 L parameters) from starting places. `noise` is the variance of a tap; the iteration ends when
-/// a step is shorter than a thirtieth of a standard deviation, or after `most` steps.
+/// a step is shorter than a thirtieth of a standard deviation, or after `most` steps. The last step is the first that is shorter
+/// than a third of one (a seventh for pairs): what is left to do after it is less than a hundredth, and gains and Hessian from
+/// before it differ by less than noise makes them.
 pub(super) fn fit<
     const L: usize,
     const D: usize,
@@ -106,6 +112,11 @@ pub(super) fn fit<
         let mut candidate = places;
         for (place, step) in candidate.iter_mut().zip(step.as_chunks::<3>().0) {
             *place = place.moved(*step);
+        }
+        let last = if L == 1 { LAST_STEP } else { LAST_STEP_JOINT };
+        if damping < 0.1 && 2.0 * gain < last * noise {
+            places = candidate;
+            break;
         }
         let next = normal_equations::<L, D, A, E, C, W>(model, template, window, &candidate);
         // A single path's surface is benign and a step is cheap; pairs must not walk uphill.

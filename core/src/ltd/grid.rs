@@ -69,14 +69,58 @@ impl<const A: usize> AngleGrid<A> {
         &self,
         snapshot: &[Complex<f32>; C],
     ) -> Vector3<f32> {
+        self.scan(&self.spectra::<E, C>(snapshot)).0
+    }
+
+    /// The same, unless all that it explains is less than `least` (sum over the channels of the squared amplitude).
+    pub(super) fn promising<const E: usize, const C: usize>(
+        &self,
+        snapshot: &[Complex<f32>; C],
+        least: f32,
+    ) -> Option<Vector3<f32>> {
+        let powers = self.spectra::<E, C>(snapshot);
+        let least = E as f32 * least;
+        // Each array by itself, whatever direction that asks for.
+        let most: f32 = powers
+            .iter()
+            .map(|row| row.iter().copied().fold(0.0, f32::max))
+            .sum();
+        if most < least {
+            return None;
+        }
+        let (u, sum) = self.scan(&powers);
+        (sum >= least).then_some(u)
+    }
+
+    /// Powers of each array's transform over its elements.
+    fn spectra<const E: usize, const C: usize>(&self, snapshot: &[Complex<f32>; C]) -> [[f32; BINS]; A] {
         const { assert!(C == A * E) };
         let mut powers = [[0.0; BINS]; A];
         for (powers, elements) in powers.iter_mut().zip(snapshot.as_chunks::<E>().0) {
-            for (bin, power) in powers.iter_mut().enumerate() {
-                *power = self.sum(elements, bin).norm_sqr();
+            if let ([elements], []) = elements.as_chunks::<8>() {
+                self.spectrum(elements, powers);
+            } else {
+                for (bin, power) in powers.iter_mut().enumerate() {
+                    *power = self.sum(elements, bin).norm_sqr();
+                }
             }
         }
-        self.scan(&powers)
+        powers
+    }
+
+    /// Powers of all bins for eight elements: bins four apart are an eight-point transform.
+    fn spectrum(&self, elements: &[Complex<f32>; 8], powers: &mut [f32; BINS]) {
+        for first in 0..BINS / 8 {
+            let turned = core::array::from_fn(|i| elements[i] * self.roots[(first * i) & (BINS - 1)]);
+            for (power, bin) in powers
+                .iter_mut()
+                .skip(first)
+                .step_by(BINS / 8)
+                .zip(eight_points(&turned))
+            {
+                *power = bin.norm_sqr();
+            }
+        }
     }
 
     /// Two directions of the same delay that explain most of `snapshot` together, by alternating projection: each is
@@ -123,7 +167,7 @@ impl<const A: usize> AngleGrid<A> {
                 };
             }
         }
-        self.scan(&powers)
+        self.scan(&powers).0
     }
 
     /// One bin of the transform over the elements of an array.
@@ -135,10 +179,10 @@ impl<const A: usize> AngleGrid<A> {
         sum
     }
 
-    /// Direction with the largest sum of its bins' powers, the first of equals. Neighbours in the table lie within [`NEAR`] bins
+    /// Direction with the largest sum of its bins' powers, the first of equals, and that sum. Neighbours in the table lie within [`NEAR`] bins
     /// of each other, so one look at the largest powers near a direction bounds it and both its neighbours, and most need
     /// no look of their own.
-    fn scan(&self, powers: &[[f32; BINS]; A]) -> Vector3<f32> {
+    fn scan(&self, powers: &[[f32; BINS]; A]) -> (Vector3<f32>, f32) {
         let upper = powers.each_ref().map(widened);
         let (mut bounds, mut promising) = ([0.0; DIRECTIONS.div_ceil(GROUP)], (0, -1.0));
         for (group, (bound, members)) in bounds.iter_mut().zip(self.bins.chunks(GROUP)).enumerate() {
@@ -162,8 +206,29 @@ impl<const A: usize> AngleGrid<A> {
                 }
             }
         }
-        direction(best)
+        (direction(best), most)
     }
+}
+
+/// Eight-point transform.
+fn eight_points(x: &[Complex<f32>; 8]) -> [Complex<f32>; 8] {
+    let minus_j = |z: Complex<f32>| Complex::new(z.im, -z.re);
+    let four = |a: Complex<f32>, b: Complex<f32>, c: Complex<f32>, d: Complex<f32>| {
+        let (s, t, u, v) = (a + c, a - c, b + d, minus_j(b - d));
+        [s + u, t + v, s - u, t - v]
+    };
+    let even = four(x[0], x[2], x[4], x[6]);
+    let [o0, o1, o2, o3] = four(x[1], x[3], x[5], x[7]);
+    // exp(-j pi/4) = (1 - j) / sqrt(2), exp(-j 3 pi/4) = -j of it.
+    let eighth = |z: Complex<f32>| Complex::new(z.re + z.im, z.im - z.re) * core::f32::consts::FRAC_1_SQRT_2;
+    let odd = [o0, eighth(o1), minus_j(o2), minus_j(eighth(o3))];
+    core::array::from_fn(|k| {
+        if k < 4 {
+            even[k] + odd[k]
+        } else {
+            even[k - 4] - odd[k - 4]
+        }
+    })
 }
 
 /// Sum of the powers in one bin of each array.
@@ -243,15 +308,52 @@ mod tests {
                     (state >> 28) as f32 * (round % 10) as f32
                 })
             });
-            let (mut best, mut most) = (0, -1.0);
+            let (mut best, mut most) = (0, 0.0);
             for (index, bins) in grid.bins.iter().enumerate() {
                 let sum = total(&powers, bins);
                 if sum > most {
                     (best, most) = (index, sum);
                 }
             }
-            assert_eq!(grid.scan(&powers), direction(best));
+            assert_eq!(grid.scan(&powers), (direction(best), most));
         }
+    }
+
+    #[test]
+    fn spectrum_of_eight_is_the_definition() {
+        let grid = AngleGrid::new(&ArrayModel::<4, 8>::new(
+            &UavArrays::default(),
+            &Waveform::default(),
+        ));
+        for k in 0..20 {
+            let elements: [Complex<f32>; 8] = core::array::from_fn(|i| {
+                phasor(0.37 * ((k * i * i) as f32) + 0.11 * i as f32) * (1.0 + i as f32)
+            });
+            let mut powers = [0.0; BINS];
+            grid.spectrum(&elements, &mut powers);
+            for (bin, power) in powers.iter().enumerate() {
+                let exact = grid.sum(&elements, bin).norm_sqr();
+                assert!(
+                    (power - exact).abs() < 1e-5 * 36.0 * 36.0,
+                    "{bin}: {power} {exact}"
+                );
+            }
+        }
+    }
+
+    /// Never a direction that explains less than asked for; always one that explains more.
+    #[test]
+    fn promising_is_the_strongest_that_explains_enough() {
+        let grid = AngleGrid::new(&ArrayModel::<4, 8>::new(
+            &UavArrays::default(),
+            &Waveform::default(),
+        ));
+        let snapshot: [Complex<f32>; 32] =
+            core::array::from_fn(|c| phasor(0.618_034 * (c * c) as f32) * (3.0 + (c % 5) as f32));
+        let (u, sum) = grid.scan(&grid.spectra::<8, 32>(&snapshot));
+        assert_eq!(grid.promising::<8, 32>(&snapshot, 0.999 * sum / 8.0), Some(u));
+        assert_eq!(grid.promising::<8, 32>(&snapshot, 1.001 * sum / 8.0), None);
+        assert_eq!(grid.promising::<8, 32>(&snapshot, 100.0 * sum), None);
     }
 
     #[test]

@@ -102,12 +102,11 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         let Some(old) = beam.all(members) else {
             return false;
         };
-        self.change(beam, &old, Change::Add);
         let origin = old[0].source.origin;
         let before: [Place; L] = old.map(|f| f.source.place(origin));
         let start: [Place; M] =
             core::array::from_fn(|i| before.get(i).copied().unwrap_or_else(|| source.place(origin)));
-        let window = self.joint_window(beam, origin, &start);
+        let window = self.joint_window(beam, origin, &start, &old);
         let kept: Fit<L, D, A> = self.fit(&window, before, noise, JOINT_STEPS);
         let mut without = kept;
         if L > 1 {
@@ -132,30 +131,38 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
             && inside(&with.places)
             && regular(&with.hessian)
         {
-            self.replace(beam, &members, &with, &old[0], noise);
+            self.replace(beam, &members, &with, &old, noise);
             true
         } else if without.energy - kept.energy > least && inside(&without.places) && regular(&without.hessian)
         {
-            self.replace(beam, &members, &without, &old[0], noise);
+            self.replace(beam, &members, &without, &old, noise);
             true
         } else {
-            self.change(beam, &old, Change::Subtract);
             false
         }
     }
 
-    /// Cancels the paths of a fit and puts them in the places of a group's members, a further one behind.
-    fn replace<const L: usize, const D: usize, const C: usize>(
+    /// Cancels the paths of a fit in the stead of a group's members and puts them in their places, a further one behind.
+    fn replace<const L: usize, const D: usize, const M: usize, const C: usize>(
         &self,
         beam: &mut Beam<'_, A, C>,
         members: &[usize],
         fit: &Fit<L, D, A>,
-        first: &Found<A>,
+        old: &[Found<A>; M],
         noise: f32,
     ) {
+        let first = &old[0];
         let found: [Found<A>; L] =
             core::array::from_fn(|i| self.found(fit, i, first.source.origin, noise, first.group));
-        self.change(beam, &found, Change::Subtract);
+        if let ([new], [old]) = (found.as_slice(), old.as_slice()) {
+            // Their difference, in one go.
+            let mut back = *old;
+            back.source.gains = back.source.gains.map(|gain| -gain);
+            self.change(beam, &[*new, back], Change::Subtract);
+        } else {
+            self.change(beam, old, Change::Add);
+            self.change(beam, &found, Change::Subtract);
+        }
         for (i, found) in found.into_iter().enumerate() {
             match members.get(i).and_then(|index| beam.found.get_mut(*index)) {
                 Some(slot) => *slot = found,
@@ -176,17 +183,15 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         let Some(old) = beam.all(members) else {
             return;
         };
-        self.change(beam, &old, Change::Add);
         let origin = old[0].source.origin;
         let start = old.map(|f| f.source.place(origin));
-        let window = self.joint_window(beam, origin, &start);
+        let window = self.joint_window(beam, origin, &start, &old);
         let steps = if L == 1 { SINGLE_STEPS } else { JOINT_STEPS };
         let fit: Fit<L, D, A> = self.fit(&window, start, noise, steps);
         if !regular(&fit.hessian) {
-            self.change(beam, &old, Change::Subtract);
             return;
         }
-        self.replace(beam, &members, &fit, &old[0], noise);
+        self.replace(beam, &members, &fit, &old, noise);
         for (index, old) in members.into_iter().zip(old) {
             if let Some(found) = beam.found.get_mut(index) {
                 found.remainder = old.remainder;
@@ -248,11 +253,13 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         core::array::from_fn(|i| pair.get(i).copied().unwrap_or(start[i]))
     }
 
-    fn joint_window<const L: usize, const C: usize>(
+    /// Taps around some places, with a group's members put back.
+    fn joint_window<const L: usize, const M: usize, const C: usize>(
         &self,
         beam: &Beam<'_, A, C>,
         origin: usize,
         places: &[Place; L],
+        members: &[Found<A>; M],
     ) -> Window<C, JOINT> {
         let (mut first, mut last) = (f32::INFINITY, f32::NEG_INFINITY);
         for place in places {
@@ -260,7 +267,12 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
             last = last.max(place.delay_taps);
         }
         // The casts cut towards zero: never short by a tap on the side that matters.
-        self.window(beam, origin, first as i32 - REACH, last as i32 + 1 + REACH)
+        let mut window = self.window(beam, origin, first as i32 - REACH, last as i32 + 1 + REACH);
+        for member in members {
+            let (_, gains) = member.source.seen_from(origin, self.template.centre_turns());
+            window.add(self.model, self.template, &member.source.place(origin), &gains);
+        }
+        window
     }
 }
 

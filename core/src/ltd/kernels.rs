@@ -2,7 +2,7 @@
 //! give the same bits; on a chip both are there, so that the equality can be tested there.
 
 use super::iq::Iq;
-use super::stages::{self, Channel, FoldedPowers, Powers};
+use super::stages::{self, Channel, FoldedChannel, FoldedPowers, Powers};
 use super::tables::{Tail, Twiddles};
 
 /// The stages of the transform, each documented in `stages.rs`. Sealed: [`Portable`] and, on ARM with the feature `armv7em`,
@@ -29,7 +29,7 @@ pub type Native = Armv7em;
 pub(super) mod stage {
     #[cfg(all(target_arch = "arm", feature = "armv7em"))]
     use super::Armv7em;
-    use super::{Channel, FoldedPowers, Iq, Portable, Powers, Tail, Twiddles, stages};
+    use super::{Channel, FoldedChannel, FoldedPowers, Iq, Portable, Powers, Tail, Twiddles, stages};
     #[cfg(all(target_arch = "arm", feature = "armv7em"))]
     use crate::simd;
 
@@ -62,9 +62,8 @@ pub(super) mod stage {
         correlate(input: &Channel, out: &mut Channel, tails: &[Tail]) -> bool => strained();
         inverse_third(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool => strained();
         inverse_second(input: &Channel, out: &mut Channel, twiddles: &[Twiddles]) -> bool => strained();
-        power(kept: &Channel, powers: &mut Powers);
-        power_folded(kept: &Channel, powers: &mut FoldedPowers);
-        natural(kept: &mut Channel, scratch: &mut Channel);
+        taps(kept: &Channel, out: &mut Channel, powers: &mut Powers);
+        taps_folded(kept: &Channel, out: &mut FoldedChannel, powers: &mut FoldedPowers);
         energy(input: &Channel) -> u64;
         cancel(taps: &mut [Iq], powers: &mut [u64], columns: &[[i32; 2]], phases: &[Iq], add: bool);
     }

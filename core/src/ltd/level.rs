@@ -58,6 +58,11 @@ impl<'a, const CHANNELS: usize> Levelled<'a, CHANNELS> {
         self.block.exponent
     }
 
+    /// Transmit beam.
+    pub(super) fn beam(&self) -> u16 {
+        self.block.beam
+    }
+
     /// The levelled samples.
     #[must_use]
     pub fn samples(&self) -> &[Channel; CHANNELS] {

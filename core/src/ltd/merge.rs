@@ -28,6 +28,8 @@ pub(super) struct Detection {
     /// Noise variance of a tap, amplitude units squared.
     pub(super) noise: f32,
     pub(super) beam: u16,
+    /// Only the energy was measured, where a known path lies.
+    pub(super) glance: bool,
     /// Path it belongs to after merging.
     pub(super) path: Option<u8>,
 }
@@ -89,29 +91,36 @@ impl<const MOST: usize> Detections<MOST> {
     /// The `K` strongest paths with at least `share` of the strongest one's energy.
     pub(super) fn merge<const K: usize>(&mut self, share: f32) -> Vec<Merged, K> {
         let mut paths: Vec<Merged, K> = Vec::new();
-        let floor = self.sorted.first().map_or(0.0, |d| share * d.energy);
-        for i in 0..self.sorted.len() {
-            let Some(detection) = self.sorted.get(i).copied() else {
-                break;
-            };
-            if detection.energy < floor {
-                break;
-            }
-            let nearest = self.nearest(&paths, &detection);
-            let index = match nearest {
-                Some(index) => {
-                    if let Some(path) = paths.get_mut(index) {
-                        path.look(&detection);
+        let whole = |d: &&Detection| !d.glance;
+        let floor = self.sorted.iter().find(whole).map_or(0.0, |d| share * d.energy);
+        // Glances belong to paths that others show.
+        for glances in [false, true] {
+            for i in 0..self.sorted.len() {
+                let Some(detection) = self.sorted.get(i).copied() else {
+                    break;
+                };
+                if detection.energy < floor {
+                    break;
+                }
+                if detection.glance != glances {
+                    continue;
+                }
+                let index = match self.nearest(&paths, &detection) {
+                    Some(index) => {
+                        if let Some(path) = paths.get_mut(index).filter(|_| !glances) {
+                            path.look(&detection);
+                        }
+                        Some(index)
                     }
-                    Some(index)
+                    None if glances => None,
+                    None => {
+                        let index = paths.len();
+                        paths.push(Merged::new(detection)).is_ok().then_some(index)
+                    }
+                };
+                if let Some(slot) = self.sorted.get_mut(i) {
+                    slot.path = index.map(|index| index as u8);
                 }
-                None => {
-                    let index = paths.len();
-                    paths.push(Merged::new(detection)).is_ok().then_some(index)
-                }
-            };
-            if let Some(slot) = self.sorted.get_mut(i) {
-                slot.path = index.map(|index| index as u8);
             }
         }
         paths
@@ -215,6 +224,7 @@ mod tests {
             energy,
             noise: 1.0,
             beam,
+            glance: false,
             path: None,
         }
     }
@@ -269,6 +279,27 @@ mod tests {
         assert_eq!(paths.len(), 2);
         assert_eq!(detections.looks(0).count(), 2);
         assert!((paths[1].mean().0 - 50.3005).abs() < 1e-4);
+    }
+
+    /// A glance, however strong it seems, makes no path and moves none; it is a look at the one where it was taken.
+    #[test]
+    fn glances_count_and_do_not_pull() {
+        let glance = |beam, energy, c_tau_m| Detection {
+            glance: true,
+            ..detection(beam, energy, c_tau_m, 10.0)
+        };
+        let (detections, paths) = merged::<16>(&[
+            detection(1, 500.0, 50.0, 10.0),
+            glance(2, 900.0, 50.01),
+            glance(3, 100.0, 50.01),
+            glance(4, 400.0, 80.0),
+            detection(5, 300.0, 60.0, 10.0),
+        ]);
+        assert_eq!(paths.len(), 2);
+        assert_eq!((paths[0].mean().0, paths[0].strongest.beam), (50.0, 1));
+        let beams: Vec<u16, 16> = detections.looks(0).map(|d| d.beam).collect();
+        assert_eq!(beams, [2, 1, 3]);
+        assert_eq!(detections.looks(1).count(), 1);
     }
 
     #[test]

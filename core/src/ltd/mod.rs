@@ -11,7 +11,8 @@
 //!
 //! On it stands the [`Estimator`], in `f32` with `libm`: peaks of a beam, coarse angle grid, Fisher scoring off the grid,
 //! joint fits of close paths, cancellation, and at the end of a sweep the merge over beams with the angle of departure
-//! from the beams' energies (signal.md section 3).
+//! from the beams' energies (signal.md section 3). A beam whose folded taps show no path but known ones, none better than an
+//! earlier beam did, is not transformed: the folded taps tell how strong those are in it.
 
 mod beam;
 mod cancel;
@@ -25,6 +26,7 @@ mod grid;
 mod group;
 mod iq;
 pub mod kernels;
+mod known;
 mod level;
 mod merge;
 mod meter;
@@ -32,20 +34,21 @@ mod model;
 mod paper;
 mod phase;
 mod screen;
+mod sidelobe;
 pub(crate) mod stages;
 pub(crate) mod tables;
 mod taps;
 mod template;
 mod window;
 
-pub use correlator::{Correlator, FOLDED_TAPS, Folded, Workspace};
+pub use correlator::{Correlator, FOLDED_CHANNELS, FOLDED_TAPS, Folded, Workspace};
 pub use detector::{Detector, Peak};
 pub use estimator::{BeamReport, EstimatedPath, Estimator, EstimatorConfig};
 pub use iq::Iq;
 pub use level::Levelled;
 pub use meter::{Meter, Stage};
 pub use paper::PaperEstimator;
-pub use stages::Channel;
+pub use stages::{Channel, FoldedChannel};
 pub use tables::bin_at;
 pub use taps::BeamTaps;
 

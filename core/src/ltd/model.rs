@@ -59,6 +59,19 @@ impl<const A: usize, const E: usize> ArrayModel<A, E> {
         self.step_turns.iter().zip(&self.lead_taps)
     }
 
+    /// Energy of `snapshot`, one amplitude per channel, that a path from `u` explains.
+    pub(super) fn explained<const C: usize>(&self, snapshot: &[Complex<f32>; C], u: &Vector3<f32>) -> f32 {
+        let mut energy = 0.0;
+        for (step, elements) in self.step_turns.iter().zip(snapshot.as_chunks::<E>().0) {
+            let mut sum = Complex::new(0.0, 0.0);
+            for (z, s) in elements.iter().zip(steering::<E>(step.dot(u))) {
+                sum += s.conj() * z;
+            }
+            energy += sum.norm_sqr() / E as f32;
+        }
+        energy
+    }
+
     /// Turns per element of each array, as vectors to be multiplied by `u`.
     pub(super) fn steps(&self) -> &[Vector3<f32>; A] {
         &self.step_turns
@@ -96,6 +109,26 @@ pub(super) fn steering<const E: usize>(step_turns: f32) -> [Complex<f32>; E] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::array::UavArrays;
+
+    #[test]
+    fn a_path_explains_itself() {
+        let model = ArrayModel::<4, 8>::new(&UavArrays::default(), &Waveform::default());
+        let (u, v) = (Vector3::new(0.6, 0.0, 0.8), Vector3::new(-0.48, 0.64, 0.6));
+        let mut snapshot = [Complex::new(0.0, 0.0); 32];
+        for (j, (step, rows)) in model
+            .steps()
+            .iter()
+            .zip(snapshot.as_chunks_mut::<8>().0)
+            .enumerate()
+        {
+            for (x, s) in rows.iter_mut().zip(steering::<8>(step.dot(&u))) {
+                *x = s * phasor(0.3 * j as f32) * 2.0;
+            }
+        }
+        assert!((model.explained::<32>(&snapshot, &u) / 128.0 - 1.0).abs() < 1e-5);
+        assert!(model.explained::<32>(&snapshot, &v) < 0.3 * 128.0);
+    }
 
     #[test]
     fn steering_is_the_definition() {

@@ -12,13 +12,14 @@ use heapless::Vec;
 use super::correlator::{FOLDED_TAPS, Folded};
 use super::detector::{Detector, quantile};
 
-/// Standard deviations by which a path at the floor may fall short of its mean: one in a hundred does.
-const MISS_SIGMAS: f32 = 2.33;
+/// Standard deviations by which a path at the floor may fall short of its mean: one in ten does, and one in forty 1 dB
+/// over the floor.
+const MISS_SIGMAS: f32 = 1.28;
 /// Power of a path's two strongest neighbouring taps over that of a tap at its peak, at the worst fraction of a tap:
 /// D(0)^2 + D(1)^2.
 const PAIR_SHARE: f32 = 1.05;
 /// Chance that a beam of noise passes for more than noise, from which on a look is worth its cost.
-const WORTH: f64 = 0.5;
+const WORTH: f64 = 0.25;
 
 /// Screen for `C` channels.
 #[derive(Clone, Debug)]
@@ -61,11 +62,16 @@ impl<const C: usize> Screen<C> {
         self.least(floor, 0.5 * noise) > self.quiet * 0.5 * noise
     }
 
+    /// Noise of an energy that only the cheap stage has measured, relative to one of the whole beam.
+    pub(super) fn noise_gain(&self) -> f32 {
+        2.0 * C as f32 / self.channels.len().max(1) as f32
+    }
+
     /// Whether no path of energy `floor` is in the beam.
     pub(super) fn is_empty(&self, folded: &Folded<'_>, floor: f32) -> bool {
         let least = self.least(floor, self.detector.noise(folded.profile));
-        let ends = folded.profile.last().into_iter().chain(folded.profile);
-        let most = ends.zip(folded.profile).map(|(a, b)| a + b).max();
+        let ends = folded.profile.last().into_iter().chain(folded.profile.iter());
+        let most = ends.zip(folded.profile.iter()).map(|(a, b)| a + b).max();
         !folded.strained && (most.unwrap_or(0) as f32) < least
     }
 

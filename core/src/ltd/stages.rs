@@ -17,6 +17,8 @@ use crate::waveform::SAMPLES;
 
 /// The samples of one channel, or a stage's data.
 pub type Channel = [Iq; SAMPLES];
+/// The taps that the even bins of one channel give, delays modulo 256.
+pub type FoldedChannel = [Iq; SAMPLES / 2];
 
 /// Sum of |tap|^2 over channels, in the order of the final stage: 64 rows (see [`tap_at`]) of the delays
 /// `row + 64 l`, l = 0, 4, 1, 5, 2, 6, 3, 7.
@@ -331,33 +333,27 @@ fn inverse_half([y0, y1, y2, y3]: [Iq; 4]) -> [Iq; 4] {
     ]
 }
 
-/// Final inverse stage of a channel, its powers added to `powers`; the taps are not kept.
-pub(super) fn power(kept: &Channel, powers: &mut Powers) {
+/// Final inverse stage of a channel: its taps in natural order, and their powers added to `powers`.
+pub(super) fn taps(kept: &Channel, out: &mut Channel, powers: &mut Powers) {
     for (position, row) in powers.iter_mut().enumerate() {
-        for (sum, tap) in row.iter_mut().zip(final_taps(kept, position)) {
+        let columns = COLUMNS.into_iter().zip(row);
+        for ((column, sum), tap) in columns.zip(final_taps(kept, position)) {
+            out[(tap_at(position) + 64 * column) & 511] = tap;
             *sum += u64::from(tap.power());
         }
     }
 }
 
-/// As [`power`] for the even bins (`kept` holds them in its first half).
-pub(super) fn power_folded(kept: &Channel, powers: &mut FoldedPowers) {
+/// As [`taps`] for the even bins (`kept` holds them in its first half).
+pub(super) fn taps_folded(kept: &Channel, out: &mut FoldedChannel, powers: &mut FoldedPowers) {
     for (position, row) in powers.iter_mut().enumerate() {
         let [g0, g1, g2, g3] = inverse_half(core::array::from_fn(|slot| kept[(64 * slot + position) & 511]));
-        for (sum, tap) in row.iter_mut().zip([g0, g2, g1, g3]) {
+        let columns = FOLDED_COLUMNS.into_iter().zip(row);
+        for ((column, sum), tap) in columns.zip([g0, g2, g1, g3]) {
+            out[(tap_at(position) + 64 * column) & 255] = tap;
             *sum += u64::from(tap.power());
         }
     }
-}
-
-/// Final inverse stage of a channel, in place, taps in natural order.
-pub(super) fn natural(kept: &mut Channel, scratch: &mut Channel) {
-    for position in 0..64 {
-        for (column, tap) in COLUMNS.into_iter().zip(final_taps(kept, position)) {
-            scratch[(tap_at(position) + 64 * column) & 511] = tap;
-        }
-    }
-    *kept = *scratch;
 }
 
 /// Bits behind the point of the amplitudes in [`cancel`]'s columns.

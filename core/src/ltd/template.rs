@@ -10,6 +10,7 @@
 
 use libm::{cos, sin};
 
+use super::phase::phasor;
 use crate::waveform::{SAMPLES, Waveform};
 
 /// Table entries per tap.
@@ -28,13 +29,29 @@ pub(super) struct Template {
     active: f32,
     /// Band centre, turns per tap: -1/1024.
     centre_turns: f32,
+    /// Taps after which the kernel repeats, N.
+    period: f32,
 }
 
 impl Template {
     /// The kernel of a waveform with a full block of active subcarriers.
     pub(super) fn new(waveform: &Waveform) -> Self {
-        let active = waveform.active.clamp(2, SAMPLES) as f64;
-        let samples = SAMPLES as f64;
+        let active = waveform.active.clamp(2, SAMPLES);
+        Self::of_band(f64::from(waveform.offset(0)), active, SAMPLES)
+    }
+
+    /// The kernel of a waveform's even subcarriers, over half the taps.
+    pub(super) fn folded(waveform: &Waveform) -> Self {
+        let first = waveform.offset(0);
+        // Even offsets, halved.
+        let lowest = (first + (first & 1)) / 2;
+        let active = (waveform.active - (first & 1) as usize).div_ceil(2);
+        Self::of_band(f64::from(lowest), active.clamp(2, SAMPLES / 2), SAMPLES / 2)
+    }
+
+    /// The kernel of `active` subcarriers from `lowest` on, out of `samples`.
+    fn of_band(lowest: f64, active: usize, samples: usize) -> Self {
+        let (active, samples) = (active as f64, samples as f64);
         let (a, b) = (
             core::f64::consts::PI * active / samples,
             core::f64::consts::PI / samples,
@@ -58,7 +75,8 @@ impl Template {
             table,
             occupancy: (active / samples) as f32,
             active: active as f32,
-            centre_turns: ((f64::from(waveform.offset(0)) + (active - 1.0) / 2.0) / samples) as f32,
+            centre_turns: ((lowest + (active - 1.0) / 2.0) / samples) as f32,
+            period: samples as f32,
         }
     }
 
@@ -79,6 +97,20 @@ impl Template {
         let value = h00 * d0 + h10 * s0 + h01 * d1 + h11 * s1;
         let slope = h00 * s0 + h10 * c0 + h01 * s1 + h11 * c1;
         [value, if x < 0.0 { -slope } else { slope }]
+    }
+
+    /// Kernel at any `x`, within one period of the peak: beyond the table by the closed form.
+    pub(super) fn anywhere(&self, x: f32) -> f32 {
+        if x.abs() < SPAN as f32 {
+            return self.at(x)[0];
+        }
+        let [band, period] = [0.5 * self.occupancy, 0.5 / self.period].map(|step| phasor(step * x).im);
+        band / (self.active * period)
+    }
+
+    /// Taps after which the kernel repeats.
+    pub(super) fn period(&self) -> f32 {
+        self.period
     }
 
     /// Active subcarriers / N.

@@ -2,6 +2,8 @@
 
 use nalgebra::Complex;
 
+use super::fit::Place;
+use super::model::{ArrayModel, steering};
 use super::phase::phasor;
 use super::stages::Channel;
 use super::template::Template;
@@ -11,6 +13,9 @@ use crate::waveform::SAMPLES;
 pub(super) const SINGLE: usize = 13;
 /// Taps of a window around a group at most four metres (3.3 taps) wide.
 pub(super) const JOINT: usize = 18;
+
+/// Taps of a snapshot.
+const SNAPSHOT: usize = 5;
 
 /// Consecutive taps of all channels, turned so that the band is centred: a path is then a real kernel times a constant.
 #[derive(Clone, Debug)]
@@ -44,6 +49,28 @@ impl<const C: usize, const W: usize> Window<C, W> {
         window
     }
 
+    /// Adds a path: a source of gains `gains` at the arrays, seen from the window's origin.
+    pub(super) fn add<const A: usize, const E: usize>(
+        &mut self,
+        model: &ArrayModel<A, E>,
+        template: &Template,
+        place: &Place,
+        gains: &[Complex<f32>; A],
+    ) {
+        let (first, len) = (self.first, self.len);
+        let arrays = model.arrays().zip(gains);
+        for (rows, ((step, lead), gain)) in self.taps.as_chunks_mut::<E>().0.iter_mut().zip(arrays) {
+            let delay = place.delay_taps - lead.dot(&place.u);
+            let kernel: [Complex<f32>; W] =
+                core::array::from_fn(|i| gain * template.at((first + i as i32) as f32 - delay)[0]);
+            for (row, s) in rows.iter_mut().zip(steering::<E>(step.dot(&place.u))) {
+                for (tap, value) in row.iter_mut().zip(&kernel).take(len) {
+                    *tap += s * value;
+                }
+            }
+        }
+    }
+
     /// The channels' rows.
     pub(super) fn rows(&self) -> &[[Complex<f32>; W]; C] {
         &self.taps
@@ -55,20 +82,27 @@ impl<const C: usize, const W: usize> Window<C, W> {
         (energy, C * self.len)
     }
 
-    /// Weighted sum over the taps nearest to a delay, for each channel: the kernel's two taps on either side.
+    /// Amplitude of each channel at a delay: least squares over the taps nearest to it, the kernel's two taps on either
+    /// side.
     pub(super) fn snapshot(&self, template: &Template, delay_taps: f32) -> [Complex<f32>; C] {
-        let mut weights = [0.0; W];
-        for (weight, x) in weights.iter_mut().zip(self.coordinates()) {
+        let mut weights = [0.0; SNAPSHOT];
+        let first = delay_taps - self.first as f32 - 2.5;
+        let start = (first.max(0.0) as usize + usize::from(first >= 0.0)).min(W.saturating_sub(SNAPSHOT));
+        let mut power = 0.0;
+        for (weight, x) in weights.iter_mut().zip(self.coordinates().skip(start)) {
             let away = x - delay_taps;
             if away.abs() < 2.5 {
                 *weight = template.at(away)[0];
+                power += *weight * *weight;
             }
         }
+        let inverse = 1.0 / power.max(f32::MIN_POSITIVE);
         let mut out = [Complex::new(0.0, 0.0); C];
         for (sum, row) in out.iter_mut().zip(&self.taps) {
-            for (y, weight) in row.iter().zip(&weights) {
+            for (y, weight) in row.iter().skip(start).zip(&weights) {
                 *sum += y * *weight;
             }
+            *sum *= inverse;
         }
         out
     }

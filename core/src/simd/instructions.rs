@@ -353,31 +353,46 @@ macro_rules! add_powers {
     };
 }
 
-/// Powers of the eight taps of one position.
-macro_rules! power_step {
-    () => {
+/// Stores two taps at byte offsets from a register and adds their powers.
+macro_rules! put_taps {
+    ($x:literal, $y:literal, $base:literal, $at:literal, $and:literal) => {
         concat!(
-            final_sums!(),
-            "qadd16 r5, r6, r3
-             qsub16 r3, r6, r3\n",
-            add_powers!("r5", "r3"),
-            "qadd16 r5, r4, r1
-             qsub16 r1, r4, r1\n",
-            add_powers!("r5", "r1"),
-            "qasx r5, r8, lr
-             qsax lr, r8, lr\n",
-            add_powers!("r5", "lr"),
-            "qasx r5, r2, r0
-             qsax r0, r2, r0\n",
-            add_powers!("r5", "r0"),
-            "vmov r11, r12, s0, s1\n"
+            word!("str", $x, $base, $at),
+            word!("str", $y, $base, $and),
+            add_powers!($x, $y),
         )
     };
 }
 
-/// Powers of the four taps of one position.
-macro_rules! power_folded_step {
-    () => {
+/// The eight taps of one position, tap l stored at the l-th byte offset from the pointer in s4, and their powers. The pointer
+/// in r9 waits in s3.
+macro_rules! taps_step {
+    ($l0:literal, $l1:literal, $l2:literal, $l3:literal, $l4:literal, $l5:literal, $l6:literal, $l7:literal) => {
+        concat!(
+            final_sums!(),
+            "vmov s3, r9
+             vmov r9, s4
+             qadd16 r5, r6, r3
+             qsub16 r3, r6, r3\n",
+            put_taps!("r5", "r3", "r9", $l0, $l4),
+            "qadd16 r5, r4, r1
+             qsub16 r1, r4, r1\n",
+            put_taps!("r5", "r1", "r9", $l1, $l5),
+            "qasx r5, r8, lr
+             qsax lr, r8, lr\n",
+            put_taps!("r5", "lr", "r9", $l2, $l6),
+            "qasx r5, r2, r0
+             qsax r0, r2, r0\n",
+            put_taps!("r5", "r0", "r9", $l3, $l7),
+            "vmov r9, s3
+             vmov r11, r12, s0, s1\n"
+        )
+    };
+}
+
+/// The four taps of one position, tap l stored at the l-th byte offset from r8, and their powers.
+macro_rules! taps_folded_step {
+    ($l0:literal, $l1:literal, $l2:literal, $l3:literal) => {
         concat!(
             "ldr r1, [r9, #512]
              ldr r2, [r9, #256]
@@ -391,44 +406,9 @@ macro_rules! power_folded_step {
              qsub16 r4, r4, r1
              qasx r1, r0, r2
              qsax r0, r0, r2\n",
-            add_powers!("r3", "r4"),
-            add_powers!("r1", "r0")
+            put_taps!("r3", "r4", "r8", $l0, $l2),
+            put_taps!("r1", "r0", "r8", $l1, $l3)
         )
-    };
-}
-
-/// One result of two words, stored at a byte offset from r10.
-macro_rules! combine_to {
-    ($operation:literal, $to:literal, $x:literal, $y:literal, $offset:literal) => {
-        concat!(
-            concat!($operation, " ", $to, ", ", $x, ", ", $y, "\n"),
-            word!("str", $to, "r10", $offset),
-        )
-    };
-}
-
-/// Final stage at one position, tap l stored at the l-th byte offset from r10.
-macro_rules! final_to {
-    ($l0:literal, $l1:literal, $l2:literal, $l3:literal, $l4:literal, $l5:literal, $l6:literal, $l7:literal) => {
-        concat!(
-            final_sums!(),
-            combine_to!("qadd16", "r5", "r6", "r3", $l0),
-            combine_to!("qsub16", "r3", "r6", "r3", $l4),
-            combine_to!("qadd16", "r5", "r4", "r1", $l1),
-            combine_to!("qsub16", "r1", "r4", "r1", $l5),
-            combine_to!("qasx", "r5", "r8", "lr", $l2),
-            combine_to!("qsax", "lr", "r8", "lr", $l6),
-            combine_to!("qasx", "r5", "r2", "r0", $l3),
-            combine_to!("qsax", "r0", "r2", "r0", $l7),
-        )
-    };
-}
-
-/// Copies eight words back, from r10 to r9.
-macro_rules! copy_step {
-    () => {
-        "ldmia r10!, {{r0, r1, r2, r3, r4, r5, r6, r8}}
-         stmia r9!, {{r0, r1, r2, r3, r4, r5, r6, r8}}\n"
     };
 }
 

@@ -18,7 +18,7 @@ use core::arch::asm;
 
 use crate::lscn::dense::{self, Quad, record_length};
 use crate::ltd::Iq;
-use crate::ltd::stages::{self, Channel, EIGHTH, FoldedPowers, MINUS_EIGHTH, Powers};
+use crate::ltd::stages::{self, Channel, EIGHTH, FoldedChannel, FoldedPowers, MINUS_EIGHTH, Powers};
 use crate::ltd::tables::{Tail, Twiddles};
 
 #[macro_use]
@@ -283,96 +283,74 @@ pub(crate) fn first_folded(input: &Channel, out: &mut Channel) {
     }
 }
 
-/// See `stages::power`.
+/// See `stages::taps`.
 #[inline(never)]
-pub(crate) fn power(kept: &Channel, powers: &mut Powers) {
+pub(crate) fn taps(kept: &Channel, out: &mut Channel, powers: &mut Powers) {
     // SAFETY: 64 steps read the words position + 64 slot of `kept` and read and write the 8 sums of row `position` of
-    // `powers`. The sums of at most 2^33 channels stay positive as signed 64-bit numbers. Registers are declared or
-    // restored, the stack pointer is back at the end.
+    // `powers`. Position = 16 a + 4 b + c in order goes to the words a + 4 b + 16 c + 64 l of `out`: four steps over c by
+    // offset, then 16 bytes on for b, and 60 bytes back for a. The sums of at most 2^33 channels stay positive as signed
+    // 64-bit numbers. Registers are declared or restored, the stack pointer is back at the end.
     unsafe {
         asm!(
             "push {{r6, r7}}",
-            // The constants and the loop count lie in s0..s2 while their registers hold sums.
+            // The constants, the loop count and both pointers lie in s0..s4 while their registers hold data.
             "vmov s0, s1, r11, r12
-             vmov s2, r0",
+             vmov s2, r0
+             vmov s4, r1",
             "2:",
-            repeat_4!(power_step!()),
-            "vmov r7, s2
-             subs r7, r7, #1
-             vmov s2, r7
+            taps_step!("0", "256", "512", "768", "1024", "1280", "1536", "1792"),
+            taps_step!("64", "320", "576", "832", "1088", "1344", "1600", "1856"),
+            taps_step!("128", "384", "640", "896", "1152", "1408", "1664", "1920"),
+            taps_step!("192", "448", "704", "960", "1216", "1472", "1728", "1984"),
+            "vmov r7, s4
+             vmov r8, s2
+             add r7, r7, #16
+             subs r8, r8, #1
+             tst r8, #3
+             it eq
+             subeq r7, r7, #60
+             vmov s4, r7
+             vmov s2, r8
+             cmp r8, #0
              bne 2b",
             "pop {{r6, r7}}",
             inout("r0") 16 => _,
+            inout("r1") out.as_mut_ptr() => _,
             inout("r9") kept.as_ptr() => _,
             inout("r10") powers.as_mut_ptr() => _,
             inout("r11") MINUS_EIGHTH.word() => _,
             inout("r12") ROUND_15 => _,
-            out("r1") _, out("r2") _, out("r3") _, out("r4") _, out("r5") _, out("r8") _, out("lr") _,
-            out("s0") _, out("s1") _, out("s2") _,
+            out("r2") _, out("r3") _, out("r4") _, out("r5") _, out("r8") _, out("lr") _,
+            out("s0") _, out("s1") _, out("s2") _, out("s3") _, out("s4") _,
         );
     }
 }
 
-/// See `stages::power_folded`.
+/// See `stages::taps_folded`.
 #[inline(never)]
-pub(crate) fn power_folded(kept: &Channel, powers: &mut FoldedPowers) {
-    // SAFETY: as in `power`, with 4 slots and 4 sums a row.
+pub(crate) fn taps_folded(kept: &Channel, out: &mut FoldedChannel, powers: &mut FoldedPowers) {
+    // SAFETY: as in `taps`, with 4 slots, 4 sums a row and l below 4.
     unsafe {
         asm!(
             "push {{r6, r7}}",
-            "vmov s2, r0",
             "2:",
-            repeat_4!(power_folded_step!()),
-            "vmov r7, s2
-             subs r7, r7, #1
-             vmov s2, r7
+            taps_folded_step!("0", "256", "512", "768"),
+            taps_folded_step!("64", "320", "576", "832"),
+            taps_folded_step!("128", "384", "640", "896"),
+            taps_folded_step!("192", "448", "704", "960"),
+            "add r8, r8, #16
+             subs lr, lr, #1
+             tst lr, #3
+             it eq
+             subeq r8, r8, #60
+             cmp lr, #0
              bne 2b",
             "pop {{r6, r7}}",
-            inout("r0") 16 => _,
+            inout("lr") 16 => _,
+            inout("r8") out.as_mut_ptr() => _,
             inout("r9") kept.as_ptr() => _,
             inout("r10") powers.as_mut_ptr() => _,
-            out("r1") _, out("r2") _, out("r3") _, out("r4") _, out("r11") _, out("r12") _,
-            out("s2") _,
-        );
-    }
-}
-
-/// See `stages::natural`.
-#[inline(never)]
-pub(crate) fn natural(kept: &mut Channel, scratch: &mut Channel) {
-    // SAFETY: position = 16 a + 4 b + c in order goes to the words a + 4 b + 16 c + 64 l of `scratch`: four steps over c by
-    // offset, then 16 bytes on for b, and 60 bytes back for a. Reads as in `power`. Then 32 turns copy 16 words each, all
-    // of `scratch`, to `kept`. Registers are declared or restored, the stack pointer is back at the end.
-    unsafe {
-        asm!(
-            enter!(),
-            "2:",
-            final_to!("0", "256", "512", "768", "1024", "1280", "1536", "1792"),
-            final_to!("64", "320", "576", "832", "1088", "1344", "1600", "1856"),
-            final_to!("128", "384", "640", "896", "1152", "1408", "1664", "1920"),
-            final_to!("192", "448", "704", "960", "1216", "1472", "1728", "1984"),
-            "add r10, r10, #16
-             subs r7, r7, #1
-             tst r7, #3
-             bne 2b
-             sub r10, r10, #60
-             cmp r7, #0
-             bne 2b
-             mov r7, #32
-             sub r9, r9, #256
-             sub r10, r10, #16",
-            "3:",
-            copy_step!(),
-            copy_step!(),
-            "subs r7, r7, #1
-             bne 3b",
-            leave!(),
-            inout("r0") 16 => _,
-            inout("r9") kept.as_mut_ptr() => _,
-            inout("r10") scratch.as_mut_ptr() => _,
-            inout("r11") MINUS_EIGHTH.word() => _,
-            inout("r12") ROUND_15 => _,
-            out("r1") _, out("r2") _, out("r3") _, out("r4") _, out("r5") _, out("r8") _, out("lr") _,
+            out("r0") _, out("r1") _, out("r2") _, out("r3") _, out("r4") _, out("r11") _, out("r12") _,
         );
     }
 }

@@ -121,7 +121,7 @@ fn no_input_wraps_in_the_taps() {
         let beam = correlate(&mut block, &mut work);
         let scale = 2_f64.powi(beam.exponent());
         let clips = beam.clips();
-        let natural: Vec<C64> = float(&beam.into_natural().samples[31])
+        let natural: Vec<C64> = float(&beam.into_block().samples[31])
             .iter()
             .map(|x| x * scale)
             .collect();
@@ -192,7 +192,7 @@ fn the_strongest_tap_fits() {
                 (0, exponent),
                 "rms {rms}, delay {delay}"
             );
-            let natural = beam.into_natural();
+            let natural = beam.into_block();
             let scale = 2_f64.powi(exponent - 3);
             let peak = scale
                 * natural.samples[0]

@@ -20,7 +20,7 @@ use core::panic::PanicInfo;
 
 use cortex_m_rt::entry;
 use cslam_core::block::BeamBlock;
-use cslam_core::geometry::{Body, Complex, Direction, GeometryError, Matrix3, Rotation, World};
+use cslam_core::geometry::{Body, Direction, GeometryError, Matrix3, Rotation, World};
 use cslam_core::localization::{Localizer, LocalizerConfig};
 use cslam_core::lscn::{AcceptGate, Classifier, LinkGeometry, Model, PaperClassifier, Received};
 use cslam_core::ltd::{
@@ -153,10 +153,8 @@ fn listen(correlator: &Correlator, samples: &mut Block, work: &mut Workspace) {
     black_box(detector.peak(correlator.detect(&beam, black_box(&SUBSET), work).profile));
     let taps = correlator.correlate(beam, work);
     black_box(detector.peak(taps.profile()));
-    let mut window = black_box([Complex::new(0.0, 0.0); 9]);
-    taps.window(black_box(0), black_box(0), &mut window);
-    black_box((window, taps.clips(), taps.exponent()));
-    black_box(taps.into_natural());
+    black_box((taps.clips(), taps.exponent()));
+    black_box(taps.into_block());
 }
 
 /// Everything that path estimation does with a sweep.

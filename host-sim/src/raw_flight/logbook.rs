@@ -88,7 +88,11 @@ impl Logbook {
                     error: *error,
                 }));
             }
-            Outcome::NoPose | Outcome::Unused | Outcome::LineOfSight | Outcome::NotFirstOrder => {}
+            Outcome::NoPose
+            | Outcome::Unused
+            | Outcome::LineOfSight
+            | Outcome::NotFirstOrder
+            | Outcome::DepartureUnknown => {}
         }
     }
 
@@ -210,6 +214,7 @@ fn verdict(path: &PathReport) -> String {
         Outcome::Input(error) => error.to_string(),
         Outcome::LineOfSight => "line of sight".into(),
         Outcome::NotFirstOrder => "not one reflection".into(),
+        Outcome::DepartureUnknown => "angle of departure not known well enough".into(),
         Outcome::Rejected(rejection) => rejection.to_string(),
         Outcome::Point(..) => "ok".into(),
     }

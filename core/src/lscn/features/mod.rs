@@ -8,12 +8,15 @@
 //! Every feature is defined for every path: where the excess delay is not positive (line of sight, with its error), the
 //! point is solved for an excess of a centimetre. Nothing here knows the world, its bounds or its material.
 
-use nalgebra::Vector3;
+mod twins;
 
+use nalgebra::{Matrix3, Vector3};
+
+use self::twins::{agreement, twins};
 use super::bounce::Bounce;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Direction, World};
-use crate::path::Path;
+use crate::path::{Departure, Path};
 use crate::reflection::{Ends, InputError, Jacobians, VectorSolution, point_covariance, vector_point};
 use crate::sqrt::sqrt;
 
@@ -28,7 +31,7 @@ pub struct Received {
     pub gain_db: Option<f32>,
 }
 
-/// Names of the geometric network's inputs. The last three need an angle of departure; the network without it takes the
+/// Names of the geometric network's inputs. The last six need an angle of departure; the network without it takes the
 /// first [`GEOMETRIC_INPUTS`].
 pub const GEOMETRIC_NAMES: [&str; GEOMETRIC_WITH_DEPARTURE_INPUTS] = [
     "excess",
@@ -47,16 +50,20 @@ pub const GEOMETRIC_NAMES: [&str; GEOMETRIC_WITH_DEPARTURE_INPUTS] = [
     "gain_known",
     "rank",
     "residual_of_others",
+    "twins",
     "departure_off_point",
     "departure_off_point_sigmas",
     "departure_off_uav",
+    "turn",
+    "twins_departure_off_point",
+    "twins_departure_off_point_sigmas",
 ];
 
 /// Inputs of the geometric network without angle of departure.
-pub const GEOMETRIC_INPUTS: usize = 16;
+pub const GEOMETRIC_INPUTS: usize = 17;
 
 /// Inputs of the geometric network with angle of departure.
-pub const GEOMETRIC_WITH_DEPARTURE_INPUTS: usize = 19;
+pub const GEOMETRIC_WITH_DEPARTURE_INPUTS: usize = 23;
 
 /// Inputs of each path of the paper's network: c tau in m, zenith and azimuth of arrival in rad.
 pub const PAPER_INPUTS_PER_PATH: usize = 3;
@@ -85,6 +92,9 @@ const NEAREST_M: f32 = 1e-3;
 
 /// Ranks are counted in eighths: the ninth path of nine has 1.
 const RANKS: f32 = 8.0;
+
+/// Twins are counted in quarters: few paths have more than three.
+const TWINS: f32 = 4.0;
 
 /// A path with less excess says nothing of how well the world reflects, m.
 const REFLECTED_EXCESS_M: f32 = 1.0;
@@ -122,6 +132,13 @@ pub struct LinkGeometry<'a> {
     paths: &'a [Received],
     /// The two greatest residuals of reflected paths.
     residuals: [f32; 2],
+}
+
+/// The point of a path seen from the GMT.
+struct Point {
+    from_gmt: Vector3<f32>,
+    line: Direction<World>,
+    covariance: Matrix3<f32>,
 }
 
 /// A path taken as a single reflection.
@@ -288,23 +305,23 @@ impl<'a> LinkGeometry<'a> {
             known,
             rank.map_or(1.0, |rank| (rank as f32 / RANKS).min(1.0)),
             self.residual_of_others(own),
+            twins(path, rank, self.paths).count() as f32 / TWINS,
+            0.0,
+            0.0,
+            0.0,
             0.0,
             0.0,
             0.0,
         ];
-        if let (Some(departure), [.., off_point, off_point_sigmas, off_uav]) = (&path.aod, &mut values) {
-            let mismatch_rad = incoming.angle_to_rad(&departure.direction);
+        if let (Some(departure), Some(places)) = (&path.aod, values.last_chunk_mut()) {
             let jacobians = Jacobians::at(&self.baseline, path, &solution);
-            let covariance = point_covariance(&jacobians, path, &self.ends.uav_covariance);
-            // Only the point's error across the line from the GMT turns it; both tangents together.
-            let line = incoming.vector();
-            let across_m2 = (covariance.trace() - line.dot(&(covariance * line))).max(0.0);
-            let variance = 2.0 * departure.sigma_rad * departure.sigma_rad
-                + across_m2 / from_gmt.norm_squared().max(NEAREST_M * NEAREST_M);
-            *off_point = compressed(mismatch_rad, ANGLE_UNIT_RAD);
-            *off_point_sigmas = compressed(mismatch_rad, sqrt(variance).max(1e-6));
-            let straight = Direction::<World>::from_vector(self.baseline)?;
-            *off_uav = compressed(straight.angle_to_rad(&departure.direction), ANGLE_UNIT_RAD);
+            let point = Point {
+                from_gmt,
+                line: incoming,
+                covariance: point_covariance(&jacobians, path, &self.ends.uav_covariance),
+            };
+            let group = core::iter::once(path).chain(twins(path, rank, self.paths));
+            *places = self.departure_features(path, departure, &point, group)?;
         }
         if values.iter().all(|x| x.is_finite()) {
             let departure = path.aod.is_some();
@@ -312,6 +329,43 @@ impl<'a> LinkGeometry<'a> {
         } else {
             Err(InputError::NotFinite)
         }
+    }
+
+    /// The features that need an angle of departure. `group` are the path and its twins.
+    fn departure_features<'p>(
+        &self,
+        path: &Path<World>,
+        departure: &Departure,
+        point: &Point,
+        group: impl Iterator<Item = &'p Path<World>>,
+    ) -> Result<[f32; GEOMETRIC_WITH_DEPARTURE_INPUTS - GEOMETRIC_INPUTS], InputError> {
+        let (left, line) = (&departure.direction, point.line.vector());
+        let mismatch_rad = point.line.angle_to_rad(left);
+        // Only the point's error across the line from the GMT turns it; both tangents together.
+        let across_m2 = (point.covariance.trace() - line.dot(&(point.covariance * line))).max(0.0);
+        let variance = 2.0 * departure.sigma_rad * departure.sigma_rad
+            + across_m2 / point.from_gmt.norm_squared().max(NEAREST_M * NEAREST_M);
+        let straight = Direction::<World>::from_vector(self.baseline)?;
+        // Off a right-angled corner, the commonest double bounce of a town, the wave comes back against the way it left.
+        let (a, d) = (path.aoa.vector(), left.vector());
+        let turn_rad = libm::atan2f((a.x * d.y - a.y * d.x).abs(), a.x * d.x + a.y * d.y);
+        let (mut plan_rad, mut plan_sigmas) = (0.0, 0.0);
+        if let Some(agreement) = agreement(&point.from_gmt, group) {
+            let level = Vector3::new(-point.from_gmt.y, point.from_gmt.x, 0.0);
+            let distance_m2 = level.norm_squared().max(NEAREST_M * NEAREST_M);
+            let across_m2 = level.dot(&(point.covariance * level)).max(0.0) / distance_m2;
+            let variance = agreement.variance_rad2 + across_m2 / distance_m2;
+            plan_rad = agreement.mismatch_rad.abs();
+            plan_sigmas = plan_rad / sqrt(variance).max(1e-6);
+        }
+        Ok([
+            compressed(mismatch_rad, ANGLE_UNIT_RAD),
+            compressed(mismatch_rad, sqrt(variance).max(1e-6)),
+            compressed(straight.angle_to_rad(left), ANGLE_UNIT_RAD),
+            compressed(turn_rad, ANGLE_UNIT_RAD),
+            compressed(plan_rad, ANGLE_UNIT_RAD),
+            compressed(plan_sigmas, 1.0),
+        ])
     }
 }
 

@@ -89,14 +89,7 @@ fn costs<K: Kernels>(set: &str, correlator: &Correlator<K>, block: &mut Block, w
     black_box(report(set, "median and peak, 512 taps", || {
         detector.peak(black_box(taps.profile()))
     }));
-    report(set, "window, 9 taps, 32 channels", || {
-        let mut window = [Default::default(); 9];
-        for channel in 0..CHANNELS {
-            taps.window(channel, black_box(100), &mut window);
-            black_box(&window);
-        }
-    });
-    black_box(report(set, "natural order, 32 channels", || taps.into_natural()));
+    black_box(taps.into_block());
 }
 
 /// Counts what is dear only for captures that are not regular.

@@ -51,7 +51,7 @@ fn main() -> ! {
 }
 
 /// Steps of the geometric network.
-const GEOMETRIC: [&str; 4] = ["round the inputs", "19x48", "48x32", "32x3"];
+const GEOMETRIC: [&str; 4] = ["round the inputs", "23x48", "48x32", "32x3"];
 /// Steps of the paper's network.
 const PAPER: [&str; 5] = ["round the inputs", "3x10", "34x50", "50x100", "100x3"];
 
@@ -89,10 +89,10 @@ fn inference<K: Kernels>(set: &str, networks: &Networks<'_, K>, link: &Link) {
     }));
     let features = one(link);
     if let Some(inputs) = features.as_ref().ok().and_then(Features::with_departure) {
-        black_box(report_in(set, "geometric 19-48-32-3, one path", || {
+        black_box(report_in(set, "geometric 23-48-32-3, one path", || {
             geometric.classify(black_box(inputs), &mut work).is_ok()
         }));
-        black_box(report_in(set, "sums of geometric 19-48-32-3", || {
+        black_box(report_in(set, "sums of geometric 23-48-32-3", || {
             geometric.sums(black_box(inputs), &mut work).is_ok()
         }));
     }

@@ -17,7 +17,7 @@ const PARAMETERS: FcParams = FcParams {
 /// Counts its layers of both networks.
 pub(super) fn count() {
     for (inputs, outputs, name) in [
-        (19, 48, "embedded-nn 0.2.3, 19x48"),
+        (23, 48, "embedded-nn 0.2.3, 23x48"),
         (48, 32, "embedded-nn 0.2.3, 48x32"),
         (32, 3, "embedded-nn 0.2.3, 32x3"),
         (3, 10, "embedded-nn 0.2.3, 3x10"),

@@ -1,7 +1,7 @@
 //! `cslam fly`: one whole flight, from raw samples to the map, or over a path list.
 
 mod list;
-mod raw;
+pub(crate) mod raw;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -68,7 +68,7 @@ pub(crate) struct Args {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Mode {
+pub(crate) enum Mode {
     /// Ours in every stage
     Best,
     /// The paper's in every stage
@@ -76,7 +76,7 @@ enum Mode {
 }
 
 impl Mode {
-    fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Best => "best",
             Self::Paper => "paper",

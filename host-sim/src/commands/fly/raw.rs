@@ -1,5 +1,7 @@
 //! A flight from raw samples: the world plays, the receiver that flies listens.
 
+use std::sync::atomic::AtomicBool;
+
 use clap::ValueEnum;
 use cslam_core::cslam::{
     CHANNELS, Config as Receiver, Cslam, Departures, HpcConfig, LinkStates, Localization, Mapped, PATHS,
@@ -11,7 +13,7 @@ use cslam_core::lscn::{Classifier, PaperClassifier, models};
 use cslam_core::ltd::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator};
 
 use super::{Args, Config, Flown, Mode};
-use crate::flight_log::Header;
+use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::progress;
 use crate::raw_flight::{self, VOXELS};
@@ -20,46 +22,46 @@ use crate::world::World;
 
 /// One stage at a time away from the mode: ablations.
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
-pub(super) struct Stages {
+pub(crate) struct Stages {
     /// Path estimation, if not the mode's
     #[arg(
         long,
         value_enum,
         help_heading = "One stage away from the mode (flights from raw samples)"
     )]
-    estimator: Option<Mode>,
+    pub(crate) estimator: Option<Mode>,
     /// Link state, if not the mode's
     #[arg(
         long,
         value_enum,
         help_heading = "One stage away from the mode (flights from raw samples)"
     )]
-    link_state: Option<LinkStateChoice>,
+    pub(crate) link_state: Option<LinkStateChoice>,
     /// Localization, if not the mode's
     #[arg(
         long,
         value_enum,
         help_heading = "One stage away from the mode (flights from raw samples)"
     )]
-    localization: Option<LocalizationChoice>,
+    pub(crate) localization: Option<LocalizationChoice>,
     /// Direction of departure of the line of sight, if not the mode's
     #[arg(
         long,
         value_enum,
         help_heading = "One stage away from the mode (flights from raw samples)"
     )]
-    departures: Option<DepartureChoice>,
+    pub(crate) departures: Option<DepartureChoice>,
     /// Paths that may become points, if not the mode's
     #[arg(
         long,
         value_enum,
         help_heading = "One stage away from the mode (flights from raw samples)"
     )]
-    mapped: Option<MappedChoice>,
+    pub(crate) mapped: Option<MappedChoice>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum LinkStateChoice {
+pub(crate) enum LinkStateChoice {
     /// Geometric networks, every path
     Geometric,
     /// The paper's network, the strongest path
@@ -69,7 +71,7 @@ enum LinkStateChoice {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum LocalizationChoice {
+pub(crate) enum LocalizationChoice {
     /// Error-state filter
     Filter,
     /// The paper's periodic calibration, velocity from the fixes
@@ -79,7 +81,7 @@ enum LocalizationChoice {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum DepartureChoice {
+pub(crate) enum DepartureChoice {
     /// Beam squint, maximum likelihood
     Fit,
     /// Beam squint, parabola
@@ -91,11 +93,20 @@ enum DepartureChoice {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum MappedChoice {
+pub(crate) enum MappedChoice {
     /// Every path
     Every,
     /// The strongest path
     Strongest,
+}
+
+/// Methods of a flight.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Setup {
+    /// Whose.
+    pub(crate) mode: Mode,
+    /// Stages that differ.
+    pub(crate) stages: Stages,
 }
 
 /// Flies through a scene.
@@ -106,25 +117,17 @@ pub(super) fn run(args: &Args, config: &Config, name: &str) -> anyhow::Result<Fl
     }
     super::make_directory(&args.out)?;
     let world = World::new(&scene, config.world.clone(), args.seed)?;
-    let receiver = receiver_config(args)?;
-    let estimation = EstimatorConfig::default();
-    let log = match args.stages.estimator.unwrap_or(args.mode) {
-        Mode::Best => fly(
-            args,
-            name,
-            &world,
-            receiver,
-            Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&estimation),
-        ),
-        Mode::Paper => fly(
-            args,
-            name,
-            &world,
-            receiver,
-            PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation),
-        ),
-    }?;
-    let (log, packets) = log;
+    let setup = Setup {
+        mode: args.mode,
+        stages: args.stages,
+    };
+    let planned = usize::try_from(world.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
+    let bar = progress::bar(planned as u64, "flying");
+    let interrupted = super::interrupted_flag();
+    let (log, packets) = fly(&setup, name, &world, args.seed, planned, &interrupted, || {
+        bar.inc(1)
+    })?;
+    bar.finish_and_clear();
     Ok(Flown {
         log,
         scene: Some(scene),
@@ -132,38 +135,66 @@ pub(super) fn run(args: &Args, config: &Config, name: &str) -> anyhow::Result<Fl
     })
 }
 
-fn fly<E: PathEstimator<CHANNELS, PATHS>>(
-    args: &Args,
+/// Flies the methods of a setup through a world, for `planned` sweeps or until `interrupted`: the log and every byte that went
+/// to the ground. `swept` is called after each sweep.
+pub(crate) fn fly(
+    setup: &Setup,
     scene: &str,
     world: &World<'_>,
-    config: Receiver<'_>,
-    estimator: E,
-) -> anyhow::Result<(crate::flight_log::FlightLog, Vec<u8>)> {
-    let period_s = world.flight().plan().schedule().sweep_period_s;
-    let planned = usize::try_from(world.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
+    seed: u64,
+    planned: usize,
+    interrupted: &AtomicBool,
+    swept: impl FnMut(),
+) -> anyhow::Result<(FlightLog, Vec<u8>)> {
     let header = Header {
-        mode: args.mode.name().into(),
+        mode: setup.mode.name().into(),
         scene: scene.to_owned(),
-        seed: args.seed,
+        seed,
         planned_sweeps: planned,
-        sweep_period_s: period_s,
+        sweep_period_s: world.flight().plan().schedule().sweep_period_s,
         delay_cycle_m: Some(cslam_core::localization::filter::DELAY_PERIOD_M),
     };
+    let receiver = receiver_config(setup)?;
+    let estimation = EstimatorConfig::default();
+    match setup.stages.estimator.unwrap_or(setup.mode) {
+        Mode::Best => {
+            let estimator = Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&estimation);
+            fly_with(receiver, estimator, world, header, interrupted, swept)
+        }
+        Mode::Paper => {
+            let estimator = PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation);
+            fly_with(receiver, estimator, world, header, interrupted, swept)
+        }
+    }
+}
+
+fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
+    config: Receiver<'_>,
+    estimator: E,
+    world: &World<'_>,
+    header: Header,
+    interrupted: &AtomicBool,
+    mut swept: impl FnMut(),
+) -> anyhow::Result<(FlightLog, Vec<u8>)> {
     let mut receiver: Box<Cslam<'_, E, VOXELS>> = Box::new(Cslam::new(config, estimator)?);
-    let interrupted = super::interrupted_flag();
-    let bar = progress::bar(planned as u64, "flying");
-    let flown = raw_flight::fly(world, &mut receiver, header, &interrupted, |_| bar.inc(1))?;
-    bar.finish_and_clear();
-    Ok(flown)
+    Ok(raw_flight::fly(
+        world,
+        &mut receiver,
+        header,
+        interrupted,
+        |_| {
+            swept();
+        },
+    )?)
 }
 
 /// The receiver of a mode, with the stages that were asked to differ.
-fn receiver_config(args: &Args) -> anyhow::Result<Receiver<'static>> {
-    let of_mode = match args.mode {
+fn receiver_config(setup: &Setup) -> anyhow::Result<Receiver<'static>> {
+    let of_mode = match setup.mode {
         Mode::Best => LinkStateChoice::Geometric,
         Mode::Paper => LinkStateChoice::Paper,
     };
-    let link_states = match args.stages.link_state.unwrap_or(of_mode) {
+    let link_states = match setup.stages.link_state.unwrap_or(of_mode) {
         LinkStateChoice::Geometric => {
             let classifier = Classifier::new(models::geometric()?, models::geometric_without_departure()?)?;
             LinkStates::Geometric(classifier)
@@ -171,11 +202,11 @@ fn receiver_config(args: &Args) -> anyhow::Result<Receiver<'static>> {
         LinkStateChoice::Paper => LinkStates::Paper(PaperClassifier::new(models::paper()?)?),
         LinkStateChoice::Rules => LinkStates::Rules(Rules::default()),
     };
-    let mut config = match args.mode {
+    let mut config = match setup.mode {
         Mode::Best => Receiver::best(link_states),
         Mode::Paper => Receiver::paper(link_states),
     };
-    let stages = &args.stages;
+    let stages = &setup.stages;
     if let Some(choice) = stages.localization {
         let with = |mode| {
             Localization::Hpc(HpcConfig {

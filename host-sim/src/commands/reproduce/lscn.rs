@@ -72,7 +72,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 /// Links of a scene. `permittivity` as in [`Protocol`].
-fn links(
+pub(super) fn links(
     scene: &str,
     set: SetName,
     rate: f64,

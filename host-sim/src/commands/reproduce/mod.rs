@@ -1,8 +1,15 @@
 //! `cslam reproduce`: the paper's figures and tables, ours beside the printed values. One file a name.
 
 mod bsm;
+mod flights;
+mod known_pose;
+mod link;
 mod localization;
 mod lscn;
+mod map_plot;
+mod maps;
+mod points;
+mod training;
 
 use clap::Subcommand;
 
@@ -21,6 +28,15 @@ enum What {
     /// alone, with calibration errors, beside a ground bounce; and the range of large arrays in their near field.
     /// docs/beam-squint.md holds the tables.
     Bsm(bsm::Args),
+    /// One link: its 25 strongest paths, and what estimator, networks and closed form make of them
+    ///
+    /// The paper's worked example, on a link like the paper's unless others are given. From raw samples with the
+    /// true pose.
+    Link(link::Args),
+    /// Whole flights from raw samples: both modes, or ours with one stage at a time exchanged for the paper's
+    ///
+    /// Every error of the budget; figures of each flight and of all. docs/flights.md holds the tables.
+    Flights(flights::Args),
     /// Localization: filter and HPC over flights with every error of the budget
     ///
     /// Flights through a traced scene. Path errors come from the calibration errors of both ends' arrays; inertial samples,
@@ -32,12 +48,32 @@ enum What {
     /// the program on links that they have not seen. Takes about ten minutes of processor time, all of it for the paper's
     /// networks. docs/link-state.md holds the tables.
     Lscn(lscn::Args),
+    /// Maps: outdoors and indoors, from raw samples with the true pose
+    ///
+    /// Flies through each scene with every error of the budget but those of the pose, estimates, classifies, solves and maps as
+    /// each mode does, and compares with the truth. Writes the maps as point clouds and as plots.
+    Maps(maps::Args),
+    /// Reflection points: the paper's table of errors over 10 000 links of first order
+    ///
+    /// Experiment 2 solves the points from true delays and angles; experiment 1 from raw samples: int16 blocks of 72 beams with
+    /// every path of the link, thermal noise and 12-bit converter, through the estimator and the classifier that fly, with
+    /// the true pose. docs/reproduction.md holds the tables.
+    Points(points::Args),
+    /// Training curves of the paper's network, K = 9, as a table and a plot
+    ///
+    /// Trains on the paper's protocol as `reproduce lscn` does; about two minutes of processor time.
+    Training(training::Args),
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     match &args.what {
         What::Bsm(args) => bsm::run(args),
+        What::Flights(args) => flights::run(args),
         What::Localization(args) => localization::run(args),
+        What::Link(args) => link::run(args),
         What::Lscn(args) => lscn::run(args),
+        What::Maps(args) => maps::run(args),
+        What::Points(args) => points::run(args),
+        What::Training(args) => training::run(args),
     }
 }

@@ -1,0 +1,254 @@
+//! Departures that no beam looks at.
+//!
+//! Above and below its beams the GMT is heard through their sidelobes. The strongest beam then says little about the
+//! direction, and a fit around it ends where sidelobes happen to match: 0.5 rad off, sure of 3 mrad. But sidelobes are known as
+//! well as beams, so the same amplitudes tell the direction when it is sought over the whole half space of the face. It is
+//! sought there when the fit around the strongest beam leaves more over than errors explain; where two directions then
+//! explain the amplitudes about equally well, none is given.
+
+use heapless::Vec;
+use nalgebra::Vector3;
+
+use super::departure::{Aim, Departures, LOOKS, PASSES};
+use crate::geometry::{Direction, Gmt};
+
+/// Misfit a degree of freedom above which a fit is not believed. An honest one has 1.
+const MISFIT: f32 = 2.0;
+/// Looks that tell anything about a misfit: two parameters and a strength are fitted.
+const LEAST_LOOKS: usize = 6;
+/// Step of the search, rad: half of the lobes' half width. Elevations from -60 to 75 degrees, azimuths 80 degrees to either side of
+/// the face.
+const STEP_RAD: f32 = 0.07;
+const ELEVATIONS: [i32; 2] = [-15, 19];
+const AZIMUTHS: [i32; 2] = [-20, 20];
+/// Looks that the search compares: the strongest.
+const SEARCHED: usize = 12;
+/// Places that are fitted, and how far they are apart, rad.
+const PLACES: usize = 6;
+const APART_RAD: f32 = 0.2;
+/// Log-likelihood, doubled, by which the best place must lead the next: when it is the one around the strongest beam, and
+/// when it is not.
+const LEADS: [f32; 2] = [6.0, 20.0];
+
+/// A place and how well it explains the looks.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    direction: Direction<Gmt>,
+    hessian: [f32; 3],
+    /// Twice the negative log-likelihood, up to a constant.
+    score: f32,
+    /// Sum of weighted squared errors.
+    misfit: f32,
+}
+
+impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Departures<BEAMS, FACES, X, Z> {
+    /// Looks again, everywhere, when a fit is not to be believed. `looks` hold beam, amplitude and weight, `variances` what the
+    /// amplitudes scatter by themselves. The direction with its Hessian; `None` when no single one explains the looks.
+    pub(super) fn reconsider(
+        &self,
+        looks: &mut [(Aim, f32, f32)],
+        variances: &[f32],
+        found: Direction<Gmt>,
+        hessian: [f32; 3],
+    ) -> Option<(Direction<Gmt>, [f32; 3])> {
+        if looks.len() < LEAST_LOOKS {
+            return Some((found, hessian));
+        }
+        let freedom = looks.len().saturating_sub(3) as f32;
+        let near = self.place(looks, variances, found, hessian);
+        if near.misfit <= MISFIT * freedom {
+            return Some((found, hessian));
+        }
+        let mut best = near;
+        let mut next: Option<Place> = None;
+        for start in self.search(looks, variances) {
+            let mut direction = start;
+            let mut hessian = [0.0; 3];
+            for error in PASSES {
+                self.weigh(looks, variances, &direction, error);
+                (direction, hessian) = self.descend(looks, direction, start.vector());
+            }
+            let place = self.place(looks, variances, direction, hessian);
+            let other = if place.score < best.score {
+                core::mem::replace(&mut best, place)
+            } else {
+                place
+            };
+            let apart = other.direction.angle_to_rad(&best.direction) > APART_RAD;
+            if apart && next.is_none_or(|next| other.score < next.score) {
+                next = Some(other);
+            }
+        }
+        let stayed = near.direction.angle_to_rad(&best.direction) <= APART_RAD;
+        let lead = if stayed { LEADS[0] } else { LEADS[1] };
+        let leads = next.is_none_or(|next| {
+            next.direction.angle_to_rad(&best.direction) <= APART_RAD || next.score - best.score > lead
+        });
+        // What is still left over widens what is claimed.
+        let excess = (best.misfit / freedom).max(1.0);
+        (leads && excess < 2.0 * MISFIT).then(|| (best.direction, best.hessian.map(|h| h / excess)))
+    }
+
+    /// Sets the weights for a path that leaves towards `u`: what element errors leave in a beam is a share of what a beam
+    /// that looked there would show.
+    fn weigh(&self, looks: &mut [(Aim, f32, f32)], variances: &[f32], u: &Direction<Gmt>, error: f32) {
+        let floor = error * self.full(looks, u);
+        for ((_, _, weight), variance) in looks.iter_mut().zip(variances) {
+            *weight = 1.0 / (variance + floor * floor);
+        }
+    }
+
+    /// Amplitude that a beam towards `u` would show, at least that of the strongest look.
+    fn full(&self, looks: &[(Aim, f32, f32)], u: &Direction<Gmt>) -> f32 {
+        let mut fields = [0.0; LOOKS];
+        let strength = self.strength(looks, u, &mut fields);
+        let element = self
+            .faces(u)
+            .iter()
+            .fold(0.0, |most: f32, seen| most.max(seen.element));
+        let strongest = looks.first().map_or(0.0, |look| look.1);
+        (strength * element * libm::sqrtf((X * Z) as f32)).max(strongest)
+    }
+
+    /// How well a direction explains the looks, with the weights of the last pass for it.
+    fn place(
+        &self,
+        looks: &mut [(Aim, f32, f32)],
+        variances: &[f32],
+        direction: Direction<Gmt>,
+        hessian: [f32; 3],
+    ) -> Place {
+        let error = PASSES.last().copied().unwrap_or(0.0);
+        self.weigh(looks, variances, &direction, error);
+        // At its own place the prior says nothing.
+        let misfit = self.cost(looks, &direction, direction.vector());
+        let spread: f32 = looks.iter().map(|look| libm::logf(look.2)).sum();
+        Place {
+            direction,
+            hessian,
+            score: misfit - spread,
+            misfit,
+        }
+    }
+
+    /// The best places of the half space before the strongest look's face.
+    fn search(&self, looks: &mut [(Aim, f32, f32)], variances: &[f32]) -> Vec<Direction<Gmt>, PLACES> {
+        let mut places: Vec<(Direction<Gmt>, f32), PLACES> = Vec::new();
+        let Some(azimuth_rad) = looks.first().and_then(|look| self.face_azimuth_rad(look.0.face)) else {
+            return Vec::new();
+        };
+        let Some(error) = PASSES.first() else {
+            return Vec::new();
+        };
+        let strongest = looks.first().map_or(0.0, |look| look.1);
+        for ((_, _, weight), variance) in looks.iter_mut().zip(variances) {
+            *weight = 1.0 / (variance + error * strongest * error * strongest);
+        }
+        let looks = looks.get(..SEARCHED.min(looks.len())).unwrap_or(looks);
+        for row in ELEVATIONS[0]..=ELEVATIONS[1] {
+            for column in AZIMUTHS[0]..=AZIMUTHS[1] {
+                let elevation = row as f32 * STEP_RAD;
+                let azimuth = azimuth_rad + column as f32 * STEP_RAD;
+                let (se, ce) = (libm::sinf(elevation), libm::cosf(elevation));
+                let u = Vector3::new(ce * libm::cosf(azimuth), ce * libm::sinf(azimuth), se);
+                let Ok(u) = Direction::from_vector(u) else {
+                    continue;
+                };
+                let cost = self.cost(looks, &u, u.vector());
+                keep(&mut places, u, cost);
+            }
+        }
+        places.iter().map(|place| place.0).collect()
+    }
+}
+
+/// Keeps the best places that are apart.
+fn keep(places: &mut Vec<(Direction<Gmt>, f32), PLACES>, u: Direction<Gmt>, cost: f32) {
+    if let Some(near) = places
+        .iter_mut()
+        .find(|place| place.0.angle_to_rad(&u) < APART_RAD)
+    {
+        if cost < near.1 {
+            *near = (u, cost);
+        }
+    } else if places.push((u, cost)).is_err()
+        && let Some(worst) = places.iter_mut().max_by(|a, b| a.1.total_cmp(&b.1))
+        && cost < worst.1
+    {
+        *worst = (u, cost);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::departure::Look;
+    use super::*;
+    use crate::array::Codebook;
+
+    type Default72 = Departures<72, 3, 8, 8>;
+
+    /// Looks within 34 dB of the strongest, each amplitude with an error of the size that element errors leave in a beam.
+    fn looks(codebook: &Codebook<f64>, u: &Direction<Gmt, f64>, seed: u32) -> Vec<Look, 72> {
+        let mut state = seed;
+        let mut normal = || {
+            let mut sum = -6.0_f64;
+            for _ in 0..12 {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                sum += f64::from(state >> 8) / 16_777_216.0;
+            }
+            sum
+        };
+        let peak = codebook
+            .arrays()
+            .faces()
+            .iter()
+            .map(|face| 8.0 * codebook.arrays().amplitude(face, u))
+            .fold(0.0, f64::max);
+        let mut looks: Vec<Look, 72> = (0..72)
+            .map(|m| {
+                let field = libm::sqrt(codebook.field(m, u).norm_sqr());
+                Look {
+                    beam: m as u16,
+                    amplitude: ((field * (1.0 + 0.01 * normal()) + 0.011 * peak * normal()).abs()) as f32,
+                    variance: 1e-4,
+                }
+            })
+            .collect();
+        looks.sort_unstable_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+        let least = 0.02 * looks[0].amplitude;
+        looks.into_iter().filter(|look| look.amplitude > least).collect()
+    }
+
+    /// Directions below, among and above the beams, one seed each: how many are found, are refused, are wrong and do not say
+    /// so. Below and above, three elevations of beams leave most of them open.
+    #[test]
+    fn departures_beside_all_beams_are_found_or_refused() {
+        let codebook = Codebook::<f64>::default();
+        let departures = Default72::new(&Codebook::<f32>::default(), 0.035);
+        for (low_deg, high_deg, least_found) in [(-50.0, -15.0, 20), (-8.0, 28.0, 185), (32.0, 55.0, 50)] {
+            let (mut found, mut refused, mut wrong) = (0, 0, 0);
+            for k in 0..200_u32 {
+                let share = (0.414_214 * f64::from(k)).fract();
+                let elevation = f64::to_radians(low_deg + (high_deg - low_deg) * share);
+                let azimuth = -3.1 + 6.2 * (0.618_034 * f64::from(k)).fract();
+                let zenith = core::f64::consts::FRAC_PI_2 - elevation;
+                let truth = Direction::<Gmt, f64>::from_zenith_azimuth(zenith, azimuth).expect("angles");
+                match departures.fit(looks(&codebook, &truth, k + 1).iter().copied()) {
+                    None => refused += 1,
+                    Some((u, sigma_rad)) => {
+                        let off = u.vector().cast::<f64>().cross(truth.vector()).norm();
+                        if off < 5.0 * f64::from(sigma_rad) + 0.002 {
+                            found += 1;
+                        } else {
+                            wrong += 1;
+                        }
+                    }
+                }
+            }
+            assert!(
+                found >= least_found && wrong <= 16,
+                "{low_deg} to {high_deg}: {found} found, {refused} refused, {wrong} wrong"
+            );
+        }
+    }
+}

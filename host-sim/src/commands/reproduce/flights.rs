@@ -1,0 +1,236 @@
+//! `cslam reproduce flights`: whole flights from raw samples, both modes, and each stage of ours exchanged for the paper's.
+
+use std::sync::atomic::AtomicBool;
+
+use clap::ValueEnum;
+
+use crate::commands::fly::Mode;
+use crate::commands::fly::raw::{
+    DepartureChoice, LinkStateChoice, LocalizationChoice, MappedChoice, Setup, Stages, fly,
+};
+use crate::evaluation::{Evaluation, evaluate};
+use crate::flight_log::FlightLog;
+use crate::input::InputError;
+use crate::progress;
+use crate::scene::Scene;
+use crate::statistics;
+use crate::table::Table;
+use crate::world::{World, WorldConfig};
+
+/// Arguments of `cslam reproduce flights`.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Which methods fly
+    #[arg(value_enum, default_value_t = What::Modes)]
+    what: What,
+    /// Scene: outdoor, indoor, street, outdoor_a, city:SEED, or a file
+    #[arg(long, value_name = "NAME|FILE", default_value = "outdoor")]
+    scene: String,
+    /// Flights, with the seeds 1, 2, 3, ...
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    flights: u64,
+    /// Length of a flight, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 120.0)]
+    duration: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum What {
+    /// Ours, and the paper's
+    Modes,
+    /// Ours with one stage at a time exchanged for the paper's
+    Ablation,
+}
+
+/// A way to fly, and its name.
+fn setups(what: What) -> Vec<(&'static str, Setup)> {
+    let of = |mode| Setup {
+        mode,
+        stages: Stages::default(),
+    };
+    let without = |change: fn(&mut Stages)| {
+        let mut setup = of(Mode::Best);
+        change(&mut setup.stages);
+        setup
+    };
+    match what {
+        What::Modes => vec![("best", of(Mode::Best)), ("paper", of(Mode::Paper))],
+        What::Ablation => vec![
+            ("ours in every stage", of(Mode::Best)),
+            (
+                "paper's path estimation",
+                without(|s| s.estimator = Some(Mode::Paper)),
+            ),
+            (
+                "paper's link state",
+                without(|s| s.link_state = Some(LinkStateChoice::Paper)),
+            ),
+            (
+                "rules for link state",
+                without(|s| s.link_state = Some(LinkStateChoice::Rules)),
+            ),
+            (
+                "strongest path only",
+                without(|s| s.mapped = Some(MappedChoice::Strongest)),
+            ),
+            (
+                "paper's HPC, velocity of fixes",
+                without(|s| s.localization = Some(LocalizationChoice::Hpc)),
+            ),
+            (
+                "strongest subcarrier of squint",
+                without(|s| s.departures = Some(DepartureChoice::Pick)),
+            ),
+            (
+                "no beam squint",
+                without(|s| s.departures = Some(DepartureChoice::Beams)),
+            ),
+            ("paper's in every stage", of(Mode::Paper)),
+        ],
+    }
+}
+
+/// A figure of a flight: its name, and how those of several flights become one.
+struct Figure {
+    name: &'static str,
+    join: fn(&[f64]) -> Option<f64>,
+    decimals: usize,
+    of: fn(&FlightLog, &Evaluation) -> Option<f64>,
+}
+
+fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+/// Points a sweep that could be accepted: true paths of one reflection, over the sweeps with any.
+fn present(log: &FlightLog) -> Option<f64> {
+    let counts: Vec<f64> = log
+        .sweeps
+        .iter()
+        .filter_map(|sweep| sweep.truth.link.as_ref())
+        .map(|link| link.paths.iter().filter(|path| path.order == Some(1)).count() as f64)
+        .filter(|count| *count > 0.0)
+        .collect();
+    mean(&counts)
+}
+
+const FIGURES: [Figure; 12] = [
+    Figure {
+        name: "accepted points that are truly first-order, %",
+        join: mean,
+        decimals: 1,
+        of: |_, e| e.map.precision_first_order.map(|share| 100.0 * share),
+    },
+    Figure {
+        name: "map to true surface, median, m",
+        join: mean,
+        decimals: 3,
+        of: |_, e| e.map.surface_median_m,
+    },
+    Figure {
+        name: "map to true surface, rms, m",
+        join: statistics::rms,
+        decimals: 3,
+        of: |_, e| e.map.surface_rmse_m,
+    },
+    Figure {
+        name: "point error, median, m",
+        join: mean,
+        decimals: 3,
+        of: |_, e| e.map.point_median_m,
+    },
+    Figure {
+        name: "accepted points a sweep with first-order paths",
+        join: mean,
+        decimals: 2,
+        of: |_, e| e.map.accepted_per_sweep,
+    },
+    Figure {
+        name: "true first-order paths in such a sweep",
+        join: mean,
+        decimals: 2,
+        of: |log, _| present(log),
+    },
+    Figure {
+        name: "lit walls mapped within 0.5 m, %",
+        join: mean,
+        decimals: 1,
+        of: |_, e| e.map.completeness_0p5m.map(|share| 100.0 * share),
+    },
+    Figure {
+        name: "position error, rms, whole flight, m",
+        join: statistics::rms,
+        decimals: 3,
+        of: |_, e| e.trajectory.position_rmse_m,
+    },
+    Figure {
+        name: "position error, median, m",
+        join: mean,
+        decimals: 3,
+        of: |_, e| e.trajectory.position_median_m,
+    },
+    Figure {
+        name: "position error, rms, settled, m",
+        join: statistics::rms,
+        decimals: 3,
+        of: |_, e| e.trajectory.settled_position_rmse_m,
+    },
+    Figure {
+        name: "attitude error, rms, deg",
+        join: statistics::rms,
+        decimals: 3,
+        of: |_, e| e.trajectory.attitude_rmse_deg,
+    },
+    Figure {
+        name: "clock error, rms, ns",
+        join: statistics::rms,
+        decimals: 3,
+        of: |_, e| e.clock.rmse_ns,
+    },
+];
+
+pub(super) fn run(args: &Args) -> anyhow::Result<()> {
+    if args.flights == 0 {
+        return Err(InputError::new("nothing to fly: --flights is 0").into());
+    }
+    let scene = Scene::load(&args.scene)?;
+    let mut config = WorldConfig::default();
+    config.flight.duration_s = args.duration;
+    let setups = setups(args.what);
+    let worlds = (1..=args.flights)
+        .map(|seed| Ok((seed, World::new(&scene, config.clone(), seed)?)))
+        .collect::<Result<Vec<_>, InputError>>()?;
+    let sweeps: u64 = worlds.iter().map(|(_, world)| u64::from(world.sweeps())).sum();
+    let bar = progress::bar(sweeps * setups.len() as u64, "flying");
+    let never = AtomicBool::new(false);
+    for (name, setup) in &setups {
+        let mut columns = vec![format!("{} over {}, seed", name, args.scene)];
+        columns.extend(worlds.iter().map(|(seed, _)| seed.to_string()));
+        columns.push("all".into());
+        let mut values = vec![Vec::new(); FIGURES.len()];
+        for (seed, world) in &worlds {
+            let planned = usize::try_from(world.sweeps())?;
+            let (mut log, _) = fly(setup, &args.scene, world, *seed, planned, &never, || bar.inc(1))?;
+            let evaluation = evaluate(&mut log, Some(&scene));
+            for (of_figure, figure) in values.iter_mut().zip(&FIGURES) {
+                of_figure.push((figure.of)(&log, &evaluation));
+            }
+        }
+        let mut table = Table::new(columns);
+        for (of_figure, figure) in values.iter().zip(&FIGURES) {
+            let known: Vec<f64> = of_figure.iter().copied().flatten().collect();
+            let all = (figure.join)(&known);
+            let text = |value: &Option<f64>| {
+                value.map_or_else(|| "-".to_owned(), |value| format!("{value:.*}", figure.decimals))
+            };
+            let mut row = vec![figure.name.to_owned()];
+            row.extend(of_figure.iter().map(text));
+            row.push(text(&all));
+            table.row(row);
+        }
+        bar.suspend(|| println!("{table}"));
+    }
+    bar.finish_and_clear();
+    println!("all: rms of the rms figures, mean of the others, over the flights that have one");
+    Ok(())
+}
