@@ -47,9 +47,7 @@ fn no_part_costs_more_than_committed() {
     }
 }
 
-/// The design's budgets, whatever the table says: for the dearest single occurrence in a minute of flight, except that of
-/// sweeps of reflections only their mean stays below a million. The dearest of those, nine reflections each weighed against
-/// many pairs of planes, take more: see `docs/inertial.md`.
+/// The design's budgets, whatever the table says: for the dearest single occurrence in a minute of flight.
 #[test]
 fn localization_meets_its_budgets() {
     let measured = measured();
@@ -58,7 +56,7 @@ fn localization_meets_its_budgets() {
             ("inertial sample, most", 2_000.0),
             ("covariance step, most", 60_000.0),
             ("updates of a sweep with line of sight, most", 1e6),
-            ("updates of a sweep of reflections, mean", 1e6),
+            ("updates of a sweep of reflections, most", 1e6),
         ] {
             let name = format!("{states} states, {part}");
             let count = measured[&name];

@@ -6,7 +6,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::layout::{
-    ACCEL_BIAS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, GYRO_BIAS, GYRO_MATRIX, POSITION, VELOCITY,
+    ACCEL_BIAS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, GYRO_BIAS, GYRO_MATRIX, VELOCITY,
 };
 use super::row::Row;
 use crate::geometry::Real;
@@ -25,9 +25,9 @@ pub struct Transition<T: Real> {
 }
 
 impl<T: Real> Transition<T> {
-    /// `x + F x dt` on the states that move; the others stay. F of localization.md section 2.
-    fn apply<const N: usize>(&self, x: &mut [T; N]) {
-        let at = |i: usize| Vector3::new(x[i], x[i + 1], x[i + 2]);
+    /// `F x dt` on the states that move, in the order of [`CHANGED`]; the others stay. F of localization.md section 2.
+    fn change(&self, x: impl Fn(usize) -> T) -> [T; CHANGED.len()] {
+        let at = |i: usize| Vector3::new(x(i), x(i + 1), x(i + 2));
         let dt = self.dt_s;
         let (velocity, angle) = (at(VELOCITY), at(ATTITUDE));
         let rate = &self.rate_rad_per_s;
@@ -40,16 +40,27 @@ impl<T: Real> Transition<T> {
         // -[f]x th = th x f
         let gained = angle.cross(&self.force_m_per_s2) - force;
         let half = dt * T::of(0.5);
-        for i in 0..3 {
-            x[POSITION + i] += (velocity[i] + gained[i] * half) * dt;
-            x[VELOCITY + i] += gained[i] * dt;
-            x[ATTITUDE + i] -= turn[i] * dt;
-        }
-        let ramp = x[CLOCK_RAMP];
-        x[CLOCK_OFFSET] += (x[CLOCK_DRIFT] + ramp * half) * dt;
-        x[CLOCK_DRIFT] += ramp * dt;
+        let moved = velocity + gained * half;
+        let ramp = x(CLOCK_RAMP);
+        [
+            moved.x,
+            moved.y,
+            moved.z,
+            gained.x,
+            gained.y,
+            gained.z,
+            -turn.x,
+            -turn.y,
+            -turn.z,
+            x(CLOCK_DRIFT) + ramp * half,
+            ramp,
+        ]
+        .map(|rate| rate * dt)
     }
 }
+
+/// States that a motion changes: position, velocity, attitude, the clock's offset and drift.
+const CHANGED: [usize; 11] = [0, 1, 2, 3, 4, 5, 6, 7, 8, CLOCK_OFFSET, CLOCK_DRIFT];
 
 /// Covariance of `N` state errors.
 #[derive(Clone, Debug, PartialEq)]
@@ -153,19 +164,25 @@ impl<T: Real, const N: usize> Covariance<T, N> {
         })
     }
 
-    /// `P <- (I + F dt) P (I + F dt)^T`: the columns first, then the rows.
+    /// `P <- (I + F dt) P (I + F dt)^T`: the columns first, then the rows, as far as they change.
     pub fn propagate(&mut self, transition: &Transition<T>) {
         for j in 0..N {
-            let mut column: [T; N] = core::array::from_fn(|i| self.p[i][j]);
-            transition.apply(&mut column);
-            for (row, value) in self.p.iter_mut().zip(&column).take(super::layout::MOVING) {
-                row[j] = *value;
+            let change = transition.change(|i| self.p[i][j]);
+            for (&i, change) in CHANGED.iter().zip(change) {
+                self.p[i][j] += change;
             }
         }
-        for row in &mut self.p {
-            transition.apply(row);
+        for &i in &CHANGED {
+            let change = transition.change(|j| self.p[i][j]);
+            for (&j, change) in CHANGED.iter().zip(change) {
+                self.p[i][j] += change;
+            }
         }
-        self.mirror();
+        for &i in &CHANGED {
+            for j in 0..N {
+                self.p[j][i] = self.p[i][j];
+            }
+        }
     }
 
     /// `P H^T`.

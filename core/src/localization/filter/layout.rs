@@ -37,9 +37,6 @@ pub(super) const FACES: usize = 3;
 /// Antenna arrays of the UAV.
 pub(super) const ARRAYS: usize = 4;
 
-/// States that [`super::Covariance::propagate`] mixes: the first 17.
-pub(super) const MOVING: usize = 17;
-
 /// Number of states of a filter that holds up to `planes` planes at a time.
 pub const fn states(planes: usize) -> usize {
     PLANES + 3 * planes

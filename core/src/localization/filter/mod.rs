@@ -97,6 +97,8 @@ pub struct Filter<T: Real, const N: usize> {
     gyro_bias_known: bool,
     last_innovation: Option<Innovation>,
     contested: u32,
+    /// Sweeps held back in a row.
+    held: u32,
     sure: bool,
     last_sight_ns: u64,
     last_aid_ns: u64,
@@ -130,6 +132,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             gyro_bias_known: false,
             last_innovation: None,
             contested: 0,
+            held: 0,
             sure: false,
             last_sight_ns: time_ns,
             last_aid_ns: time_ns,

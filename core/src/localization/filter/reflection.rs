@@ -4,12 +4,12 @@
 //! With the plane in the state the filter learns it while the position is still good, so the map need not be exact
 //! (localization.md section 4).
 
-use super::gate::chi_square;
-use super::layout::{plane, planes};
+use super::gate::{chi_square, chi_square_up_to};
+use super::layout::{ATTITUDE, CLOCK_OFFSET, POSITION, plane, planes};
 use super::measurement::{MAX_BOUNCES, MappedPlane, PathMeasurement, Transmitter, image_m};
 use super::nominal::{DELAY_PERIOD_M, wrap_delay_m};
 use super::row::Row;
-use super::{Filter, Slot};
+use super::{Filter, Slot, SweepMeasurement};
 use crate::geometry::Real;
 use nalgebra::Vector3;
 
@@ -19,30 +19,84 @@ const AMBIGUITY: f64 = 9.0;
 const NEAR: (f64, f64) = (8.0, 0.15);
 /// Square of the cosine of that angle, a chord of the unit sphere: `(1 - chord^2 / 2)^2`, a little less for rounding.
 const NEAR_COSINE_SQUARE: f64 = (1.0 - 0.5001 * NEAR.1 * NEAR.1) * (1.0 - 0.5001 * NEAR.1 * NEAR.1);
+/// Work that the reflections of a sweep may cause, in units of some 14 000 instructions of a Cortex-M7 with four planes in the
+/// state: a million a sweep. What would go beyond is left out.
+const EFFORT: u32 = 60;
+/// Of that, an explanation that delay and departure rule out; one that they do not costs this twice.
+const WEIGHING: u32 = 1;
+/// Of that, taking a path in.
+const TAKING: u32 = 16;
+/// Standard deviation of an angle of arrival by the arrays' calibration and by noise, rad: at most.
+const ARRIVAL_RAD: f64 = 0.006;
+/// Standard deviation of a delay by noise, m: at most.
+const DELAY_M: f64 = 0.05;
+
+/// Planes of a map that are considered in a sweep.
+const MOST_PLANES: usize = 64;
+
+/// The images of the GMT in all planes that it stands in front of.
+type Images<'a> = heapless::Vec<Image<'a>, MOST_PLANES>;
+
+/// An image of the GMT.
+struct Image<'a> {
+    of: &'a MappedPlane,
+    place_m: Vector3<f64>,
+    sigma_m: f64,
+}
 
 /// Planes that a wave met, in its order.
 type Bounces = heapless::Vec<MappedPlane, MAX_BOUNCES>;
 
 impl<T: Real, const N: usize> Filter<T, N> {
-    /// A path of one reflection: matched to a plane, gated, taken in together with what it says about that plane.
-    pub(super) fn reflection(&mut self, gmt: &Transmitter, path: &PathMeasurement, known: &[MappedPlane]) {
-        let mut found = Match::default();
-        let view = self.view(path);
-        for candidate in known {
-            let image_m = self.as_known(candidate).image_m(&gmt.position_m);
-            if view.may_be(&image_m) {
-                self.weigh(gmt, path, &[candidate], &mut found);
+    /// The reflections of a sweep: those of one plane first, each kind in its order (strongest first), as far as there is time.
+    pub(super) fn reflections(&mut self, gmt: &Transmitter, measurement: &SweepMeasurement<'_>) {
+        let mut effort = EFFORT;
+        let mut images = Images::new();
+        for candidate in measurement.planes {
+            let plane_now = self.as_known(candidate);
+            if plane_now.height_m(&gmt.position_m) > 0.0 {
+                // There is room for the planes of any map; what a larger one has beyond is left out.
+                let _fits = images.push(Image {
+                    of: candidate,
+                    place_m: plane_now.image_m(&gmt.position_m),
+                    sigma_m: image_sigma_m(plane_now, &gmt.position_m),
+                });
             }
         }
-        self.conclude(gmt, path, found);
+        for path in measurement.reflections {
+            self.reflection(gmt, path, &images, &mut effort);
+        }
+        for path in measurement.double_reflections {
+            self.double_reflection(gmt, path, &images, measurement.planes, &mut effort);
+        }
     }
 
-    /// A path of two reflections.
-    pub(super) fn double_reflection(
+    /// A path of one reflection: matched to a plane, gated, taken in together with what it says about that plane.
+    fn reflection(
         &mut self,
         gmt: &Transmitter,
         path: &PathMeasurement,
+        images: &Images<'_>,
+        effort: &mut u32,
+    ) {
+        let mut found = Match::default();
+        let view = self.view(path);
+        for image in images {
+            if view.is_near(&image.place_m) && view.may_be(&image.place_m, image.sigma_m) {
+                self.weigh(gmt, path, &[image.of], &mut found, effort);
+            }
+        }
+        self.conclude(gmt, path, found, effort);
+    }
+
+    /// A path of two reflections.
+    fn double_reflection(
+        &mut self,
+        gmt: &Transmitter,
+        path: &PathMeasurement,
+        images: &Images<'_>,
         known: &[MappedPlane],
+        effort: &mut u32,
     ) {
         let mut found = Match::default();
         let view = self.view(path);
@@ -52,17 +106,17 @@ impl<T: Real, const N: usize> Filter<T, N> {
             let Some(mirrored) = view.in_mirror(self.as_known(second)) else {
                 continue;
             };
-            for first in known {
-                let plane_now = self.as_known(first);
-                if first.id != second.id
-                    && plane_now.height_m(&gmt.position_m) > 0.0
-                    && mirrored.may_be(&plane_now.image_m(&gmt.position_m))
-                {
-                    self.weigh(gmt, path, &[first, second], &mut found);
+            for image in images {
+                if image.of.id == second.id || !mirrored.is_near(&image.place_m) {
+                    continue;
+                }
+                let sigma_m = image.sigma_m + image_sigma_m(self.as_known(second), &image.place_m);
+                if mirrored.may_be(&image.place_m, sigma_m) {
+                    self.weigh(gmt, path, &[image.of, second], &mut found, effort);
                 }
             }
         }
-        self.conclude(gmt, path, found);
+        self.conclude(gmt, path, found, effort);
     }
 
     /// Where a path seems to come from.
@@ -76,6 +130,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
             } else {
                 range
             },
+            deviations: libm::sqrt(self.gates().five + AMBIGUITY),
+            place_sigma_m: self.sigma(POSITION),
+            delay_sigma_m: libm::sqrt(self.variance(CLOCK_OFFSET).max(0.0)) + path.c_tau_sigma_m + DELAY_M,
+            arrival_sigma_rad: self.sigma(ATTITUDE) + path.aoa_sigma_rad + ARRIVAL_RAD,
         }
     }
 
@@ -94,6 +152,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         path: &PathMeasurement,
         candidates: &[&MappedPlane],
         found: &mut Match,
+        effort: &mut u32,
     ) {
         let mut now = heapless::Vec::<&MappedPlane, MAX_BOUNCES>::new();
         for candidate in candidates {
@@ -109,6 +168,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if late.is_nan() || late.abs() > NEAR.0 || (seen - way / range).norm() > NEAR.1 {
             return;
         }
+        let Some(left) = effort.checked_sub(WEIGHING) else {
+            found.unfinished = true;
+            return;
+        };
+        *effort = left;
         // A plane that is not in the state has its own uncertainty in the noise instead.
         let mut bounces = heapless::Vec::<(&MappedPlane, usize), MAX_BOUNCES>::new();
         for (k, plane_now) in now.iter().enumerate() {
@@ -121,7 +185,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
         for (plane_now, state) in bounces.iter().filter(|(_, state)| *state >= N) {
             rows.iter_mut().for_each(|row| widen(row, plane_now, *state));
         }
-        let chi2 = chi_square(&self.covariance, &rows);
+        let chi2 = chi_square_up_to(&self.covariance, &rows, self.gates().five + AMBIGUITY);
+        if chi2.is_finite() {
+            *effort = effort.saturating_sub(WEIGHING);
+        }
         if chi2 < found.least {
             (found.second, found.least) = (found.least, chi2);
             found.planes.clear();
@@ -134,15 +201,19 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     /// Takes a matched path in, and counts.
-    fn conclude(&mut self, gmt: &Transmitter, path: &PathMeasurement, found: Match) {
+    fn conclude(&mut self, gmt: &Transmitter, path: &PathMeasurement, found: Match, effort: &mut u32) {
         let gates = self.gates();
         let gate = if path.departure.is_some() {
             gates.five
         } else {
             gates.three
         };
-        let clear = found.least <= gate && found.second > found.least + AMBIGUITY;
-        if clear && self.take_reflection(gmt, path, &found.planes, gate) {
+        let clear = found.least <= gate && found.second > found.least + AMBIGUITY && !found.unfinished;
+        if clear
+            && let Some(left) = effort.checked_sub(TAKING)
+            && self.take_reflection(gmt, path, &found, gate)
+        {
+            *effort = left;
             self.counters.reflections = self.counters.reflections.saturating_add(1);
             self.last_aid_ns = self.nominal.time_ns;
         } else {
@@ -154,11 +225,15 @@ impl<T: Real, const N: usize> Filter<T, N> {
         &mut self,
         gmt: &Transmitter,
         path: &PathMeasurement,
-        found: &Bounces,
+        found: &Match,
         gate: f64,
     ) -> bool {
+        let known = found
+            .planes
+            .iter()
+            .all(|plane| self.slots.iter().any(|slot| slot.plane.id == plane.id));
         let mut indices = heapless::Vec::<usize, MAX_BOUNCES>::new();
-        for plane in found {
+        for plane in &found.planes {
             let Some(index) = self.slot(plane, &indices) else {
                 return false;
             };
@@ -176,7 +251,12 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let Some(rows) = rows else {
             return false;
         };
-        let chi2 = chi_square(&self.covariance, &rows);
+        // A plane that has just come into the state is correlated with nothing any more: that may change the verdict.
+        let chi2 = if known {
+            found.least
+        } else {
+            chi_square(&self.covariance, &rows)
+        };
         self.ratios.reflection = (chi2 / gate) as f32;
         if chi2 > gate {
             return false;
@@ -226,17 +306,37 @@ struct View {
     from_m: Vector3<f64>,
     direction: Vector3<f64>,
     range_m: f64,
+    /// This many standard deviations off in a single number, and an explanation is neither kept nor makes another ambiguous.
+    deviations: f64,
+    /// Standard deviations: position, the rest of the delay, the rest of the arrival.
+    place_sigma_m: f64,
+    delay_sigma_m: f64,
+    arrival_sigma_rad: f64,
 }
 
 impl View {
-    /// Whether an image of the GMT may be the source: no image that [`Filter::weigh`] would keep is turned away.
-    fn may_be(&self, image_m: &Vector3<f64>) -> bool {
+    /// Whether an image of the GMT is anywhere near where the path points: cheap, because most are not.
+    fn is_near(&self, image_m: &Vector3<f64>) -> bool {
+        let way = image_m - self.from_m;
+        let along = self.direction.dot(&way);
+        along > 0.0 && along * along >= NEAR_COSINE_SQUARE * way.dot(&way)
+    }
+
+    /// Whether an image of the GMT, known to `image_sigma_m`, may be the source: none that [`Filter::conclude`] would look at
+    /// is turned away. Standard deviations are added, not their squares: errors may be correlated.
+    fn may_be(&self, image_m: &Vector3<f64>, image_sigma_m: f64) -> bool {
         let way = image_m - self.from_m;
         let (square, along) = (way.dot(&way), self.direction.dot(&way));
-        if along <= 0.0 || along * along < NEAR_COSINE_SQUARE * square {
+        let apart_m = self.place_sigma_m + image_sigma_m;
+        let late_m = (self.deviations * (apart_m + self.delay_sigma_m)).min(NEAR.0);
+        let (low, high) = (self.range_m - late_m, self.range_m + late_m);
+        let angle = apart_m / self.range_m.max(1.0) + self.arrival_sigma_rad;
+        let chord = (self.deviations * angle).min(NEAR.1);
+        // Cosine of that chord of the unit sphere, a little less for rounding.
+        let cosine = 1.0 - 0.5001 * chord * chord;
+        if along <= 0.0 || along * along < cosine * cosine * square {
             return false;
         }
-        let (low, high) = (self.range_m - NEAR.0, self.range_m + NEAR.0);
         // Beyond this, the wrapped delay may be that of a longer way.
         let far = DELAY_PERIOD_M - 2.0 * NEAR.0;
         square > far * far || ((low <= 0.0 || square >= low * low) && square <= high * high)
@@ -253,9 +353,17 @@ impl View {
         Some(Self {
             from_m: plane.image_m(&self.from_m),
             direction: self.direction - normal * (2.0 * towards),
-            range_m: self.range_m,
+            ..*self
         })
     }
+}
+
+/// Standard deviation of a point's image by the error of the plane, m: at most.
+fn image_sigma_m(plane: &MappedPlane, point_m: &Vector3<f64>) -> f64 {
+    let covariance = &plane.plane.covariance;
+    let (offset, tilt) = (covariance.m11, covariance.m22 + covariance.m33);
+    let lever = point_m - plane.plane.centre.vector().map(f64::from);
+    2.0 * (libm::sqrt(f64::from(offset.max(0.0))) + libm::sqrt(f64::from(tilt.max(0.0))) * lever.norm())
 }
 
 /// The best explanation of a path so far, and how good the second best is.
@@ -263,6 +371,8 @@ struct Match {
     planes: Bounces,
     least: f64,
     second: f64,
+    /// Some were not looked at.
+    unfinished: bool,
 }
 
 impl Default for Match {
@@ -271,6 +381,7 @@ impl Default for Match {
             planes: Bounces::new(),
             least: f64::INFINITY,
             second: f64::INFINITY,
+            unfinished: false,
         }
     }
 }

@@ -102,7 +102,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             self.covariance.reset(POSITION + i, T::of(position * position));
             self.covariance.reset(VELOCITY + i, T::of(velocity * velocity));
         }
-        self.contested = 0;
+        (self.contested, self.held) = (0, 0);
         self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
     }
 
@@ -132,7 +132,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.clock_known = false;
         self.suspect_clock = None;
         self.last_innovation = None;
-        self.contested = 0;
+        (self.contested, self.held) = (0, 0);
         self.resets = self.resets.saturating_add(1);
         self.health.starting = true;
         self.set_priors();

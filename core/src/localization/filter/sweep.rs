@@ -80,12 +80,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             self.last_sight_ns = measurement.time_ns;
             self.last_aid_ns = measurement.time_ns;
         } else if self.running {
-            for path in measurement.reflections {
-                self.reflection(&gmt, path, measurement.planes);
-            }
-            for path in measurement.double_reflections {
-                self.double_reflection(&gmt, path, measurement.planes);
-            }
+            self.reflections(&gmt, measurement);
         }
         self.health.starting = !self.running;
         self.health.contested = verdict == SweepVerdict::Rejected;
@@ -146,8 +141,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
             chi2 = chi_square(&self.covariance, &rows);
         }
         self.ratios.line_of_sight = (chi2 / gate) as f32;
-        let innovation = Innovation::of(self.nominal.time_ns, &rows);
-        let range = (gmt.position_m - self.nominal.position_m).norm();
+        let Some(innovation) = self.innovation(gmt, path) else {
+            return SweepVerdict::Rejected;
+        };
+        let range = (gmt.position_m - self.nominal.position_m - innovation.offset_m).norm();
         let agrees = self
             .last_innovation
             .is_some_and(|before| before.agrees(&innovation, self.sigma(VELOCITY), range));
@@ -159,11 +156,12 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let trusted = self.sure;
         self.last_innovation = Some(innovation);
 
-        let verdict = if chi2 <= gate && (trusted || agrees) {
+        let verdict = if chi2 <= gate && (trusted || agrees || self.held >= gates.refix_after) {
             SweepVerdict::Accepted
         } else if chi2 <= gate {
             // After an outage almost any place is possible: one sweep is no proof, a consistent fix elsewhere may be a lie.
             self.counters.held = self.counters.held.saturating_add(1);
+            self.held = self.held.saturating_add(1);
             self.contested = 0;
             return SweepVerdict::Held;
         } else if chi2 > gate && chi2 < MOST_INFLATED * gate && !trusted && agrees {
@@ -178,7 +176,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         };
         if verdict != SweepVerdict::Rejected {
             self.take_rows(&rows);
-            self.contested = 0;
+            (self.contested, self.held) = (0, 0);
             self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
             self.counters.accepted = self.counters.accepted.saturating_add(1);
             return verdict;
@@ -189,6 +187,17 @@ impl<T: Real, const N: usize> Filter<T, N> {
             return SweepVerdict::Refixed;
         }
         SweepVerdict::Rejected
+    }
+
+    /// How a path differs from the filter.
+    fn innovation(&self, gmt: &Transmitter, path: &PathMeasurement) -> Option<Innovation> {
+        let place = self.model.place(&self.nominal, gmt, path, &[])?;
+        let seen = self.nominal.attitude * self.model.corrected(&path.aoa, &self.nominal);
+        Some(Innovation {
+            time_ns: self.nominal.time_ns,
+            offset_m: place - self.nominal.position_m,
+            turn_rad: seen - (gmt.position_m - place).try_normalize(0.1)?,
+        })
     }
 
     /// Patience is over: the last sweeps set the pose, if they agree. A filter that was sure waits longer than any run of
