@@ -169,18 +169,30 @@ impl<T: Real, const N: usize> Covariance<T, N> {
         for j in 0..N {
             let change = transition.change(|i| self.p[i][j]);
             for (&i, change) in CHANGED.iter().zip(change) {
-                self.p[i][j] += change;
+                if let Some(value) = self.p.get_mut(i).and_then(|row| row.get_mut(j)) {
+                    *value += change;
+                }
             }
         }
         for &i in &CHANGED {
-            let change = transition.change(|j| self.p[i][j]);
+            let Some(row) = self.p.get_mut(i) else {
+                continue;
+            };
+            let change = transition.change(|j| row[j]);
             for (&j, change) in CHANGED.iter().zip(change) {
-                self.p[i][j] += change;
+                if let Some(value) = row.get_mut(j) {
+                    *value += change;
+                }
             }
         }
         for &i in &CHANGED {
-            for j in 0..N {
-                self.p[j][i] = self.p[i][j];
+            let Some(row) = self.p.get(i).copied() else {
+                continue;
+            };
+            for (line, across) in self.p.iter_mut().zip(&row) {
+                if let Some(value) = line.get_mut(i) {
+                    *value = *across;
+                }
             }
         }
     }

@@ -8,6 +8,7 @@ use super::measurement::{MappedPlane, PATH_ROWS, PathMeasurement, PathRows, Tran
 use super::row::Row;
 use super::start::START_FIXES;
 use crate::geometry::Real;
+use nalgebra::Vector3;
 
 /// The GMT's pace between its stops, m/s: how fast the last trusted position ages.
 const GMT_PACE_M_PER_S: f64 = 0.3;
@@ -189,14 +190,19 @@ impl<T: Real, const N: usize> Filter<T, N> {
         SweepVerdict::Rejected
     }
 
-    /// How a path differs from the filter.
+    /// How a path differs from the filter; a lost attitude is left out of it.
     fn innovation(&self, gmt: &Transmitter, path: &PathMeasurement) -> Option<Innovation> {
         let place = self.model.place(&self.nominal, gmt, path, &[])?;
-        let seen = self.nominal.attitude * self.model.corrected(&path.aoa, &self.nominal);
+        let turn_rad = if self.sigma(ATTITUDE) > self.gates().attitude_lost_rad {
+            Vector3::zeros()
+        } else {
+            let seen = self.nominal.attitude * self.model.corrected(&path.aoa, &self.nominal);
+            seen - (gmt.position_m - place).try_normalize(0.1)?
+        };
         Some(Innovation {
             time_ns: self.nominal.time_ns,
             offset_m: place - self.nominal.position_m,
-            turn_rad: seen - (gmt.position_m - place).try_normalize(0.1)?,
+            turn_rad,
         })
     }
 
