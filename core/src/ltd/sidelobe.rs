@@ -30,6 +30,9 @@ const APART_RAD: f32 = 0.2;
 /// when it is not.
 const LEADS: [f32; 2] = [6.0, 20.0];
 
+/// Where to look closer, each with its cost.
+type Places = Vec<(Direction<Gmt>, f32), PLACES>;
+
 /// A place and how well it explains the looks.
 #[derive(Clone, Copy, Debug)]
 struct Place {
@@ -61,7 +64,7 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
         }
         let mut best = near;
         let mut next: Option<Place> = None;
-        for start in self.search(looks, variances) {
+        for (start, _) in self.search(looks, variances) {
             let mut direction = start;
             let mut hessian = [0.0; 3];
             for error in PASSES {
@@ -132,8 +135,8 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
     }
 
     /// The best places of the half space before the strongest look's face.
-    fn search(&self, looks: &mut [(Aim, f32, f32)], variances: &[f32]) -> Vec<Direction<Gmt>, PLACES> {
-        let mut places: Vec<(Direction<Gmt>, f32), PLACES> = Vec::new();
+    fn search(&self, looks: &mut [(Aim, f32, f32)], variances: &[f32]) -> Places {
+        let mut places = Places::new();
         let Some(azimuth_rad) = looks.first().and_then(|look| self.face_azimuth_rad(look.0.face)) else {
             return Vec::new();
         };
@@ -158,12 +161,12 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
                 keep(&mut places, u, cost);
             }
         }
-        places.iter().map(|place| place.0).collect()
+        places
     }
 }
 
 /// Keeps the best places that are apart.
-fn keep(places: &mut Vec<(Direction<Gmt>, f32), PLACES>, u: Direction<Gmt>, cost: f32) {
+fn keep(places: &mut Places, u: Direction<Gmt>, cost: f32) {
     if let Some(near) = places
         .iter_mut()
         .find(|place| place.0.angle_to_rad(&u) < APART_RAD)
