@@ -82,7 +82,7 @@ fn a_float_network_becomes_a_model_that_flies() {
     let first = fs::read(out).expect("written");
     let table = good(&["quantize", shipped, "--calibration", data, "--out", out]);
     assert!(
-        table.contains("19x48") && table.contains("int8 - float"),
+        table.contains("23x48") && table.contains("int8 - float"),
         "{table}"
     );
     assert_eq!(fs::read(out).expect("written"), first, "the same bytes again");
