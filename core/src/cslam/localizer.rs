@@ -7,7 +7,7 @@ use super::config::{HpcConfig, Localization};
 use crate::array::GmtArrays;
 use crate::geometry::{Body, Direction, Gmt, Position, Rotation, World};
 use crate::localization::filter::{
-    Counters, DELAY_PERIOD_M, Filter, Health, PathMeasurement, SweepMeasurement, SweepVerdict, TestRatios,
+    Counters, Filter, Health, PathMeasurement, SweepMeasurement, SweepVerdict, TestRatios, range_of_delay_m,
     wrap_delay_m,
 };
 use crate::localization::hpc::{Hpc, Start};
@@ -198,12 +198,7 @@ impl Calibrated {
         let left: Direction<Gmt, f64> =
             Direction::from_vector(face.normal * ahead + face.tangent * x + up * z).ok()?;
         let left = *measurement.gmt.attitude.apply(left).vector();
-        let wrapped = wrap_delay_m(path.c_tau_m - offset_m);
-        let range_m = if wrapped < 0.0 {
-            wrapped + DELAY_PERIOD_M
-        } else {
-            wrapped
-        };
+        let range_m = range_of_delay_m(path.c_tau_m - offset_m);
         Some(Fix {
             position_m: measurement.gmt.position_m + left * range_m,
             towards_gmt: -left,

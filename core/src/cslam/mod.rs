@@ -105,7 +105,6 @@ pub struct Cslam<'m, E, const VOXELS: usize, const STATES: usize = { states(2) }
     open: Option<Open>,
     last_beacon: Option<(u64, Beacon)>,
     clock: TwoWayClock,
-    last_sight_ns: Option<u64>,
     counters: Counters,
 }
 
@@ -158,7 +157,6 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             open: None,
             last_beacon: None,
             clock: TwoWayClock::default(),
-            last_sight_ns: None,
             counters: Counters::default(),
             config,
         })

@@ -7,7 +7,7 @@ use super::receive::{ends, to_world};
 use super::rules::FIRST_ORDER;
 use super::{CHANNELS, Cslam, PATHS};
 use crate::array::GmtArrays;
-use crate::geometry::{Direction, Gmt, Rotation, World};
+use crate::geometry::{Direction, Gmt, Matrix3, Rotation, Vector3, World};
 use crate::localization::Pose;
 use crate::localization::filter::{FaceDirection, PathMeasurement, Transmitter};
 use crate::lscn::{LinkGeometry, Probabilities, Received};
@@ -31,6 +31,37 @@ pub(super) struct Judged {
     pub(super) off_ground: bool,
 }
 
+/// A path against the straight way from where it may have come from: the GMT, or an image of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Straight {
+    /// Length beyond the straight way, m, and the variance of that.
+    pub(super) excess_m: f32,
+    pub(super) length_variance_m2: f32,
+    /// Angle of arrival off the straight way, rad.
+    pub(super) angle_rad: f32,
+    /// What the position's error adds to the variance of that.
+    pub(super) across_variance_rad2: f32,
+}
+
+impl Straight {
+    /// `towards`: from the UAV to there, m. `None` when it is there.
+    pub(super) fn against(
+        path: &Path<World>,
+        towards: &Vector3<f32>,
+        position_covariance_m2: &Matrix3<f32>,
+    ) -> Option<Self> {
+        let length_m = towards.norm();
+        let direction = Direction::<World>::from_vector(*towards).ok()?;
+        let along = direction.vector();
+        Some(Self {
+            excess_m: path.c_tau_m - length_m,
+            length_variance_m2: path.covariance.m11 + along.dot(&(position_covariance_m2 * along)),
+            angle_rad: direction.angle_to_rad(&path.aoa),
+            across_variance_rad2: position_covariance_m2.trace() / (length_m * length_m),
+        })
+    }
+}
+
 /// How far a path's length may be off that of the ground's reflection, m, and its direction, rad; beside [`SIGMAS`].
 const GROUND_LENGTH_M: f32 = 0.15;
 const GROUND_ANGLE_RAD: f32 = 0.01;
@@ -52,20 +83,16 @@ impl Judged {
         let mut image = *ends.gmt.vector();
         image.z = 2.0 * ground_z_m - image.z;
         let towards = image - ends.uav.vector();
-        let length_m = towards.norm();
-        let Ok(direction) = Direction::<World>::from_vector(towards) else {
+        let Some(straight) = Straight::against(&self.path, &towards, &ends.uav_covariance) else {
             return;
         };
         let covariance = &self.path.covariance;
-        let along = direction.vector();
-        let length_variance = covariance.m11 + along.dot(&(ends.uav_covariance * along));
-        let across_variance = ends.uav_covariance.trace() / (length_m * length_m);
-        let angle_variance = covariance.m22.max(covariance.m33) + across_variance;
+        let angle_variance = covariance.m22.max(covariance.m33) + straight.across_variance_rad2;
         let sigmas = |variance: f32| SIGMAS * libm::sqrtf(variance.max(0.0));
         let above = ends.uav.vector().z > ground_z_m && ends.gmt.vector().z > ground_z_m;
         self.off_ground = above
-            && (self.path.c_tau_m - length_m).abs() < GROUND_LENGTH_M + sigmas(length_variance)
-            && direction.angle_to_rad(&self.path.aoa) < GROUND_ANGLE_RAD + sigmas(angle_variance);
+            && straight.excess_m.abs() < GROUND_LENGTH_M + sigmas(straight.length_variance_m2)
+            && straight.angle_rad < GROUND_ANGLE_RAD + sigmas(angle_variance);
         if self.off_ground {
             self.path.aod = None;
             self.probabilities = Some(FIRST_ORDER);

@@ -6,7 +6,7 @@
 //! come nearly as strong as through free space and, as soon as the attitude is known, from the direction opposite to
 //! its departure; a start or a re-fix then takes several that agree.
 
-use super::paths::{Heard, Judged};
+use super::paths::{Heard, Judged, Straight};
 use super::receive::length_m;
 use super::{CHANNELS, Cslam, LinkStates, PATHS};
 use crate::array::{GmtArrays, half_wave_dipole};
@@ -125,18 +125,13 @@ fn first_of(lengths_m: impl Iterator<Item = f64> + Clone, heard: &[Heard]) -> Op
 /// Whether a path is as long as the straight way and comes from where the GMT is.
 fn is_direct(path: &Judged, pose: &Pose, gmt: &Transmitter) -> bool {
     let towards = (gmt.position_m - pose.position.vector()).map(|c| c as f32);
-    let range_m = towards.norm();
-    let Ok(direction) = Direction::<World>::from_vector(towards) else {
+    let Some(straight) = Straight::against(&path.path, &towards, &pose.position_covariance_m2) else {
         return false;
     };
     let covariance = &path.path.covariance;
-    let along = direction.vector();
-    let length_variance = covariance.m11 + along.dot(&(pose.position_covariance_m2 * along));
-    let excess_m = path.path.c_tau_m - range_m;
-    let across_variance = pose.position_covariance_m2.trace() / (range_m * range_m);
-    let angle_sigma = libm::sqrtf((covariance.m22 + covariance.m33 + across_variance).max(0.0));
-    excess_m.abs() < (EXCESS.1 * libm::sqrtf(length_variance.max(0.0))).max(EXCESS.0)
-        && direction.angle_to_rad(&path.path.aoa) < ANGLE.0 + ANGLE.1 * angle_sigma
+    let angle_variance = covariance.m22 + covariance.m33 + straight.across_variance_rad2;
+    straight.excess_m.abs() < (EXCESS.1 * libm::sqrtf(straight.length_variance_m2.max(0.0))).max(EXCESS.0)
+        && straight.angle_rad < ANGLE.0 + ANGLE.1 * libm::sqrtf(angle_variance.max(0.0))
 }
 
 /// Whether a path comes from the direction opposite to its departure, as far as the attitude is known.

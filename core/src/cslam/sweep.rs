@@ -230,13 +230,6 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             },
         );
         self.imu.set_errors(self.localizer.imu_errors());
-        let taken = matches!(
-            verdict,
-            SweepVerdict::Accepted | SweepVerdict::Inflated | SweepVerdict::Refixed | SweepVerdict::Started
-        );
-        if taken {
-            self.last_sight_ns = Some(open.time_ns);
-        }
         let joint = line_of_sight.map(|path| if path.departure.is_some() { 5 } else { 3 });
         Localized {
             line,

@@ -4,7 +4,6 @@ use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::cslam::{self, Outcome, PATHS, PathReport, SweepReport};
 use cslam_core::geometry::Matrix3;
 use cslam_core::localization::Pose;
-use cslam_core::localization::filter::SweepVerdict;
 use cslam_core::map::PointCloud;
 use cslam_core::telemetry::{
     Encoder, InputReport, MAX_FRAME, Message, PointReport, RejectionReport, Summary,
@@ -135,10 +134,6 @@ impl Logbook {
             self.count(&verdict(path));
             self.downlink(report.sweep, index, &path.outcome);
         }
-        let taken = matches!(
-            report.verdict,
-            SweepVerdict::Accepted | SweepVerdict::Inflated | SweepVerdict::Refixed | SweepVerdict::Started
-        );
         let estimate = SweepEstimate {
             pose: report
                 .pose
@@ -155,7 +150,7 @@ impl Logbook {
                     .and_then(|p| p.probabilities)
                     .map(|p| p.to_array().map(f64::from)),
             }),
-            los_used: taken,
+            los_used: report.verdict.is_taken(),
             innovations: report.innovations.iter().map(innovation).collect(),
         };
         let pose = pose_truth(&heard.truth);

@@ -147,6 +147,22 @@ impl<'a, const SYMBOLS: usize, const ACTIVE: usize> Heard<'a, SYMBOLS, ACTIVE> {
         spectrum: &Spectrum<ACTIVE>,
         place: &Place,
     ) -> Sums {
+        let mut sums = Sums::default();
+        self.walk::<X, Z>(symbol, spectrum, place, |_, pattern, omega, y| {
+            sums.add(&pattern, omega, y)
+        });
+        sums
+    }
+
+    /// Walks over the subcarriers of a symbol: index, pattern with its derivatives by the cosines, angular frequency per metre,
+    /// and what was heard with the delay of `place` taken out.
+    pub(super) fn walk<const X: usize, const Z: usize>(
+        &self,
+        symbol: &SquintSymbol,
+        spectrum: &Spectrum<ACTIVE>,
+        place: &Place,
+        mut each: impl FnMut(usize, [f32; 3], f32, Complex<f32>),
+    ) {
         let [sx, sz] = place.cosines;
         let mut row = Row::new(symbol, 0, sx, &self.band);
         let mut column = Row::new(symbol, 1, sz, &self.band);
@@ -155,14 +171,11 @@ impl<'a, const SYMBOLS: usize, const ACTIVE: usize> Heard<'a, SYMBOLS, ACTIVE> {
         let middle = 0.5 * (ACTIVE as f32 - 1.0);
         let mut spin = Spin::new(-middle * turn, turn);
         let mut omega = -middle * self.per_m_rad;
-        let mut sums = Sums::default();
-        for y in &spectrum.bins {
+        for (index, y) in spectrum.bins.iter().enumerate() {
             let ([x, dx], [z, dz]) = (row.next::<X>(), column.next::<Z>());
-            let y = y * spin.next();
-            sums.add(&[x * z, dx * z, x * dz], omega, y);
+            each(index, [x * z, dx * z, x * dz], omega, y * spin.next());
             omega += self.per_m_rad;
         }
-        sums
     }
 }
 

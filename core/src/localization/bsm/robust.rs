@@ -9,7 +9,6 @@
 use nalgebra::{Matrix2, Vector2};
 
 use super::fit::{Fit, Heard, Place, invert};
-use super::pattern::{Row, Spin};
 use super::reception::Spectrum;
 use crate::array::SquintSymbol;
 
@@ -69,32 +68,18 @@ impl<const SYMBOLS: usize, const ACTIVE: usize> Heard<'_, SYMBOLS, ACTIVE> {
         let weight = 2.0 / spectrum.noise;
         let gain = sums.ry / sums.rr;
         let (mx, mz, mw) = (sums.rx / sums.rr, sums.rz / sums.rr, sums.wrr / sums.rr);
-        let [sx, sz] = place.cosines;
-        let mut row = Row::new(symbol, 0, sx, &self.band);
-        let mut column = Row::new(symbol, 1, sz, &self.band);
-        let turn = self.per_m_rad * place.delay_m;
-        let middle = 0.5 * (ACTIVE as f32 - 1.0);
-        let mut spin = Spin::new(-middle * turn, turn);
-        let mut omega = -middle * self.per_m_rad;
         let mut pulls = [Pull {
             cosines: Vector2::zeros(),
             delay: 0.0,
         }; BLOCKS];
-        for (block, pull) in spectrum
-            .bins
-            .chunks(ACTIVE.div_ceil(BLOCKS).max(1))
-            .zip(&mut pulls)
-        {
-            for y in block {
-                let ([x, dx], [z, dz]) = (row.next::<X>(), column.next::<Z>());
-                let r = x * z;
-                let left = y * spin.next() - gain * r;
-                let along = gain.conj() * left * weight;
-                pull.cosines += Vector2::new(dx * z - mx * r, x * dz - mz * r) * along.re;
+        let length = ACTIVE.div_ceil(BLOCKS).max(1);
+        self.walk::<X, Z>(symbol, spectrum, place, |index, [r, x, z], omega, y| {
+            let along = gain.conj() * (y - gain * r) * weight;
+            if let Some(pull) = pulls.get_mut(index / length) {
+                pull.cosines += Vector2::new(x - mx * r, z - mz * r) * along.re;
                 pull.delay -= along.im * (omega - mw) * r;
-                omega += self.per_m_rad;
             }
-        }
+        });
         pulls
     }
 }

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::config::RadioNoise;
 use super::layout::{ARRAY_AXIS, ARRAY_SLOPE, ATTITUDE, CLOCK_OFFSET, FACE_BIAS, POSITION};
-use super::nominal::{DELAY_PERIOD_M, Nominal, wrap_delay_m};
+use super::nominal::{Nominal, range_of_delay_m, wrap_delay_m};
 use super::row::Row;
 use crate::array::{GmtArrays, UavArrays};
 use crate::geometry::{Body, Direction, Gmt, Real, Rotation, World};
@@ -173,13 +173,7 @@ impl Model {
         path: &PathMeasurement,
         bounces: &[(&MappedPlane, usize)],
     ) -> Option<Vector3<f64>> {
-        let range = wrap_delay_m(path.c_tau_m - nominal.clock_offset_m);
-        // A range is positive: up to a whole period.
-        let range = if range < 0.0 {
-            range + DELAY_PERIOD_M
-        } else {
-            range
-        };
+        let range = range_of_delay_m(path.c_tau_m - nominal.clock_offset_m);
         let mirrors = mirrors(&gmt.position_m, bounces);
         let source = mirrors.last().map_or(gmt.position_m, |m| m.image_m);
         let onward = match &path.departure {

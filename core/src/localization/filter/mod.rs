@@ -43,7 +43,7 @@ pub use layout::{
     GYRO_BIAS, GYRO_MATRIX, PLANES, POSITION, TWO_WAY_BIAS, VELOCITY, planes, states,
 };
 pub use measurement::{FaceDirection, MappedPlane, Model, PathMeasurement, Transmitter};
-pub use nominal::{DELAY_PERIOD_M, Nominal, rotation, wrap_delay_m};
+pub use nominal::{DELAY_PERIOD_M, Nominal, range_of_delay_m, rotation, wrap_delay_m};
 pub use row::{ROW_CAPACITY, Row};
 pub use scalar::TimingVerdict;
 pub use sweep::{SweepMeasurement, SweepVerdict};

@@ -21,6 +21,16 @@ pub fn wrap_delay_m(length_m: f64) -> f64 {
     length_m - DELAY_PERIOD_M * libm::floor(length_m / DELAY_PERIOD_M + 0.5)
 }
 
+/// A cyclic delay as the length of a way, m: from 0 up to a whole period.
+pub fn range_of_delay_m(length_m: f64) -> f64 {
+    let wrapped = wrap_delay_m(length_m);
+    if wrapped < 0.0 {
+        wrapped + DELAY_PERIOD_M
+    } else {
+        wrapped
+    }
+}
+
 /// Position, velocity, attitude, clock, and everything that is calibrated on the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nominal {

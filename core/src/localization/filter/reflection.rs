@@ -7,7 +7,7 @@
 use super::gate::{chi_square, chi_square_up_to};
 use super::layout::{ATTITUDE, CLOCK_OFFSET, POSITION, plane, planes};
 use super::measurement::{MAX_BOUNCES, MappedPlane, PathMeasurement, Transmitter, image_m};
-use super::nominal::{DELAY_PERIOD_M, wrap_delay_m};
+use super::nominal::{DELAY_PERIOD_M, range_of_delay_m, wrap_delay_m};
 use super::row::Row;
 use super::{Filter, Slot, SweepMeasurement};
 use crate::geometry::Real;
@@ -121,15 +121,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
 
     /// Where a path seems to come from.
     fn view(&self, path: &PathMeasurement) -> View {
-        let range = wrap_delay_m(path.c_tau_m - self.nominal.clock_offset_m);
         View {
             from_m: self.nominal.position_m,
             direction: self.nominal.attitude * path.aoa.vector(),
-            range_m: if range < 0.0 {
-                range + DELAY_PERIOD_M
-            } else {
-                range
-            },
+            range_m: range_of_delay_m(path.c_tau_m - self.nominal.clock_offset_m),
             deviations: libm::sqrt(self.gates().five + AMBIGUITY),
             place_sigma_m: self.sigma(POSITION),
             delay_sigma_m: libm::sqrt(self.variance(CLOCK_OFFSET).max(0.0)) + path.c_tau_sigma_m + DELAY_M,

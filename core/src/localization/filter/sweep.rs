@@ -59,6 +59,16 @@ pub enum SweepVerdict {
     TooLate,
 }
 
+impl SweepVerdict {
+    /// Whether the line of sight corrected the pose, or set it.
+    pub fn is_taken(self) -> bool {
+        matches!(
+            self,
+            Self::Accepted | Self::Inflated | Self::Refixed | Self::Started
+        )
+    }
+}
+
 impl<T: Real, const N: usize> Filter<T, N> {
     /// Takes in a sweep at its own time stamp. Sweeps come in order; they may come late by the length of the history.
     pub fn sweep(&mut self, measurement: &SweepMeasurement<'_>) -> SweepVerdict {
@@ -73,10 +83,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             Some(path) => self.line_of_sight(&gmt, path),
             None => SweepVerdict::NoSight,
         };
-        let sighted = matches!(
-            verdict,
-            SweepVerdict::Accepted | SweepVerdict::Inflated | SweepVerdict::Refixed | SweepVerdict::Started
-        );
+        let sighted = verdict.is_taken();
         if sighted {
             self.last_sight_ns = measurement.time_ns;
             self.last_aid_ns = measurement.time_ns;

@@ -20,43 +20,26 @@ use crate::raw_flight::{self, VOXELS};
 use crate::scene::Scene;
 use crate::world::World;
 
+/// Heading of the options below in the help text.
+const STAGES: &str = "One stage away from the mode (flights from raw samples)";
+
 /// One stage at a time away from the mode: ablations.
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
 pub(crate) struct Stages {
     /// Path estimation, if not the mode's
-    #[arg(
-        long,
-        value_enum,
-        help_heading = "One stage away from the mode (flights from raw samples)"
-    )]
+    #[arg(long, value_enum, help_heading = STAGES)]
     pub(crate) estimator: Option<Mode>,
     /// Link state, if not the mode's
-    #[arg(
-        long,
-        value_enum,
-        help_heading = "One stage away from the mode (flights from raw samples)"
-    )]
+    #[arg(long, value_enum, help_heading = STAGES)]
     pub(crate) link_state: Option<LinkStateChoice>,
     /// Localization, if not the mode's
-    #[arg(
-        long,
-        value_enum,
-        help_heading = "One stage away from the mode (flights from raw samples)"
-    )]
+    #[arg(long, value_enum, help_heading = STAGES)]
     pub(crate) localization: Option<LocalizationChoice>,
     /// Direction of departure of the line of sight, if not the mode's
-    #[arg(
-        long,
-        value_enum,
-        help_heading = "One stage away from the mode (flights from raw samples)"
-    )]
+    #[arg(long, value_enum, help_heading = STAGES)]
     pub(crate) departures: Option<DepartureChoice>,
     /// Paths that may become points, if not the mode's
-    #[arg(
-        long,
-        value_enum,
-        help_heading = "One stage away from the mode (flights from raw samples)"
-    )]
+    #[arg(long, value_enum, help_heading = STAGES)]
     pub(crate) mapped: Option<MappedChoice>,
 }
 
