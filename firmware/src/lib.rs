@@ -9,7 +9,9 @@
 #![no_std]
 
 pub mod flight_check;
+pub mod front_end;
 pub mod front_end_check;
+pub mod icm42688;
 pub mod lscn_check;
 pub mod measurement;
 mod random;

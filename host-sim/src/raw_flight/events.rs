@@ -2,7 +2,6 @@
 
 use cslam_core::cslam::Beacon;
 use cslam_core::geometry::{Gmt, Rotation, World as WorldFrame};
-use cslam_core::localization::ImuSample;
 use nalgebra::Vector3;
 
 use crate::sensors;
@@ -11,15 +10,6 @@ use crate::world::{HeardSweep, World};
 
 /// How long the end of a sweep waits for its beacon, s.
 const PATIENCE_S: f64 = 0.02;
-
-/// Inertial sample, as its driver gives it.
-pub(super) fn imu_sample(time_ns: u64, sample: &sensors::ImuSample) -> ImuSample {
-    ImuSample {
-        time_ns,
-        rate_rad_per_s: sample.rate_rad_per_s().map(|c| c as f32),
-        specific_force_m_per_s2: sample.specific_force_m_per_s2().map(|c| c as f32),
-    }
-}
 
 /// Magnetic field in body axes, uT.
 pub(super) fn field_ut(sample: &sensors::MagnetometerSample) -> Vector3<f32> {

@@ -100,7 +100,7 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
         }
         match stamped.event {
             Event::Imu(sample) => {
-                receiver.imu(&events::imu_sample(at, &sample));
+                receiver.imu(&sample.at(at));
                 if at >= pose_due_ns {
                     pose_due_ns += POSE_INTERVAL_NS;
                     // The pose is as old as the last whole inertial step.
