@@ -8,6 +8,7 @@
 //! A binary per board (`src/bin`) adds memory, UART, clock and log. A board is chosen by a feature; see `build.rs`.
 #![no_std]
 
+pub mod app;
 pub mod flight_check;
 pub mod front_end;
 pub mod front_end_check;

@@ -5,11 +5,7 @@ use cslam_core::geometry::{Gmt, Rotation, World as WorldFrame};
 use nalgebra::Vector3;
 
 use crate::sensors;
-use crate::sensors::Event;
-use crate::world::{HeardSweep, World};
-
-/// How long the end of a sweep waits for its beacon, s.
-const PATIENCE_S: f64 = 0.02;
+use crate::world::World;
 
 /// Magnetic field in body axes, uT.
 pub(super) fn field_ut(sample: &sensors::MagnetometerSample) -> Vector3<f32> {
@@ -36,12 +32,4 @@ pub(super) fn beacon(beacon: &sensors::Beacon) -> Option<Beacon> {
 pub(super) fn gmt_time_s(world: &World<'_>, at_ns: u64) -> f64 {
     let shown_s = at_ns as f64 * 1e-9;
     2.0 * shown_s - world.flight().clock().reading_s(shown_s)
-}
-
-/// Whether the beacon of the sweep in hand will not come any more at `event`, UAV time `at_ns`.
-pub(super) fn is_overdue(heard: &HeardSweep, at_ns: u64, world: &World<'_>, event: &Event) -> bool {
-    let latency_s = world.flight().config().beacon.latency_s;
-    let start_s = world.flight().clock().reading_s(heard.truth.time_s);
-    let waited_s = at_ns as f64 * 1e-9 - start_s;
-    matches!(event, Event::Sweep { .. }) || waited_s > latency_s + PATIENCE_S
 }
