@@ -1,6 +1,7 @@
 //! Frames of the capture front end: what is sound comes through in place, what is not is named and counted.
 
 use cslam_core::ltd::Iq;
+use cslam_firmware::app::Symbol;
 use cslam_firmware::front_end::{
     Arrival, BEAMS, Block, Checksum, Content, Counters, FRAMES_PER_SWEEP, FrameError, FrontEnd,
     HEADER_LENGTH, Header, Kind, SAMPLE_BYTES, SQUINT_SYMBOLS, SoftwareCrc, Status, WINDOW, read_samples,
@@ -28,7 +29,8 @@ fn header(kind: Kind, sequence: u32, samples: &Block) -> Header {
         sweep: sequence / u32::from(FRAMES_PER_SWEEP),
         index: 3,
         exponent: -38,
-        time_ns: 123_456_789_012,
+        sweep_ns: 123_456_789_012,
+        offset_ns: 4_000,
         payload_checksum: match kind {
             Kind::Begin => 0,
             _ => SoftwareCrc.samples(samples),
@@ -56,7 +58,8 @@ fn a_header_has_the_layout_of_the_document() {
         sweep: 0x0708_090a,
         index: 0x0020,
         exponent: -2,
-        time_ns: 0x1112_1314_1516_1718,
+        sweep_ns: 0x1112_1314_1516_1718,
+        offset_ns: 0x4142_4344,
         payload_checksum: 0x2122_2324,
         dropped: 0x3132_3334,
         status: Status(Status::CLIPPED | Status::UNTIMED),
@@ -66,11 +69,12 @@ fn a_header_has_the_layout_of_the_document() {
     let expected = [
         b'C', b'S', b'L', b'F', 1, 3, 2, 1, 6, 5, 4, 3, 0xa, 9, 8, 7, 0x20, 0, 0xfe, 0xff, 0, 0, 1, 0,
         0x18, 0x17, 0x16, 0x15, 0x14, 0x13, 0x12, 0x11, 0x24, 0x23, 0x22, 0x21, 0x34, 0x33, 0x32, 0x31, 5, 0,
+        0, 0, 0x44, 0x43, 0x42, 0x41,
     ];
-    assert_eq!(bytes[..42], expected);
-    assert!(bytes[42..60].iter().all(|byte| *byte == 0));
+    assert_eq!(bytes[..48], expected);
+    assert!(bytes[48..60].iter().all(|byte| *byte == 0));
     // By an implementation that is not ours: binascii.crc32 of Python over bytes 0..60.
-    assert_eq!(bytes[60..], 0x3445_9d45u32.to_le_bytes());
+    assert_eq!(bytes[60..], 0xd540_4d4eu32.to_le_bytes());
 }
 
 proptest! {
@@ -78,11 +82,11 @@ proptest! {
     #[test]
     fn every_header_survives(
         kind in 0usize..3, session: u16, sequence: u32, sweep: u32, index in 0u16..33, exponent in -128i16..=128,
-        time_ns: u64, payload_checksum: u32, dropped: u32, status: u16,
+        sweep_ns: u64, offset_ns: u32, payload_checksum: u32, dropped: u32, status: u16,
     ) {
         let header = Header {
             kind: [Kind::Begin, Kind::Beam, Kind::Squint][kind],
-            session, sequence, sweep, index, exponent, time_ns, payload_checksum, dropped,
+            session, sequence, sweep, index, exponent, sweep_ns, offset_ns, payload_checksum, dropped,
             status: Status(status),
         };
         prop_assert_eq!(Header::decode(&header.encode()), Ok(header));
@@ -174,13 +178,12 @@ fn samples_are_given_on_where_they_lie() {
     let bytes = header(Kind::Beam, 0, &samples).encode();
     let frame = link.receive(&bytes, &mut samples).expect("sound");
     assert_eq!(frame.arrival, Arrival::Newest { missing: 0 });
-    assert_eq!(frame.header.time_ns, 123_456_789_012);
-    let Content::Beam(block) = frame.content else {
-        panic!("a beam was sent");
-    };
-    assert_eq!((block.beam, block.exponent), (3, -38));
-    assert_eq!(block.samples.as_ptr(), place);
-    assert_eq!(block.samples, &*original);
+    assert_eq!(frame.header.sweep_ns, 123_456_789_012);
+    let capture = frame.into_capture().expect("a beam was sent");
+    assert_eq!((capture.symbol, capture.exponent), (Symbol::Beam(3), -38));
+    assert_eq!((capture.sweep, capture.sweep_ns), (0, 123_456_789_012));
+    assert_eq!(capture.samples.as_ptr(), place);
+    assert_eq!(capture.samples, &*original);
 }
 
 #[test]
@@ -208,6 +211,7 @@ fn a_begin_needs_no_samples_and_says_how_many_frames_follow() {
     };
     let frame = link.receive(&begin.encode(), &mut samples).expect("sound");
     assert!(matches!(frame.content, Content::Begin { frames: 105 }));
+    assert!(frame.into_capture().is_none());
 }
 
 #[test]

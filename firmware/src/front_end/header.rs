@@ -13,11 +13,13 @@
 //! | 16 | u16 | index: of the beam or the symbol; of a begin, the number of frames that follow |
 //! | 18 | i16 | exponent: amplitude = integer x 2^exponent |
 //! | 20 | u32 | bytes of samples behind this header |
-//! | 24 | u64 | time of the first sample by the UAV clock, ns |
+//! | 24 | u64 | time of the sweep's first sample by the UAV clock, ns: in every frame, so that none is missed most |
 //! | 32 | u32 | checksum of the samples, 0 without |
 //! | 36 | u32 | frames of this session that the front end dropped because the receiver took none |
 //! | 40 | u16 | status, see [`Status`] |
-//! | 42 | | 18 bytes 0 |
+//! | 42 | | 2 bytes 0 |
+//! | 44 | u32 | time of this block's first sample since that of the sweep, ns |
+//! | 48 | | 12 bytes 0 |
 //! | 60 | u32 | checksum of bytes 0..60 |
 
 use super::checksum::SoftwareCrc;
@@ -107,8 +109,10 @@ pub struct Header {
     pub index: u16,
     /// Amplitude = integer x 2^exponent, sqrt(W); one scale over all blocks. 0 for a begin.
     pub exponent: i16,
-    /// UAV clock at the first sample (of a begin: at the first sample of the sweep), ns.
-    pub time_ns: u64,
+    /// UAV clock at the first sample of the sweep, ns.
+    pub sweep_ns: u64,
+    /// From there to the first sample of this block, ns; 0 for a begin.
+    pub offset_ns: u32,
     /// CRC-32 of the samples as they lie in memory, 0 without samples.
     pub payload_checksum: u32,
     /// Frames of this session that the front end dropped: the receiver took none for too long.
@@ -133,10 +137,12 @@ impl Header {
         writer.put(self.index.to_le_bytes());
         writer.put(self.exponent.to_le_bytes());
         writer.put((self.kind.payload_length() as u32).to_le_bytes());
-        writer.put(self.time_ns.to_le_bytes());
+        writer.put(self.sweep_ns.to_le_bytes());
         writer.put(self.payload_checksum.to_le_bytes());
         writer.put(self.dropped.to_le_bytes());
         writer.put(self.status.0.to_le_bytes());
+        writer.put([0; 2]);
+        writer.put(self.offset_ns.to_le_bytes());
         let mut bytes = writer.bytes;
         let checksum = checksum_of(&bytes).to_le_bytes();
         if let Some(last) = bytes.last_chunk_mut() {
@@ -178,7 +184,8 @@ impl Header {
             sweep: u32::from_le_bytes(reader.take()),
             index: u16::from_le_bytes(reader.take()),
             exponent: i16::from_le_bytes(reader.take()),
-            time_ns: 0,
+            sweep_ns: 0,
+            offset_ns: 0,
             payload_checksum: 0,
             dropped: 0,
             status: Status(0),
@@ -202,10 +209,12 @@ impl Header {
                 expected: kind.payload_length() as u32,
             });
         }
-        header.time_ns = u64::from_le_bytes(reader.take());
+        header.sweep_ns = u64::from_le_bytes(reader.take());
         header.payload_checksum = u32::from_le_bytes(reader.take());
         header.dropped = u32::from_le_bytes(reader.take());
         header.status = Status(u16::from_le_bytes(reader.take()));
+        let [_, _] = reader.take();
+        header.offset_ns = u32::from_le_bytes(reader.take());
         Ok(header)
     }
 }
