@@ -161,18 +161,15 @@ fn hear<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     let beams = heard.beams.blocks.iter_mut().map(|block| (false, block));
     let squint = heard.squint.blocks.iter_mut().map(|block| (true, block));
     for (of_squint, block) in beams.chain(squint) {
-        let block = block.view();
         let symbol = if of_squint {
-            Symbol::Squint(block.beam)
+            Symbol::Squint(block.view())
         } else {
-            Symbol::Beam(block.beam)
+            Symbol::Beam(block.view())
         };
         let capture = Capture {
             sweep,
             sweep_ns,
             symbol,
-            exponent: block.exponent,
-            samples: block.samples,
         };
         let _used = receiver.capture(capture, reports);
     }
