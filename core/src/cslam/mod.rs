@@ -40,7 +40,7 @@ use crate::block::BeamBlock;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Gmt, Real, Rotation, World};
 use crate::localization::bsm::BeamSquint;
-use crate::localization::filter::{states, wrap_delay_m};
+use crate::localization::filter::{Health, states, wrap_delay_m};
 use crate::localization::imu::{Imu, ImuHealth, RestAlignment, RestStatus};
 use crate::localization::planes::PlaneMap;
 use crate::localization::{ImuSample, Pose};
@@ -247,6 +247,16 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     pub fn clear_map(&mut self) {
         self.memory.map.clear();
         self.planes = PlaneMap::new(self.config.planes);
+    }
+
+    /// The newest beacon of a sweep that was heard.
+    pub fn last_beacon(&self) -> Option<&Beacon> {
+        self.last_beacon.as_ref().map(|(_, beacon)| beacon)
+    }
+
+    /// Flags of the filter.
+    pub fn health(&self) -> Health {
+        self.localizer.health()
     }
 
     /// Planes of the map.

@@ -33,12 +33,14 @@ impl Word {
     }
 }
 
-/// The three arguments behind the program's name.
-pub(crate) fn words() -> Option<[Word; 3]> {
+/// The arguments behind the program's name, if they are `N`.
+pub(crate) fn words<const N: usize>() -> Option<[Word; N]> {
     let arguments = semihosting::experimental::env::args::<{ 4 * LONGEST }>().ok()?;
-    let mut words = arguments.skip(1).map(|word| Word::new(word.ok()?));
-    let all = [words.next()??, words.next()??, words.next()??];
-    words.next().is_none().then_some(all)
+    let mut words = heapless::Vec::<Word, N>::new();
+    for word in arguments.skip(1) {
+        words.push(Word::new(word.ok()?)?).ok()?;
+    }
+    words.into_array().ok()
 }
 
 /// A file that is read.

@@ -1,0 +1,223 @@
+//! The receiver on an emulated MPS2+ board with the AN500 image (Cortex-M7), in the loop with a simulated world.
+//!
+//! The host is the world: through the PSRAM, which QEMU shares with it, come the frames of the front end and, in a second ring,
+//! everything else that reaches a receiver ([`cslam_firmware::sensor_stream`]). Packets leave by UART1. What else a flight came to,
+//! every bit of it, is written to a file of the host by semihosting.
+//!
+//! Argument: the file for the lines. Exit codes are those of `exit.rs`.
+#![no_std]
+#![no_main]
+
+#[path = "../an500/clock.rs"]
+mod clock;
+mod counts;
+#[path = "../an500/exit.rs"]
+mod exit;
+#[path = "../sweeps_an500/files.rs"]
+mod files;
+#[path = "../an500/psram.rs"]
+mod psram;
+mod stack;
+#[path = "../an500/uart.rs"]
+mod uart;
+
+use core::fmt::Write as _;
+
+use cortex_m_rt::entry;
+use cslam_core::cslam::{Config, Cslam, LinkStates, Memory, PATHS, SweepReport};
+use cslam_core::localization::bsm::BeamSquint;
+use cslam_core::localization::filter::states;
+use cslam_core::lscn::{Classifier, models};
+use cslam_core::ltd::EstimatorConfig;
+use cslam_core::telemetry::{Decoder, Key};
+use cslam_firmware::app::{
+    AppConfig, Application, Best, Downlink, Fed, Ground, Map, Observer, PointLine, Stage, SweepLine,
+    VOXELS,
+};
+use cslam_firmware::front_end::{Block, FRAME_LENGTH, FrontEnd, HEADER_LENGTH, SAMPLE_BYTES, SoftwareCrc, read_samples};
+use cslam_firmware::ring::{Consumer, RingError};
+use cslam_firmware::sensor_stream::{self, UAV};
+use defmt_semihosting as _;
+use embedded_io::Write as _;
+
+use clock::Stopwatch;
+use counts::Counts;
+use exit::{Exit, exit};
+use files::Lines;
+use psram::Psram;
+
+/// How long the board waits for the host, s of the board's time.
+const PATIENCE_S: u32 = 60;
+
+type Receiver = Application<'static, Best, VOXELS, { states(2) }>;
+type Frames = Consumer<Psram, FRAME_LENGTH>;
+type Records = Consumer<Psram, { sensor_stream::LENGTH }>;
+
+#[entry]
+fn main() -> ! {
+    let Some([lines]) = files::words() else {
+        defmt::error!("one argument is expected: the file for the lines");
+        exit(Exit::Usage)
+    };
+    let Some(lines) = Lines::create(&lines) else {
+        defmt::error!("the file for the lines cannot be made");
+        exit(Exit::Usage)
+    };
+    let Some(receiver) = receiver() else {
+        defmt::error!("the models in flash are damaged");
+        exit(Exit::SelfTest)
+    };
+    exit(match fly(receiver, lines) {
+        Ok(()) => Exit::Done,
+        Err(end) => end,
+    })
+}
+
+/// The application with every part in its place.
+fn receiver() -> Option<&'static mut Receiver> {
+    let geometric = Classifier::new(
+        models::geometric().ok()?,
+        models::geometric_without_departure().ok()?,
+    );
+    let config = Config::best(LinkStates::Geometric(geometric.ok()?));
+    let squint = cortex_m::singleton!(: Option<BeamSquint> = None)?;
+    let memory = Memory {
+        estimator: cortex_m::singleton!(: Best = Best::new(&EstimatorConfig::default()))?,
+        squint: squint.insert(config.beam_squint().ok()?),
+        map: cortex_m::singleton!(: Map = Map::new())?,
+    };
+    // The world's own key: whatever flies in earnest brings one from its storage and refuses this one.
+    let ground = Ground {
+        downlink: Downlink::new(UAV, &Key::TEST, 0),
+        uplink: Decoder::new(UAV, &Key::TEST),
+    };
+    let cslam = Cslam::new(config, memory);
+    let place = cortex_m::singleton!(: Option<Receiver> = None)?;
+    Some(place.insert(Application::new(
+        AppConfig::default(),
+        FrontEnd::new(SoftwareCrc, sensor_stream::SESSION),
+        ground,
+        cslam,
+    )))
+}
+
+/// Sees the flight: counts the work, writes a line for every sweep.
+struct Watch {
+    counts: Counts,
+    lines: Lines,
+    failed: bool,
+}
+
+impl Observer for Watch {
+    fn stage<R>(&mut self, stage: Stage, work: impl FnOnce() -> R) -> R {
+        self.counts.measure(stage, work)
+    }
+
+    fn swept(&mut self, report: &SweepReport<PATHS>) {
+        self.counts.end_sweep();
+        self.failed |= writeln!(self.lines, "{}", SweepLine(report)).is_err();
+    }
+}
+
+fn fly(receiver: &mut Receiver, lines: Lines) -> Result<(), Exit> {
+    let frame = cortex_m::singleton!(: [u8; FRAME_LENGTH] = [0; FRAME_LENGTH]).ok_or(Exit::Panic)?;
+    let samples = cortex_m::singleton!(: Block = [[cslam_core::ltd::Iq::ZERO; 512]; 32]).ok_or(Exit::Panic)?;
+    let mut downlink = uart::Downlink::enable();
+    let mut records: Records = open(sensor_stream::RECORDS_AT)?;
+    let mut frames: Frames = open(sensor_stream::FRAMES_AT)?;
+    let mut watch = Watch {
+        counts: Counts::default(),
+        lines,
+        failed: false,
+    };
+    defmt::info!("flying");
+    let mut record = [0; sensor_stream::LENGTH];
+    loop {
+        await_pop(&mut records, &mut record)?;
+        match receiver.record(&record, &mut watch) {
+            Ok(Fed::Used) => {}
+            Ok(Fed::Frames(count)) => {
+                for _ in 0..count {
+                    await_pop(&mut frames, frame)?;
+                    let (header, bytes) = frame.split_at(HEADER_LENGTH);
+                    let (Ok(header), Ok(bytes)) = (header.try_into(), <&[u8; SAMPLE_BYTES]>::try_from(bytes)) else {
+                        return Err(Exit::Panic);
+                    };
+                    read_samples(bytes, samples);
+                    if let Err(error) = receiver.frame(header, samples, &mut watch) {
+                        defmt::warn!("{}", error);
+                    }
+                    drain(receiver, &mut downlink);
+                }
+            }
+            Ok(Fed::End) => break,
+            Err(error) => defmt::warn!("{}", error),
+        }
+        drain(receiver, &mut downlink);
+    }
+    receiver.end(&mut watch);
+    receiver.close();
+    drain(receiver, &mut downlink);
+    let Ok(()) = downlink.flush();
+    for point in receiver.cslam().map().points() {
+        watch.failed |= writeln!(watch.lines, "{}", PointLine(point)).is_err();
+    }
+    watch.failed |= watch.lines.flush().is_err();
+    watch.counts.print();
+    defmt::println!("stack: {=usize} bytes used", stack::used());
+    defmt::info!("{}", receiver.counters());
+    if watch.failed {
+        defmt::error!("the lines could not be written");
+        return Err(Exit::Lost);
+    }
+    Ok(())
+}
+
+/// Everything that waits goes out: the emulated wire is as fast as it has to be.
+fn drain(receiver: &mut Receiver, downlink: &mut uart::Downlink) {
+    let mut bytes = [0; 64];
+    loop {
+        let taken = receiver.downlink().take(&mut bytes);
+        let Some(taken) = bytes.get(..taken).filter(|taken| !taken.is_empty()) else {
+            return;
+        };
+        let Ok(_all) = downlink.write(taken);
+    }
+}
+
+/// Waits for the host to make a ring.
+fn open<const SLOT: usize>(at: usize) -> Result<Consumer<Psram, SLOT>, Exit> {
+    let waiting = Stopwatch::start();
+    loop {
+        match Consumer::open(Psram::from(at)) {
+            Ok(ring) => return Ok(ring),
+            Err(RingError::NotReady) if !waiting.has_run_s(PATIENCE_S) => {}
+            Err(error) => {
+                defmt::error!("a ring cannot be used: {}", error);
+                return Err(Exit::Ring);
+            }
+        }
+    }
+}
+
+/// Waits for the next slot of a ring.
+fn await_pop<const SLOT: usize>(
+    ring: &mut Consumer<Psram, SLOT>,
+    slot: &mut [u8; SLOT],
+) -> Result<(), Exit> {
+    let waiting = Stopwatch::start();
+    loop {
+        match ring.pop(slot) {
+            Ok(true) => return Ok(()),
+            Ok(false) if waiting.has_run_s(PATIENCE_S) => {
+                defmt::error!("nothing came for {=u32} s", PATIENCE_S);
+                return Err(Exit::Starved);
+            }
+            Ok(false) => {}
+            Err(error) => {
+                defmt::error!("a ring cannot be used: {}", error);
+                return Err(Exit::Ring);
+            }
+        }
+    }
+}
