@@ -13,6 +13,7 @@ use std::thread;
 
 use cslam_core::cslam::{CHANNELS, Cslam, PATHS, SweepReport};
 use cslam_core::ltd::PathEstimator;
+use cslam_core::telemetry::{Key, Sender};
 
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
@@ -25,6 +26,9 @@ const AHEAD: usize = 3;
 
 /// Time between two poses in the log, ns: 20 Hz.
 const POSE_INTERVAL_NS: u64 = 50_000_000;
+
+/// Number of the UAV in its packets, which are signed with the published key.
+pub const UAV: u8 = 1;
 
 /// A receiver's map on the host: as many voxels as a board has.
 pub const VOXELS: usize = 4096;
@@ -81,7 +85,8 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     ready: &Receiver<Ready>,
     mut go_on: impl FnMut(&SweepReport<PATHS>) -> bool,
 ) -> Result<(FlightLog, Vec<u8>), InputError> {
-    let mut logbook = Logbook::new(header, receiver.map().edge_m());
+    let sender = Sender::new(UAV, &Key::TEST, 0);
+    let mut logbook = Logbook::new(header, receiver.map().edge_m(), sender);
     let mut hand: Option<HeardSweep> = None;
     let mut pose_due_ns = 0;
     // Ends the sweep in hand; whether to go on.
@@ -108,7 +113,7 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
                     let stamp_ns = pose.as_ref().map_or(at, |pose| pose.time_ns);
                     let truth = world.flight().truth(events::gmt_time_s(world, stamp_ns));
                     let clock_offset_m = pose.as_ref().and_then(|pose| receiver.clock_offset_m(pose));
-                    logbook.pose(pose.as_ref(), clock_offset_m, &truth);
+                    logbook.pose(pose.as_ref(), clock_offset_m, receiver.health(), &truth);
                 }
             }
             Event::Magnetometer(sample) => receiver.magnetometer(at, &events::field_ut(&sample)),
