@@ -254,11 +254,6 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         self.last_beacon.as_ref().map(|(_, beacon)| beacon)
     }
 
-    /// Flags of the filter.
-    pub fn health(&self) -> Health {
-        self.localizer.health()
-    }
-
     /// Planes of the map.
     pub fn planes(&self) -> &PlaneMap<PLANES> {
         &self.planes
@@ -276,6 +271,11 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         let beyond_m = self.clock.offset_m(pose.time_ns)? - offset_m;
         // What is left beside a whole number of periods is the timing's error.
         Some(offset_m + beyond_m - wrap_delay_m(beyond_m))
+    }
+
+    /// Flags of the filter.
+    pub fn health(&self) -> Health {
+        self.localizer.health()
     }
 
     /// Faults of the inertial sensor.

@@ -26,11 +26,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     ///
     /// # Errors
     /// [`RecordError`]: nothing was used. It is counted, and so are records that never came.
-    pub fn record(
-        &mut self,
-        bytes: &[u8; LENGTH],
-        observer: &mut impl Observer,
-    ) -> Result<Fed, RecordError> {
+    pub fn record(&mut self, bytes: &[u8; LENGTH], observer: &mut impl Observer) -> Result<Fed, RecordError> {
         let record = Record::decode(bytes).inspect_err(|_| {
             counters::count(&mut self.counters.records_damaged);
         })?;

@@ -145,7 +145,12 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     Application<'m, E, VOXELS, STATES, C>
 {
     /// An application around a receiver that knows nothing yet, on a link of the front end that has been opened.
-    pub fn new(config: AppConfig, front_end: FrontEnd<C>, ground: Ground, cslam: Cslam<'m, E, VOXELS, STATES>) -> Self {
+    pub fn new(
+        config: AppConfig,
+        front_end: FrontEnd<C>,
+        ground: Ground,
+        cslam: Cslam<'m, E, VOXELS, STATES>,
+    ) -> Self {
         Self {
             config,
             front_end,
@@ -314,6 +319,12 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             whole: false,
             beacon: false,
         });
+    }
+
+    /// Sends what has waited for more: the stream has ended.
+    pub fn close(&mut self) {
+        self.downlink.close_batch();
+        self.report_health();
     }
 
     fn end_if_due(&mut self, observer: &mut impl Observer) {

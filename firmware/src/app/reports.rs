@@ -4,7 +4,8 @@ use cslam_core::cslam::{CHANNELS, Outcome, PATHS, SweepReport};
 use cslam_core::localization::filter::SweepVerdict;
 use cslam_core::ltd::PathEstimator;
 use cslam_core::telemetry::{
-    DownlinkRates, Event, EventReport, HealthCounters, HealthReport, LinkReport, Message, PointReport, PoseReport,
+    DownlinkRates, Event, EventReport, HealthCounters, HealthReport, LinkReport, Message, PointReport,
+    PoseReport,
 };
 
 use super::{Application, Observer, Stage};
@@ -102,7 +103,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         }
         for path in &report.paths {
             let counter = match path.outcome {
-                Outcome::Point(point, _) => {
+                Outcome::Point(point, insertion) => {
                     let point = PointReport {
                         sweep: report.sweep,
                         stop,
@@ -110,7 +111,10 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                         sigma_m: point.sigma_m(),
                         probability: path.probabilities.map_or(1.0, |p| p.first_order),
                     };
-                    self.downlink.point(self.now_ns, &point);
+                    // The ground's map is no larger than ours.
+                    if insertion.is_some() {
+                        self.downlink.point(self.now_ns, &point);
+                    }
                     &mut self.counters.points
                 }
                 Outcome::Rejected(_) => &mut self.counters.rejected,
@@ -129,7 +133,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         self.downlink.points_if_due(self.now_ns);
     }
 
-    fn report_health(&mut self) {
+    pub(super) fn report_health(&mut self) {
         let report = HealthReport {
             time_ns: self.now_ns,
             uptime_ms: (self.now_ns / 1_000_000) as u32,

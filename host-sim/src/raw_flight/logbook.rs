@@ -5,11 +5,11 @@ use cslam_core::cslam::{self, Outcome, PATHS, PathReport, SweepReport};
 use cslam_core::geometry::Matrix3;
 use cslam_core::localization::Pose;
 use cslam_core::map::PointCloud;
-use cslam_core::telemetry::{
-    Encoder, InputReport, MAX_FRAME, Message, PointReport, RejectionReport, Summary,
-};
+use cslam_core::telemetry::Key;
+use cslam_firmware::sensor_stream::UAV;
 use nalgebra::{Rotation3, UnitQuaternion};
 
+use crate::evaluation::downlink;
 use crate::flight_log::{
     FlightLog, Header, Innovation, LinkEstimate, MapVoxel, MeasuredPath, Measurement, PointRecord,
     PoseEstimate, PoseRecord, PoseTruth, SweepEstimate, SweepRecord, SweepTruth,
@@ -20,9 +20,6 @@ use crate::world::HeardSweep;
 /// A log in the making.
 pub(super) struct Logbook {
     log: FlightLog,
-    encoder: Encoder,
-    packets: Vec<u8>,
-    summary: Summary,
     gmt_index: u32,
     last_gmt_m: Option<[f64; 3]>,
 }
@@ -34,9 +31,6 @@ impl Logbook {
     pub(super) fn new(header: Header, voxel_edge_m: f32) -> Self {
         Self {
             log: FlightLog::new(header, f64::from(voxel_edge_m)),
-            encoder: Encoder::new(),
-            packets: Vec::new(),
-            summary: Summary::default(),
             gmt_index: 0,
             last_gmt_m: None,
         }
@@ -44,55 +38,6 @@ impl Logbook {
 
     pub(super) fn count(&mut self, what: &str) {
         *self.log.counters.entry(what.to_owned()).or_default() += 1;
-    }
-
-    /// Sends a packet to the ground.
-    fn send(&mut self, message: &Message) {
-        let mut frame = [0; MAX_FRAME];
-        match self.encoder.encode(message, &mut frame) {
-            Ok(bytes) => {
-                self.packets.extend_from_slice(bytes);
-                self.log.downlink.packets += 1;
-            }
-            Err(_) => self.count("packets that could not be encoded"),
-        }
-    }
-
-    /// Tells the ground what became of a path.
-    fn downlink(&mut self, sweep: u32, index: usize, outcome: &Outcome) {
-        let path = index as u8;
-        match outcome {
-            Outcome::Point(point, _) => {
-                self.summary.points += 1;
-                self.send(&Message::Point(PointReport {
-                    link: sweep,
-                    path,
-                    position_m: point.position.to_array(),
-                    sigma_m: point.sigma_m(),
-                }));
-            }
-            Outcome::Rejected(reason) => {
-                self.summary.rejected += 1;
-                self.send(&Message::Rejection(RejectionReport {
-                    link: sweep,
-                    path,
-                    reason: *reason,
-                }));
-            }
-            Outcome::Input(error) => {
-                self.summary.invalid += 1;
-                self.send(&Message::Input(InputReport {
-                    link: sweep,
-                    path,
-                    error: *error,
-                }));
-            }
-            Outcome::NoPose
-            | Outcome::Unused
-            | Outcome::LineOfSight
-            | Outcome::NotFirstOrder
-            | Outcome::DepartureUnknown => {}
-        }
     }
 
     /// Enters the pose between sweeps, at a time of the GMT.
@@ -132,7 +77,6 @@ impl Logbook {
                 });
             }
             self.count(&verdict(path));
-            self.downlink(report.sweep, index, &path.outcome);
         }
         let estimate = SweepEstimate {
             pose: report
@@ -167,14 +111,9 @@ impl Logbook {
         });
     }
 
-    /// Closes the log with the receiver's map.
-    pub(super) fn close<const N: usize>(mut self, map: &PointCloud<N>) -> (FlightLog, Vec<u8>) {
-        let counters = map.counters();
-        self.summary.map_points = map.len() as u32;
-        self.summary.map_dropped = counters.dropped.saturating_add(counters.out_of_range);
-        let summary = self.summary;
-        self.send(&Message::Summary(summary));
-        self.log.downlink.bytes = self.packets.len() as u64;
+    /// Closes the log with the receiver's map and the packets that it sent.
+    pub(super) fn close<const N: usize>(mut self, map: &PointCloud<N>, packets: &[u8]) -> FlightLog {
+        self.log.downlink = downlink::decode(packets, UAV, &Key::TEST).traffic;
         self.log.map = map
             .points()
             .map(|point| MapVoxel {
@@ -183,7 +122,7 @@ impl Logbook {
                 hits: u32::from(point.hits),
             })
             .collect();
-        (self.log, self.packets)
+        self.log
     }
 }
 

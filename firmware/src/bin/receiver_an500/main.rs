@@ -8,18 +8,18 @@
 #![no_std]
 #![no_main]
 
-#[path = "../an500/clock.rs"]
-mod clock;
 mod counts;
 #[path = "../an500/exit.rs"]
 mod exit;
-#[path = "../sweeps_an500/files.rs"]
-mod files;
+#[path = "../semihosting/lines.rs"]
+mod lines;
 #[path = "../an500/psram.rs"]
 mod psram;
 mod stack;
 #[path = "../an500/uart.rs"]
 mod uart;
+#[path = "../semihosting/words.rs"]
+mod words;
 
 use core::fmt::Write as _;
 
@@ -31,23 +31,21 @@ use cslam_core::lscn::{Classifier, models};
 use cslam_core::ltd::EstimatorConfig;
 use cslam_core::telemetry::{Decoder, Key};
 use cslam_firmware::app::{
-    AppConfig, Application, Best, Downlink, Fed, Ground, Map, Observer, PointLine, Stage, SweepLine,
-    VOXELS,
+    AppConfig, Application, Best, Downlink, Fed, Ground, Map, Observer, PointLine, Stage, SweepLine, VOXELS,
 };
-use cslam_firmware::front_end::{Block, FRAME_LENGTH, FrontEnd, HEADER_LENGTH, SAMPLE_BYTES, SoftwareCrc, read_samples};
+use cslam_firmware::front_end::{
+    Block, FRAME_LENGTH, FrontEnd, HEADER_LENGTH, SAMPLE_BYTES, SoftwareCrc, read_samples,
+};
 use cslam_firmware::ring::{Consumer, RingError};
 use cslam_firmware::sensor_stream::{self, UAV};
 use defmt_semihosting as _;
 use embedded_io::Write as _;
 
-use clock::Stopwatch;
 use counts::Counts;
 use exit::{Exit, exit};
-use files::Lines;
+use lines::Lines;
 use psram::Psram;
-
-/// How long the board waits for the host, s of the board's time.
-const PATIENCE_S: u32 = 60;
+use words::words;
 
 type Receiver = Application<'static, Best, VOXELS, { states(2) }>;
 type Frames = Consumer<Psram, FRAME_LENGTH>;
@@ -55,7 +53,7 @@ type Records = Consumer<Psram, { sensor_stream::LENGTH }>;
 
 #[entry]
 fn main() -> ! {
-    let Some([lines]) = files::words() else {
+    let Some([lines]) = words() else {
         defmt::error!("one argument is expected: the file for the lines");
         exit(Exit::Usage)
     };
@@ -121,7 +119,8 @@ impl Observer for Watch {
 
 fn fly(receiver: &mut Receiver, lines: Lines) -> Result<(), Exit> {
     let frame = cortex_m::singleton!(: [u8; FRAME_LENGTH] = [0; FRAME_LENGTH]).ok_or(Exit::Panic)?;
-    let samples = cortex_m::singleton!(: Block = [[cslam_core::ltd::Iq::ZERO; 512]; 32]).ok_or(Exit::Panic)?;
+    let samples =
+        cortex_m::singleton!(: Block = [[cslam_core::ltd::Iq::ZERO; 512]; 32]).ok_or(Exit::Panic)?;
     let mut downlink = uart::Downlink::enable();
     let mut records: Records = open(sensor_stream::RECORDS_AT)?;
     let mut frames: Frames = open(sensor_stream::FRAMES_AT)?;
@@ -140,7 +139,8 @@ fn fly(receiver: &mut Receiver, lines: Lines) -> Result<(), Exit> {
                 for _ in 0..count {
                     await_pop(&mut frames, frame)?;
                     let (header, bytes) = frame.split_at(HEADER_LENGTH);
-                    let (Ok(header), Ok(bytes)) = (header.try_into(), <&[u8; SAMPLE_BYTES]>::try_from(bytes)) else {
+                    let (Ok(header), Ok(bytes)) = (header.try_into(), <&[u8; SAMPLE_BYTES]>::try_from(bytes))
+                    else {
                         return Err(Exit::Panic);
                     };
                     read_samples(bytes, samples);
@@ -185,39 +185,24 @@ fn drain(receiver: &mut Receiver, downlink: &mut uart::Downlink) {
     }
 }
 
-/// Waits for the host to make a ring.
+/// Waits for the host to make a ring. Whoever runs the board sets it a limit; its own clock is one of instructions.
 fn open<const SLOT: usize>(at: usize) -> Result<Consumer<Psram, SLOT>, Exit> {
-    let waiting = Stopwatch::start();
     loop {
         match Consumer::open(Psram::from(at)) {
             Ok(ring) => return Ok(ring),
-            Err(RingError::NotReady) if !waiting.has_run_s(PATIENCE_S) => {}
-            Err(error) => {
-                defmt::error!("a ring cannot be used: {}", error);
-                return Err(Exit::Ring);
-            }
+            Err(RingError::NotReady) => {}
+            Err(error) => return Err(unusable(error)),
         }
     }
 }
 
 /// Waits for the next slot of a ring.
-fn await_pop<const SLOT: usize>(
-    ring: &mut Consumer<Psram, SLOT>,
-    slot: &mut [u8; SLOT],
-) -> Result<(), Exit> {
-    let waiting = Stopwatch::start();
-    loop {
-        match ring.pop(slot) {
-            Ok(true) => return Ok(()),
-            Ok(false) if waiting.has_run_s(PATIENCE_S) => {
-                defmt::error!("nothing came for {=u32} s", PATIENCE_S);
-                return Err(Exit::Starved);
-            }
-            Ok(false) => {}
-            Err(error) => {
-                defmt::error!("a ring cannot be used: {}", error);
-                return Err(Exit::Ring);
-            }
-        }
-    }
+fn await_pop<const SLOT: usize>(ring: &mut Consumer<Psram, SLOT>, slot: &mut [u8; SLOT]) -> Result<(), Exit> {
+    while !ring.pop(slot).map_err(unusable)? {}
+    Ok(())
+}
+
+fn unusable(error: RingError) -> Exit {
+    defmt::error!("a ring cannot be used: {}", error);
+    Exit::Ring
 }
