@@ -18,4 +18,5 @@ pub mod measurement;
 mod random;
 pub mod receiver;
 pub mod ring;
+pub mod storage;
 pub mod sweep_check;
