@@ -9,6 +9,7 @@
 #![no_std]
 
 pub mod app;
+pub mod fault;
 pub mod flight_check;
 pub mod front_end;
 pub mod front_end_check;
@@ -19,4 +20,5 @@ mod random;
 pub mod receiver;
 pub mod ring;
 pub mod storage;
+pub mod supervisor;
 pub mod sweep_check;
