@@ -9,6 +9,7 @@
 #![no_std]
 
 pub mod app;
+pub mod board;
 pub mod fault;
 pub mod flight_check;
 pub mod front_end;
