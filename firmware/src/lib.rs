@@ -20,6 +20,7 @@ pub mod measurement;
 mod random;
 pub mod receiver;
 pub mod ring;
+pub mod sensor_stream;
 pub mod storage;
 pub mod supervisor;
 pub mod sweep_check;

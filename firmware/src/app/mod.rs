@@ -23,6 +23,8 @@ use cslam_core::geometry::Vector3;
 use cslam_core::localization::ImuSample;
 use cslam_core::ltd::PathEstimator;
 
+use crate::front_end::{Block, Checksum, Content, FrameError, FrontEnd, HEADER_LENGTH, SoftwareCrc};
+
 pub use board::{Best, BoardEstimatorConfig, Map, VOXELS};
 pub use counters::Counters;
 pub use observer::{Observer, Stage};
@@ -56,16 +58,6 @@ impl Default for AppConfig {
     }
 }
 
-/// What a block of samples is of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Symbol {
-    /// A transmit beam, by its number in the codebook.
-    Beam(u16),
-    /// A squint symbol, by its place in the schedule.
-    Squint(u16),
-}
-
 /// A block of samples as the front end captured it.
 #[derive(Debug)]
 pub struct Capture<'a> {
@@ -73,12 +65,17 @@ pub struct Capture<'a> {
     pub sweep: u32,
     /// Start of the sweep, UAV clock, ns.
     pub sweep_ns: u64,
-    /// What was sent.
-    pub symbol: Symbol,
-    /// Amplitude = integer x 2^exponent.
-    pub exponent: i32,
-    /// The samples; worked on in place.
-    pub samples: &'a mut [[cslam_core::ltd::Iq; cslam_core::waveform::SAMPLES]; CHANNELS],
+    /// The samples: of a beam, or of a squint symbol.
+    pub symbol: Symbol<'a>,
+}
+
+/// What was sent.
+#[derive(Debug)]
+pub enum Symbol<'a> {
+    /// A transmit beam; `beam` is its number in the codebook.
+    Beam(BeamBlock<'a, CHANNELS>),
+    /// A squint symbol; `beam` is its place in the schedule.
+    Squint(BeamBlock<'a, CHANNELS>),
 }
 
 /// A sweep in hand.
@@ -93,8 +90,9 @@ struct Open {
 
 /// The receiver of a board, see the module. The large parts of [`Cslam`] lie where its owner has put them.
 #[derive(Debug)]
-pub struct Application<'m, E, const VOXELS: usize, const STATES: usize> {
+pub struct Application<'m, E, const VOXELS: usize, const STATES: usize, C = SoftwareCrc> {
     config: AppConfig,
+    front_end: FrontEnd<C>,
     cslam: Cslam<'m, E, VOXELS, STATES>,
     open: Option<Open>,
     last_sweep: Option<u32>,
@@ -103,13 +101,14 @@ pub struct Application<'m, E, const VOXELS: usize, const STATES: usize> {
     counters: Counters,
 }
 
-impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
-    Application<'m, E, VOXELS, STATES>
+impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize, C: Checksum>
+    Application<'m, E, VOXELS, STATES, C>
 {
-    /// An application around a receiver that knows nothing yet.
-    pub fn new(config: AppConfig, cslam: Cslam<'m, E, VOXELS, STATES>) -> Self {
+    /// An application around a receiver that knows nothing yet, on a link of the front end that has been opened.
+    pub fn new(config: AppConfig, front_end: FrontEnd<C>, cslam: Cslam<'m, E, VOXELS, STATES>) -> Self {
         Self {
             config,
+            front_end,
             cslam,
             open: None,
             last_sweep: None,
@@ -127,6 +126,11 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     /// What became of everything that came in.
     pub fn counters(&self) -> &Counters {
         &self.counters
+    }
+
+    /// The link of the front end: its counters, its session, frames that its hardware gave up.
+    pub fn front_end(&mut self) -> &mut FrontEnd<C> {
+        &mut self.front_end
     }
 
     /// A sample of the inertial sensor.
@@ -150,35 +154,55 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         observer.stage(Stage::Timing, || self.cslam.timing(time_ns, clock_offset_s));
     }
 
+    /// A frame of the front end, as it lies in memory; its samples are worked on in place.
+    ///
+    /// # Errors
+    /// [`FrameError`]: nothing was used. The link's counters know.
+    pub fn frame(
+        &mut self,
+        header: &[u8; HEADER_LENGTH],
+        samples: &mut Block,
+        observer: &mut impl Observer,
+    ) -> Result<(), FrameError> {
+        let front_end = &mut self.front_end;
+        let frame = observer.stage(Stage::Frame, || front_end.receive(header, samples))?;
+        let (sweep, sweep_ns) = (frame.header.sweep, frame.header.sweep_ns);
+        // Every frame tells when its sweep began, so none of them is indispensable.
+        let symbol = match frame.content {
+            Content::Begin { .. } => {
+                let _new = self.enter(sweep, sweep_ns, observer);
+                return Ok(());
+            }
+            Content::Beam(block) => Symbol::Beam(block),
+            Content::Squint(block) => Symbol::Squint(block),
+        };
+        let capture = Capture {
+            sweep,
+            sweep_ns,
+            symbol,
+        };
+        let _counted = self.capture(capture, observer);
+        Ok(())
+    }
+
     /// A block of samples. `false` when it belongs to a sweep that has ended: it is counted and not used.
     pub fn capture(&mut self, capture: Capture<'_>, observer: &mut impl Observer) -> bool {
-        let begun = self.open.is_some_and(|open| open.sweep == capture.sweep);
-        if !begun {
-            // Sweeps count up; an older one has been reported.
-            if self.last_sweep.is_some_and(|last| !is_after(capture.sweep, last)) {
-                counters::count(&mut self.counters.late_blocks);
-                return false;
-            }
-            self.end(observer);
-            self.begin(capture.sweep, capture.sweep_ns, observer);
+        if !self.enter(capture.sweep, capture.sweep_ns, observer) {
+            counters::count(&mut self.counters.late_blocks);
+            return false;
         }
-        let (Symbol::Beam(number) | Symbol::Squint(number)) = capture.symbol;
-        let block = BeamBlock {
-            samples: capture.samples,
-            beam: number,
-            exponent: capture.exponent,
-        };
         counters::count(&mut self.counters.blocks);
         match capture.symbol {
-            Symbol::Beam(_) => {
+            Symbol::Beam(block) => {
                 let _counted = observer.stage(Stage::Beam, || self.cslam.beam(block));
             }
-            Symbol::Squint(_) => {
+            Symbol::Squint(block) => {
                 // The first one ends the beams: their paths are estimated.
+                let last = block.beam.saturating_add(1) >= self.config.squint_symbols;
                 observer.stage(Stage::Paths, || self.cslam.close_beams());
                 observer.stage(Stage::Squint, || self.cslam.squint(block));
                 if let Some(open) = &mut self.open {
-                    open.whole |= number.saturating_add(1) >= self.config.squint_symbols;
+                    open.whole |= last;
                 }
             }
         }
@@ -221,6 +245,20 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             counters::count(&mut self.counters.sweeps);
             observer.swept(&report);
         }
+    }
+
+    /// Begins a sweep if it is a new one. `false` when it has ended.
+    fn enter(&mut self, sweep: u32, time_ns: u64, observer: &mut impl Observer) -> bool {
+        if self.open.is_some_and(|open| open.sweep == sweep) {
+            return true;
+        }
+        // Sweeps count up; an older one has been reported.
+        if self.last_sweep.is_some_and(|last| !is_after(sweep, last)) {
+            return false;
+        }
+        self.end(observer);
+        self.begin(sweep, time_ns, observer);
+        true
     }
 
     fn begin(&mut self, sweep: u32, time_ns: u64, observer: &mut impl Observer) {

@@ -23,11 +23,13 @@ pub enum Stage {
     Sweep = 6,
     /// Packets.
     Telemetry = 7,
+    /// Checks of a frame of the front end.
+    Frame = 8,
 }
 
 impl Stage {
     /// Every stage, in the order of their numbers.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Inertial,
         Self::Magnetic,
         Self::Timing,
@@ -36,6 +38,7 @@ impl Stage {
         Self::Squint,
         Self::Sweep,
         Self::Telemetry,
+        Self::Frame,
     ];
 
     /// Name in tables and logs.
@@ -50,6 +53,7 @@ impl Stage {
             Self::Squint => "squint symbol",
             Self::Sweep => "end of sweep",
             Self::Telemetry => "telemetry",
+            Self::Frame => "frame",
         }
     }
 }

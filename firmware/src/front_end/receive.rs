@@ -9,7 +9,6 @@ use super::error::FrameError;
 use super::header::{Header, Kind};
 use super::sequence::{Arrival, Refusal, Sequence};
 use super::{Block, HEADER_LENGTH, SAMPLE_BYTES};
-use crate::app::{Capture, Symbol};
 
 /// What a frame brought.
 #[derive(Debug)]
@@ -25,7 +24,7 @@ pub enum Content<'a> {
     Squint(BeamBlock<'a>),
 }
 
-/// A whole frame. [`Frame::into_capture`] is what the application takes.
+/// A whole frame.
 #[derive(Debug)]
 pub struct Frame<'a> {
     /// Its header: sweep and time stamp among others.
@@ -34,25 +33,6 @@ pub struct Frame<'a> {
     pub arrival: Arrival,
     /// What it brought.
     pub content: Content<'a>,
-}
-
-impl<'a> Frame<'a> {
-    /// The block for the application; `None` for the begin of a sweep, which every block tells of too.
-    #[must_use]
-    pub fn into_capture(self) -> Option<Capture<'a>> {
-        let (symbol, block) = match self.content {
-            Content::Begin { .. } => return None,
-            Content::Beam(block) => (Symbol::Beam(block.beam), block),
-            Content::Squint(block) => (Symbol::Squint(block.beam), block),
-        };
-        Some(Capture {
-            sweep: self.header.sweep,
-            sweep_ns: self.header.sweep_ns,
-            symbol,
-            exponent: block.exponent,
-            samples: block.samples,
-        })
-    }
 }
 
 /// The receiving end of the link.

@@ -13,6 +13,7 @@ use std::thread;
 
 use cslam_core::cslam::{CHANNELS, PATHS, SweepReport};
 use cslam_core::ltd::PathEstimator;
+use cslam_core::telemetry::{Key, Sender};
 use cslam_firmware::app::{Application, Capture, Observer, Symbol, VOXELS};
 
 use crate::flight_log::{FlightLog, Header};
@@ -26,6 +27,9 @@ const AHEAD: usize = 3;
 
 /// Time between two poses in the log, ns: 20 Hz.
 const POSE_INTERVAL_NS: u64 = 50_000_000;
+
+/// Number of the UAV in its packets, which are signed with the published key.
+pub const UAV: u8 = 1;
 
 /// What the receiver reports of a sweep, until it has been entered into the log.
 #[derive(Default)]
@@ -89,7 +93,8 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     ready: &Receiver<Ready>,
     mut go_on: impl FnMut(&SweepReport<PATHS>) -> bool,
 ) -> Result<(FlightLog, Vec<u8>), InputError> {
-    let mut logbook = Logbook::new(header, receiver.cslam().map().edge_m());
+    let sender = Sender::new(UAV, &Key::TEST, 0);
+    let mut logbook = Logbook::new(header, receiver.cslam().map().edge_m(), sender);
     let mut hand: Option<HeardSweep> = None;
     let mut reports = Reports::default();
     let mut pose_due_ns = 0;
@@ -117,7 +122,7 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
                     let clock_offset_m = pose
                         .as_ref()
                         .and_then(|pose| receiver.cslam().clock_offset_m(pose));
-                    logbook.pose(pose.as_ref(), clock_offset_m, &truth);
+                    logbook.pose(pose.as_ref(), clock_offset_m, receiver.cslam().health(), &truth);
                 }
             }
             Event::Magnetometer(sample) => {
@@ -161,18 +166,15 @@ fn hear<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     let beams = heard.beams.blocks.iter_mut().map(|block| (false, block));
     let squint = heard.squint.blocks.iter_mut().map(|block| (true, block));
     for (of_squint, block) in beams.chain(squint) {
-        let block = block.view();
         let symbol = if of_squint {
-            Symbol::Squint(block.beam)
+            Symbol::Squint(block.view())
         } else {
-            Symbol::Beam(block.beam)
+            Symbol::Beam(block.view())
         };
         let capture = Capture {
             sweep,
             sweep_ns,
             symbol,
-            exponent: block.exponent,
-            samples: block.samples,
         };
         let _used = receiver.capture(capture, reports);
     }

@@ -9,7 +9,8 @@ use cslam_core::localization::ImuSample;
 use cslam_core::localization::filter::states;
 use cslam_core::lscn::{Classifier, models};
 use cslam_core::ltd::EstimatorConfig;
-use cslam_firmware::app::{AppConfig, Application, Best, Capture, Map, Symbol, VOXELS};
+use cslam_firmware::app::{AppConfig, Application, Best, Map, VOXELS};
+use cslam_firmware::front_end::{FrontEnd, HEADER_LENGTH, SoftwareCrc};
 use cslam_firmware::front_end_check::Block;
 
 /// Flies on inputs of which the compiler knows nothing.
@@ -29,7 +30,11 @@ pub(crate) fn fly(block: &mut Block) -> Option<()> {
         map,
     };
     let cslam: Cslam<'_, Best, VOXELS, { states(2) }> = Cslam::new(config, memory);
-    let mut app = Application::new(black_box(AppConfig::default()), cslam);
+    let mut app = Application::new(
+        black_box(AppConfig::default()),
+        FrontEnd::new(SoftwareCrc, black_box(1)),
+        cslam,
+    );
     loop {
         let observer = &mut ();
         app.imu(
@@ -51,16 +56,8 @@ pub(crate) fn fly(block: &mut Block) -> Option<()> {
             sweeps_per_stop: 1,
         });
         app.beacon(black_box(0), &beacon, observer);
-        black_box(app.capture(
-            Capture {
-                sweep: black_box(0),
-                sweep_ns: black_box(0),
-                symbol: black_box(Symbol::Beam(0)),
-                exponent: black_box(0),
-                samples: block,
-            },
-            observer,
-        ));
+        black_box(app.frame(black_box(&[0; HEADER_LENGTH]), block, observer).is_ok());
+        let _ended = app.end(observer);
         black_box((app.counters(), app.cslam().pose()));
     }
 }

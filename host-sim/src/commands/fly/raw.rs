@@ -13,6 +13,7 @@ use cslam_core::lscn::{Classifier, PaperClassifier, models};
 use cslam_core::ltd::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator};
 
 use cslam_firmware::app::{AppConfig, Application, Map, VOXELS};
+use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
 
 use super::{Args, Config, Flown, Mode};
 use crate::flight_log::{FlightLog, Header};
@@ -170,7 +171,7 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
         map: &mut map,
     };
     let cslam: Cslam<'_, E, VOXELS> = Cslam::new(config, memory);
-    let mut receiver = Application::new(AppConfig::default(), cslam);
+    let mut receiver = Application::new(AppConfig::default(), FrontEnd::new(SoftwareCrc, 1), cslam);
     Ok(raw_flight::fly(
         world,
         &mut receiver,
