@@ -71,32 +71,48 @@ fn main() -> ! {
     })
 }
 
-/// The application with every part in its place.
+/// The application with every part in its place. Each large part is built by a function of its own, never inlined: what it needs on
+/// the stack on the way to its place is given back before the next one is built, and is not there in flight.
+#[inline(never)]
 fn receiver() -> Option<&'static mut Receiver> {
     let geometric = Classifier::new(
         models::geometric().ok()?,
         models::geometric_without_departure().ok()?,
     );
     let config = Config::best(LinkStates::Geometric(geometric.ok()?));
-    let squint = cortex_m::singleton!(: Option<BeamSquint> = None)?;
     let memory = Memory {
-        estimator: cortex_m::singleton!(: Best = Best::new(&EstimatorConfig::default()))?,
-        squint: squint.insert(config.beam_squint().ok()?),
-        map: cortex_m::singleton!(: Map = Map::new())?,
+        estimator: estimator()?,
+        squint: squint(&config)?,
+        map: map()?,
     };
     // The world's own key: whatever flies in earnest brings one from its storage and refuses this one.
     let ground = Ground {
         downlink: Downlink::new(UAV, &Key::TEST, 0),
         uplink: Decoder::new(UAV, &Key::TEST),
     };
-    let cslam = Cslam::new(config, memory);
     let place = cortex_m::singleton!(: Option<Receiver> = None)?;
     Some(place.insert(Application::new(
         AppConfig::default(),
         FrontEnd::new(SoftwareCrc, sensor_stream::SESSION),
         ground,
-        cslam,
+        Cslam::new(config, memory),
     )))
+}
+
+#[inline(never)]
+fn estimator() -> Option<&'static mut Best> {
+    cortex_m::singleton!(: Best = Best::new(&EstimatorConfig::default()))
+}
+
+#[inline(never)]
+fn squint(config: &Config<'_>) -> Option<&'static mut BeamSquint> {
+    let place = cortex_m::singleton!(: Option<BeamSquint> = None)?;
+    Some(place.insert(config.beam_squint().ok()?))
+}
+
+#[inline(never)]
+fn map() -> Option<&'static mut Map> {
+    cortex_m::singleton!(: Map = Map::new())
 }
 
 /// Sees the flight: counts the work, writes a line for every sweep.
@@ -117,6 +133,7 @@ impl Observer for Watch {
     }
 }
 
+#[inline(never)]
 fn fly(receiver: &mut Receiver, lines: Lines) -> Result<(), Exit> {
     let frame = cortex_m::singleton!(: [u8; FRAME_LENGTH] = [0; FRAME_LENGTH]).ok_or(Exit::Panic)?;
     let samples =
