@@ -56,26 +56,23 @@ impl Counts {
         self.most_sweeps = self.most_sweeps.max(sum);
     }
 
-    /// Lines of a table: of each stage the pieces, their mean and their most, and the most of a sweep; then whole sweeps.
+    /// Lines of a table, `name: instructions`: of each stage the mean and the most of a piece, and the most of a sweep; then whole
+    /// sweeps.
     pub(crate) fn print(&self) {
         for (stage, work) in Stage::ALL.iter().zip(&self.stages) {
+            let name = stage.name();
             let mean = work.sum.checked_div(u64::from(work.times)).unwrap_or(0);
+            defmt::println!("instructions, {=str}, mean: {=u64}", name, mean);
+            defmt::println!("instructions, {=str}, most: {=u32}", name, work.most);
             defmt::println!(
-                "stage {=str}: {=u32} times, mean {=u64}, most {=u32}, most a sweep {=u64}",
-                stage.name(),
-                work.times,
-                mean,
-                work.most,
+                "instructions, {=str}, most a sweep: {=u64}",
+                name,
                 work.most_sweep
             );
         }
         let mean = self.sum_sweeps.checked_div(u64::from(self.sweeps)).unwrap_or(0);
-        defmt::println!(
-            "sweeps: {=u32}, mean {=u64}, most {=u64}",
-            self.sweeps,
-            mean,
-            self.most_sweeps
-        );
+        defmt::println!("instructions, whole sweep, mean: {=u64}", mean);
+        defmt::println!("instructions, whole sweep, most: {=u64}", self.most_sweeps);
     }
 }
 

@@ -13,9 +13,9 @@ mod counts;
 mod exit;
 #[path = "../semihosting/lines.rs"]
 mod lines;
+mod memory;
 #[path = "../an500/psram.rs"]
 mod psram;
-mod stack;
 #[path = "../an500/uart.rs"]
 mod uart;
 #[path = "../semihosting/words.rs"]
@@ -181,7 +181,7 @@ fn fly(receiver: &mut Receiver, lines: Lines) -> Result<(), Exit> {
     }
     watch.failed |= watch.lines.flush().is_err();
     watch.counts.print();
-    defmt::println!("stack: {=usize} bytes used", stack::used());
+    memory::print();
     defmt::info!("{}", receiver.counters());
     if watch.failed {
         defmt::error!("the lines could not be written");

@@ -24,6 +24,12 @@ pub(crate) struct Arguments {
     /// Count instructions, stage by stage; slower
     #[arg(long)]
     pub(crate) count: bool,
+    /// With --count: compare instructions and memory with a committed table; more than 2 % over it fails
+    #[arg(long, requires = "count", value_name = "FILE")]
+    pub(crate) check: Option<PathBuf>,
+    /// With --count: write that table
+    #[arg(long, requires = "count", value_name = "FILE")]
+    pub(crate) write: Option<PathBuf>,
     /// Longest run of the emulator, s
     #[arg(long, default_value_t = 1800)]
     pub(crate) limit_s: u32,

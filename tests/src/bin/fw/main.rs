@@ -6,6 +6,7 @@
 
 mod arguments;
 mod board;
+mod budget;
 mod compare;
 mod flash;
 mod host;
@@ -25,7 +26,13 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("fw: {error:#}");
-            ExitCode::from(if error.is::<compare::Difference>() { 1 } else { 2 })
+            ExitCode::from(
+                if error.is::<compare::Difference>() || error.is::<budget::Excess>() {
+                    1
+                } else {
+                    2
+                },
+            )
         }
     }
 }
@@ -35,8 +42,10 @@ fn fly(arguments: &Arguments) -> anyhow::Result<()> {
     let image = board::build("receiver-an500")?;
     let flown = world::fly(arguments, &image)?;
     println!("{}", flown.summary(arguments));
-    for line in &flown.log {
-        println!("{line}");
+    compare::compare(&flown)?;
+    budget::memory(&flown.board.log)?;
+    if arguments.count {
+        budget::time(arguments, &flown.board.log)?;
     }
-    compare::compare(&flown)
+    Ok(())
 }
