@@ -26,6 +26,7 @@
 
 pub mod array;
 pub mod block;
+mod bounded;
 mod checksum;
 pub mod constants;
 pub mod cslam;

@@ -8,11 +8,15 @@
 //! A binary per board (`src/bin`) adds memory, UART, clock and log. A board is chosen by a feature; see `build.rs`.
 #![no_std]
 
+pub mod app;
 pub mod flight_check;
+pub mod front_end;
 pub mod front_end_check;
+pub mod icm42688;
 pub mod lscn_check;
 pub mod measurement;
 mod random;
 pub mod receiver;
 pub mod ring;
+pub mod sensor_stream;
 pub mod sweep_check;

@@ -10,7 +10,7 @@ use super::gain::LinkBudget;
 use super::receive::Residuals;
 use super::rules::Rules;
 use crate::array::{Codebook, SquintConfig, SquintScheme, UavArrays};
-use crate::localization::bsm::BsmConfig;
+use crate::localization::bsm::{BeamSquint, BsmConfig};
 use crate::localization::filter::{self, FilterConfig};
 use crate::localization::hpc;
 use crate::localization::imu::{ImuConfig, MagneticField, RestConfig};
@@ -137,8 +137,6 @@ pub struct Config<'m> {
     pub planes: PlaneConfig,
     /// Whether reflections off mapped planes hold the pose without line of sight.
     pub map_aided: bool,
-    /// Edge of the map's voxels, m.
-    pub voxel_edge_m: f32,
 }
 
 /// Who says what a path is.
@@ -152,7 +150,40 @@ pub enum LinkStates<'m> {
     Rules(Rules),
 }
 
+/// What a configuration cannot be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ConfigError {
+    /// The squint scheme does not have 11 symbols a face, or the waveform not 416 subcarriers.
+    Squint,
+}
+
+impl core::fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Squint => "the squint scheme does not send 11 symbols a face on 416 subcarriers",
+        })
+    }
+}
+
+impl core::error::Error for ConfigError {}
+
 impl<'m> Config<'m> {
+    /// Beam squint as this configuration has it, for [`super::Memory`].
+    ///
+    /// # Errors
+    /// [`ConfigError::Squint`].
+    pub fn beam_squint(&self) -> Result<BeamSquint, ConfigError> {
+        BeamSquint::new(
+            self.bsm,
+            self.squint_scheme,
+            &self.squint,
+            self.arrays,
+            &self.waveform,
+        )
+        .ok_or(ConfigError::Squint)
+    }
+
     /// Our methods throughout.
     #[must_use]
     pub fn best(link_states: LinkStates<'m>) -> Self {
@@ -183,7 +214,6 @@ impl<'m> Config<'m> {
             form: Form::Vector,
             planes: PlaneConfig::default(),
             map_aided: true,
-            voxel_edge_m: 0.25,
         }
     }
 

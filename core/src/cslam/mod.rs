@@ -25,7 +25,7 @@ mod rules;
 mod sight;
 mod sweep;
 
-pub use config::{Config, Departures, HpcConfig, LinkStates, Localization, Mapped};
+pub use config::{Config, ConfigError, Departures, HpcConfig, LinkStates, Localization, Mapped};
 pub use gain::LinkBudget;
 pub use receive::Residuals;
 pub use report::{Innovation, Measured, Outcome, PathReport, SweepReport};
@@ -89,18 +89,28 @@ pub struct Counters {
     pub timing_invalid: u32,
 }
 
+/// The large parts of the receiver, which lie where their owner wants them: a board's stack has no room to build them on the
+/// way to one struct.
+#[derive(Debug)]
+pub struct Memory<'m, E, const VOXELS: usize> {
+    /// Path estimation.
+    pub estimator: &'m mut E,
+    /// Beam squint, of the receiver's configuration ([`Config::beam_squint`]).
+    pub squint: &'m mut BeamSquint,
+    /// The map; its edge of a voxel is its owner's choice.
+    pub map: &'m mut PointCloud<VOXELS>,
+}
+
 /// The whole receiver. `E` estimates the paths, the map has `VOXELS` voxels, the filter `STATES` states (46, and three for each
 /// plane it may hold at a time).
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Cslam<'m, E, const VOXELS: usize, const STATES: usize = { states(2) }> {
     config: Config<'m>,
-    estimator: E,
-    squint: BeamSquint,
+    memory: Memory<'m, E, VOXELS>,
     imu: Imu,
     rest: Option<RestAlignment>,
     last_heading_ns: u64,
     localizer: Localizer<STATES>,
-    map: PointCloud<VOXELS>,
     planes: PlaneMap<PLANES>,
     open: Option<Open>,
     last_beacon: Option<(u64, Beacon)>,
@@ -108,58 +118,26 @@ pub struct Cslam<'m, E, const VOXELS: usize, const STATES: usize = { states(2) }
     counters: Counters,
 }
 
-/// What a configuration cannot be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum ConfigError {
-    /// The squint scheme does not have 11 symbols a face, or the waveform not 416 subcarriers.
-    Squint,
-    /// The voxel edge is not positive and finite.
-    VoxelEdge,
-}
-
-impl core::fmt::Display for ConfigError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::Squint => "the squint scheme does not send 11 symbols a face on 416 subcarriers",
-            Self::VoxelEdge => "the edge of a voxel must be finite and positive",
-        })
-    }
-}
-
-impl core::error::Error for ConfigError {}
-
 impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
     Cslam<'m, E, VOXELS, STATES>
 {
-    /// A receiver at rest that knows nothing yet.
-    ///
-    /// # Errors
-    /// [`ConfigError`].
-    pub fn new(config: Config<'m>, estimator: E) -> Result<Self, ConfigError> {
-        let squint = BeamSquint::new(
-            config.bsm,
-            config.squint_scheme,
-            &config.squint,
-            config.arrays,
-            &config.waveform,
-        )
-        .ok_or(ConfigError::Squint)?;
-        Ok(Self {
-            estimator,
-            squint,
+    /// A receiver at rest that knows nothing yet. What was in its memory is forgotten.
+    pub fn new(config: Config<'m>, memory: Memory<'m, E, VOXELS>) -> Self {
+        let _forgotten = memory.estimator.finish();
+        memory.map.clear();
+        Self {
+            memory,
             imu: Imu::new(config.imu),
             rest: Some(RestAlignment::new(config.rest)),
             last_heading_ns: 0,
             planes: PlaneMap::new(config.planes),
             localizer: Localizer::new(&config.localization),
-            map: PointCloud::with_edge(config.voxel_edge_m).ok_or(ConfigError::VoxelEdge)?,
             open: None,
             last_beacon: None,
             clock: TwoWayClock::default(),
             counters: Counters::default(),
             config,
-        })
+        }
     }
 
     /// A sample of the inertial sensor.
@@ -218,7 +196,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         }
         if self.open.is_some() {
             count(&mut self.counters.abandoned);
-            let _forgotten = self.estimator.finish();
+            let _forgotten = self.memory.estimator.finish();
         }
         self.open = Some(Open::new(sweep, time_ns));
     }
@@ -228,7 +206,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         match &mut self.open {
             Some(open) if open.paths.is_none() => {
                 open.beams = open.beams.saturating_add(1);
-                self.estimator.push_beam(block)
+                self.memory.estimator.push_beam(block)
             }
             _ => {
                 count(&mut self.counters.stray_blocks);
@@ -244,8 +222,8 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             count(&mut self.counters.stray_blocks);
             return;
         }
-        let (correlator, work) = self.estimator.front_end();
-        self.squint.push(block, correlator, work);
+        let (correlator, work) = self.memory.estimator.front_end();
+        self.memory.squint.push(block, correlator, work);
     }
 
     /// What the GMT says about the sweep in hand.
@@ -262,7 +240,13 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
 
     /// The map so far.
     pub fn map(&self) -> &PointCloud<VOXELS> {
-        &self.map
+        self.memory.map
+    }
+
+    /// Forgets the map and its planes.
+    pub fn clear_map(&mut self) {
+        self.memory.map.clear();
+        self.planes = PlaneMap::new(self.config.planes);
     }
 
     /// Planes of the map.

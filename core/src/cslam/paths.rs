@@ -7,6 +7,7 @@ use super::receive::{ends, to_world};
 use super::rules::FIRST_ORDER;
 use super::{CHANNELS, Cslam, PATHS};
 use crate::array::GmtArrays;
+use crate::bounded::gather;
 use crate::geometry::{Direction, Gmt, Matrix3, Rotation, Vector3, World};
 use crate::localization::Pose;
 use crate::localization::filter::{FaceDirection, PathMeasurement, Transmitter};
@@ -121,19 +122,15 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             }
             estimated
         };
-        paths
-            .iter()
-            .map(to_world)
-            .map(|estimated| Heard {
-                estimated,
-                gain_db: self.config.budget.path_gain_db(
-                    &estimated,
-                    &self.config.arrays,
-                    &self.config.codebook,
-                    &mast,
-                ),
-            })
-            .collect()
+        gather(paths.iter().map(to_world).map(|estimated| Heard {
+            estimated,
+            gain_db: self.config.budget.path_gain_db(
+                &estimated,
+                &self.config.arrays,
+                &self.config.codebook,
+                &mast,
+            ),
+        }))
     }
 
     /// Where the GMT is, and at which of its stops: as the last beacon says, less sure the older it is.
@@ -152,42 +149,35 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 
     /// The paths as a pose sees them, and what they are.
     pub(super) fn judge(&self, heard: &[Heard], pose: &Pose, gmt: &Transmitter) -> Vec<Judged, PATHS> {
-        let received: Vec<Received, PATHS> = heard
-            .iter()
-            .map(|heard| Received {
-                path: to_world(
-                    &heard.estimated,
-                    self.localizer.corrected(&heard.estimated.path.aoa),
-                    pose,
-                    &self.config.residuals,
-                ),
-                gain_db: heard.gain_db,
-            })
-            .collect();
+        let received: Vec<Received, PATHS> = gather(heard.iter().map(|heard| Received {
+            path: to_world(
+                &heard.estimated,
+                self.localizer.corrected(&heard.estimated.path.aoa),
+                pose,
+                &self.config.residuals,
+            ),
+            gain_db: heard.gain_db,
+        }));
         let Ok(ends) = ends(pose, &gmt.position_m) else {
             return Vec::new();
         };
         let mut judged: Vec<Judged, PATHS> = match &self.config.link_states {
             LinkStates::Geometric(classifier) => {
                 let link = LinkGeometry::new(&ends, &received).ok();
+                gather(received.iter().map(|path| {
+                    let probabilities = link.as_ref().and_then(|link| classifier.path(link, path).ok());
+                    Judged::of(path, probabilities)
+                }))
+            }
+            LinkStates::Rules(rules) => gather(
                 received
                     .iter()
-                    .map(|path| {
-                        Judged::of(
-                            path,
-                            link.as_ref().and_then(|link| classifier.path(link, path).ok()),
-                        )
-                    })
-                    .collect()
-            }
-            LinkStates::Rules(rules) => received
-                .iter()
-                .map(|path| Judged::of(path, Some(rules.path(&ends, &path.path))))
-                .collect(),
+                    .map(|path| Judged::of(path, Some(rules.path(&ends, &path.path)))),
+            ),
             LinkStates::Paper(classifier) => {
                 let link = classifier.link(&received).ok().flatten();
                 let strongest = |(index, path)| Judged::of(path, link.filter(|_| index == 0));
-                return received.iter().enumerate().map(strongest).collect();
+                return gather(received.iter().enumerate().map(strongest));
             }
         };
         if let Some(ground_z_m) = self.config.accept.point.ground_z_m {

@@ -10,6 +10,7 @@ use super::paths::{Heard, Judged, Straight};
 use super::receive::length_m;
 use super::{CHANNELS, Cslam, LinkStates, PATHS};
 use crate::array::{GmtArrays, half_wave_dipole};
+use crate::bounded::gather;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Direction, Gmt, Vector3, World};
 use crate::localization::Pose;
@@ -84,7 +85,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 
     /// What beam squint needs to know of the line of sight, path number `index`.
     pub(super) fn sighting(&self, heard: &[Heard], index: usize, time_ns: u64) -> Option<Sighting> {
-        let paths: heapless::Vec<_, PATHS> = heard.iter().map(|heard| heard.estimated).collect();
+        let paths: heapless::Vec<_, PATHS> = gather(heard.iter().map(|heard| heard.estimated));
         let mut sighting = Sighting::new(true, &paths, index, &self.config.codebook)?;
         // Without a pose it may be anywhere: of a GMT that stands low or high the sweep's beams know only the sidelobes.
         let Some((pose, (gmt, _))) = self.localizer.expected().zip(self.transmitter(time_ns)) else {

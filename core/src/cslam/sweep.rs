@@ -10,6 +10,7 @@ use super::paths::{Heard, Judged};
 use super::receive::ends;
 use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
 use super::{CHANNELS, Cslam, PATHS, PLANES, count};
+use crate::bounded::gather;
 use crate::localization::bsm::{Bearing, Refusal};
 use crate::localization::filter::{
     Counters, FaceDirection, MappedPlane, SweepMeasurement, SweepVerdict, Transmitter,
@@ -69,12 +70,13 @@ impl Open {
 impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
     Cslam<'_, E, VOXELS, STATES>
 {
-    /// Ends the beams of the sweep in hand: its paths are estimated, and one of them may be listened to by beam squint.
-    pub(super) fn close_beams(&mut self) {
+    /// Ends the beams of the sweep in hand: its paths are estimated, and one of them may be listened to by beam squint. The first squint
+    /// symbol, or the end of the sweep, does so too.
+    pub fn close_beams(&mut self) {
         if self.open.as_ref().is_none_or(|open| open.paths.is_some()) {
             return;
         }
-        let paths = self.estimator.finish();
+        let paths = self.memory.estimator.finish();
         let time_ns = self.open.as_ref().map_or(0, |open| open.time_ns);
         let heard = self.heard(&paths);
         let judged = match (self.localizer.expected(), self.transmitter(time_ns)) {
@@ -84,7 +86,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let sighted = self.line_of_sight(&heard, judged.as_deref(), time_ns);
         let squint = match sighted.map(|index| self.sighting(&heard, index, time_ns)) {
             Some(Some(sighting)) if self.config.departures != Departures::Beams => {
-                self.squint.begin(&sighting)
+                self.memory.squint.begin(&sighting)
             }
             Some(_) => Err(Refusal::NotBegun),
             None => Err(Refusal::NotLineOfSight),
@@ -137,7 +139,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             });
         }
         if let Some(ends) = ends.filter(|_| self.config.map_aided) {
-            self.planes.update(&self.map, &ends.uav);
+            self.planes.update(self.memory.map, &ends.uav);
         }
         let link = match paths.first() {
             None => LinkState::Outage,
@@ -164,9 +166,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 
     fn bearing(&self) -> Result<Bearing, Refusal> {
         match self.config.departures {
-            Departures::SquintFit => self.squint.fit(),
-            Departures::SquintParabola => self.squint.parabola(),
-            Departures::SquintPick => self.squint.pick(),
+            Departures::SquintFit => self.memory.squint.fit(),
+            Departures::SquintParabola => self.memory.squint.parabola(),
+            Departures::SquintPick => self.memory.squint.pick(),
             Departures::Beams => Err(Refusal::NotBegun),
         }
     }
@@ -207,15 +209,11 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 };
             }
         }
-        let planes: Vec<MappedPlane, PLANES> = self
-            .planes
-            .surfaces()
-            .iter()
-            .map(|surface| MappedPlane {
+        let planes: Vec<MappedPlane, PLANES> =
+            gather(self.planes.surfaces().iter().map(|surface| MappedPlane {
                 id: surface.id,
                 plane: surface.plane,
-            })
-            .collect();
+            }));
         let before = self.localizer.counters();
         let verdict = self.localizer.sweep(
             open.sweep,
@@ -278,7 +276,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             gate: gates.five as f32,
             accepted: true,
         });
-        [line, timing, reflection].into_iter().flatten().collect()
+        gather([line, timing, reflection].into_iter().flatten())
     }
 
     /// What becomes of a path with the final pose.
@@ -314,7 +312,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             Ok(Verdict::Rejected(rejection)) => Outcome::Rejected(rejection),
             Ok(Verdict::Accepted(point)) => {
                 // What lies beyond the map's range is counted there.
-                let insertion = self.map.insert(&point).ok();
+                let insertion = self.memory.map.insert(&point).ok();
                 Outcome::Point(point, insertion)
             }
         }

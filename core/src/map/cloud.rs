@@ -108,6 +108,14 @@ impl<const N: usize> PointCloud<N> {
         })
     }
 
+    /// Forgets every point and every count; the edge stays.
+    pub fn clear(&mut self) {
+        self.cells.clear();
+        self.chains.fill(NONE);
+        self.hand = 0;
+        self.counters = Counters::default();
+    }
+
     /// Edge of a voxel, m.
     #[must_use]
     pub fn edge_m(&self) -> f32 {

@@ -12,6 +12,8 @@
 #![no_std]
 #![no_main]
 
+#[path = "panic_free/flight.rs"]
+mod flight;
 #[path = "panic_free/localization.rs"]
 mod localization;
 
@@ -23,9 +25,7 @@ use cslam_core::block::BeamBlock;
 use cslam_core::geometry::{Body, Direction, GeometryError, Matrix3, Rotation, World};
 use cslam_core::localization::{Localizer, LocalizerConfig};
 use cslam_core::lscn::{AcceptGate, Classifier, LinkGeometry, Model, PaperClassifier, Received};
-use cslam_core::ltd::{
-    Correlator, Detector, Estimator, EstimatorConfig, Iq, PaperEstimator, PathEstimator, Workspace,
-};
+use cslam_core::ltd::{Correlator, Detector, EstimatorConfig, Iq, PaperEstimator, PathEstimator, Workspace};
 use cslam_core::path::Path;
 use cslam_core::reflection::{Ends, Form};
 use cslam_core::telemetry::Decoder;
@@ -37,7 +37,6 @@ use cslam_firmware::ring::{AccessError, Consumer, Producer, SharedMemory};
 use cslam_firmware::sweep_check::PATHS;
 use embedded_io::{ErrorKind, ErrorType, Write};
 
-type Best = Estimator<4, 8, CHANNELS, 72, 3, 8, 8, 360, PATHS>;
 type Paper = PaperEstimator<4, 8, CHANNELS, 72, PATHS>;
 
 /// Memory of which the compiler knows nothing.
@@ -95,13 +94,10 @@ fn main() -> ! {
     let block = cortex_m::singleton!(: Block = [[Iq::ZERO; SAMPLES]; CHANNELS]);
     let work = cortex_m::singleton!(: Workspace = Workspace::new());
     if let (Some(block), Some(work)) = (block, work) {
+        black_box(flight::fly(block).is_some());
         listen(&Correlator::new(&black_box(Waveform::default())), block, work);
         let config = black_box(EstimatorConfig::default());
-        let best = cortex_m::singleton!(: Best = Best::new(&config));
-        if let Some(best) = best {
-            estimate(best, block);
-        }
-        // One mode is active at a time; only the default has a place of its own.
+        // One mode is active at a time; the default has its place in the application.
         if let Some(paper) = black_box(None::<&mut Paper>) {
             *paper = Paper::new(&config);
             estimate(paper, block);

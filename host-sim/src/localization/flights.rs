@@ -163,12 +163,7 @@ fn hear(sensed: &SensedFlight) -> Vec<(u64, Heard)> {
         let at = stamped.uav_time_ns;
         match stamped.event {
             Event::Imu(sample) => {
-                let sample = ImuSample {
-                    time_ns: at,
-                    rate_rad_per_s: sample.rate_rad_per_s().map(|c| c as f32),
-                    specific_force_m_per_s2: sample.specific_force_m_per_s2().map(|c| c as f32),
-                };
-                heard.push((at, Heard::Inertial(sample)));
+                heard.push((at, Heard::Inertial(sample.at(at))));
             }
             // Of no use beside line of sight, and outages here are too short for it.
             Event::Magnetometer(_) => {}

@@ -2,7 +2,6 @@
 //! that the firmware's check reads. The same flight and the same faults whenever the same figures are given.
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
-use cslam_core::localization::ImuSample;
 use cslam_core::localization::filter::PathMeasurement;
 use cslam_firmware::flight_check::{self, PATHS};
 use nalgebra::Vector3;
@@ -49,11 +48,7 @@ impl RecordedFlight {
                 events.push(measured(&prepared, &mut receiver, start_ns, &beacon));
             }
             match stamped.event {
-                Event::Imu(sample) => events.push(flight_check::Event::Imu(ImuSample {
-                    time_ns,
-                    rate_rad_per_s: narrow(&sample.rate_rad_per_s()),
-                    specific_force_m_per_s2: narrow(&sample.specific_force_m_per_s2()),
-                })),
+                Event::Imu(sample) => events.push(flight_check::Event::Imu(sample.at(time_ns))),
                 Event::Magnetometer(sample) => events.push(flight_check::Event::Magnetic {
                     time_ns,
                     field_ut: narrow(&sample.field_ut()),

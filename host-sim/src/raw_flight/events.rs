@@ -2,24 +2,10 @@
 
 use cslam_core::cslam::Beacon;
 use cslam_core::geometry::{Gmt, Rotation, World as WorldFrame};
-use cslam_core::localization::ImuSample;
 use nalgebra::Vector3;
 
 use crate::sensors;
-use crate::sensors::Event;
-use crate::world::{HeardSweep, World};
-
-/// How long the end of a sweep waits for its beacon, s.
-const PATIENCE_S: f64 = 0.02;
-
-/// Inertial sample, as its driver gives it.
-pub(super) fn imu_sample(time_ns: u64, sample: &sensors::ImuSample) -> ImuSample {
-    ImuSample {
-        time_ns,
-        rate_rad_per_s: sample.rate_rad_per_s().map(|c| c as f32),
-        specific_force_m_per_s2: sample.specific_force_m_per_s2().map(|c| c as f32),
-    }
-}
+use crate::world::World;
 
 /// Magnetic field in body axes, uT.
 pub(super) fn field_ut(sample: &sensors::MagnetometerSample) -> Vector3<f32> {
@@ -46,12 +32,4 @@ pub(super) fn beacon(beacon: &sensors::Beacon) -> Option<Beacon> {
 pub(super) fn gmt_time_s(world: &World<'_>, at_ns: u64) -> f64 {
     let shown_s = at_ns as f64 * 1e-9;
     2.0 * shown_s - world.flight().clock().reading_s(shown_s)
-}
-
-/// Whether the beacon of the sweep in hand will not come any more at `event`, UAV time `at_ns`.
-pub(super) fn is_overdue(heard: &HeardSweep, at_ns: u64, world: &World<'_>, event: &Event) -> bool {
-    let latency_s = world.flight().config().beacon.latency_s;
-    let start_s = world.flight().clock().reading_s(heard.truth.time_s);
-    let waited_s = at_ns as f64 * 1e-9 - start_s;
-    matches!(event, Event::Sweep { .. }) || waited_s > latency_s + PATIENCE_S
 }

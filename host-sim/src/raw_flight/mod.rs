@@ -1,7 +1,7 @@
 //! A flight from raw samples: the world on one side, the receiver on the other, and nothing between them but what sensors
 //! and front end deliver.
 //!
-//! [`fly`] hands the events of a [`World`] to a [`Cslam`] one by one, as a board would, and keeps a [`FlightLog`]. The world's
+//! [`fly`] hands the events of a [`World`] to the [`Application`] that flies on a board, and keeps a [`FlightLog`]. The world's
 //! sweeps are synthesised ahead on a thread of their own while the receiver works; the log does not depend on it.
 
 mod events;
@@ -11,8 +11,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 
-use cslam_core::cslam::{CHANNELS, Cslam, PATHS, SweepReport};
+use cslam_core::cslam::{CHANNELS, PATHS, SweepReport};
 use cslam_core::ltd::PathEstimator;
+use cslam_firmware::app::{Application, Capture, Observer, Symbol, VOXELS};
 
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
@@ -26,8 +27,15 @@ const AHEAD: usize = 3;
 /// Time between two poses in the log, ns: 20 Hz.
 const POSE_INTERVAL_NS: u64 = 50_000_000;
 
-/// A receiver's map on the host: as many voxels as a board has.
-pub const VOXELS: usize = 4096;
+/// What the receiver reports of a sweep, until it has been entered into the log.
+#[derive(Default)]
+struct Reports(Option<SweepReport<PATHS>>);
+
+impl Observer for Reports {
+    fn swept(&mut self, report: &SweepReport<PATHS>) {
+        self.0 = Some(report.clone());
+    }
+}
 
 /// Flies through `world` until its end, or until `interrupted`. `swept` sees the report of each sweep.
 ///
@@ -37,7 +45,7 @@ pub const VOXELS: usize = 4096;
 /// Returns the log and every byte that went to the ground.
 pub fn fly<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     world: &World<'_>,
-    receiver: &mut Cslam<'_, E, VOXELS, STATES>,
+    receiver: &mut Application<'_, E, VOXELS, STATES>,
     header: Header,
     interrupted: &AtomicBool,
     mut swept: impl FnMut(&SweepReport<PATHS>),
@@ -75,72 +83,94 @@ fn synthesise(world: &World<'_>, sweeps: u32, stop: &AtomicBool, sender: &SyncSe
 /// Hands events to the receiver in their order. `go_on` is asked after each sweep.
 fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     world: &World<'_>,
-    receiver: &mut Cslam<'_, E, VOXELS, STATES>,
+    receiver: &mut Application<'_, E, VOXELS, STATES>,
     header: Header,
     sweeps: u32,
     ready: &Receiver<Ready>,
     mut go_on: impl FnMut(&SweepReport<PATHS>) -> bool,
 ) -> Result<(FlightLog, Vec<u8>), InputError> {
-    let mut logbook = Logbook::new(header, receiver.map().edge_m());
+    let mut logbook = Logbook::new(header, receiver.cslam().map().edge_m());
     let mut hand: Option<HeardSweep> = None;
+    let mut reports = Reports::default();
     let mut pose_due_ns = 0;
-    // Ends the sweep in hand; whether to go on.
-    let mut end = |receiver: &mut Cslam<'_, E, VOXELS, STATES>, logbook: &mut Logbook, heard: HeardSweep| {
-        receiver.end_sweep().is_none_or(|report| {
+    // Enters a sweep that has ended; whether to go on.
+    let mut enter = |reports: &mut Reports, hand: &mut Option<HeardSweep>, logbook: &mut Logbook| {
+        let Some(report) = reports.0.take() else {
+            return true;
+        };
+        if let Some(heard) = hand.take() {
             logbook.sweep(&report, heard);
-            go_on(&report)
-        })
+        }
+        go_on(&report)
     };
     for stamped in world.flight().events() {
         let at = stamped.uav_time_ns;
-        if let Some(heard) = hand.take_if(|heard| events::is_overdue(heard, at, world, &stamped.event))
-            && !end(receiver, &mut logbook, heard)
-        {
-            break;
-        }
         match stamped.event {
             Event::Imu(sample) => {
-                receiver.imu(&events::imu_sample(at, &sample));
+                receiver.imu(&sample.at(at), &mut reports);
                 if at >= pose_due_ns {
                     pose_due_ns += POSE_INTERVAL_NS;
                     // The pose is as old as the last whole inertial step.
-                    let pose = receiver.pose();
+                    let pose = receiver.cslam().pose();
                     let stamp_ns = pose.as_ref().map_or(at, |pose| pose.time_ns);
                     let truth = world.flight().truth(events::gmt_time_s(world, stamp_ns));
-                    let clock_offset_m = pose.as_ref().and_then(|pose| receiver.clock_offset_m(pose));
+                    let clock_offset_m = pose
+                        .as_ref()
+                        .and_then(|pose| receiver.cslam().clock_offset_m(pose));
                     logbook.pose(pose.as_ref(), clock_offset_m, &truth);
                 }
             }
-            Event::Magnetometer(sample) => receiver.magnetometer(at, &events::field_ut(&sample)),
-            Event::Timing(sample) => receiver.timing(at, sample.clock_offset_s),
-            Event::Beacon(said) => {
-                match events::beacon(&said) {
-                    Some(beacon) => receiver.beacon(at, &beacon),
-                    None => logbook.count("beacons with an impossible attitude"),
-                }
-                if let Some(heard) = hand.take_if(|heard| heard.number == said.sweep)
-                    && !end(receiver, &mut logbook, heard)
-                {
-                    break;
-                }
+            Event::Magnetometer(sample) => {
+                receiver.magnetometer(at, &events::field_ut(&sample), &mut reports);
             }
+            Event::Timing(sample) => receiver.timing(at, sample.clock_offset_s, &mut reports),
+            Event::Beacon(said) => match events::beacon(&said) {
+                Some(beacon) => receiver.beacon(at, &beacon, &mut reports),
+                None => logbook.count("beacons with an impossible attitude"),
+            },
             Event::Sweep { sweep } if sweep < sweeps => {
                 let Ok(heard) = ready.recv() else { break };
                 let mut heard = heard?;
-                receiver.sweep(at, sweep);
-                for block in &mut heard.beams.blocks {
-                    let _counted = receiver.beam(block.view());
+                // One that is still open ends now.
+                receiver.end(&mut reports);
+                if !enter(&mut reports, &mut hand, &mut logbook) {
+                    break;
                 }
-                for block in &mut heard.squint.blocks {
-                    receiver.squint(block.view());
-                }
+                hear(receiver, &mut heard, sweep, at, &mut reports);
                 hand = Some(heard);
             }
             Event::Sweep { .. } => break,
         }
+        if !enter(&mut reports, &mut hand, &mut logbook) {
+            break;
+        }
     }
-    if let Some(heard) = hand {
-        end(receiver, &mut logbook, heard);
+    receiver.end(&mut reports);
+    enter(&mut reports, &mut hand, &mut logbook);
+    Ok(logbook.close(receiver.cslam().map()))
+}
+
+/// Hands over all blocks of a sweep.
+fn hear<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
+    receiver: &mut Application<'_, E, VOXELS, STATES>,
+    heard: &mut HeardSweep,
+    sweep: u32,
+    sweep_ns: u64,
+    reports: &mut Reports,
+) {
+    let beams = heard.beams.blocks.iter_mut().map(|block| (false, block));
+    let squint = heard.squint.blocks.iter_mut().map(|block| (true, block));
+    for (of_squint, block) in beams.chain(squint) {
+        let symbol = if of_squint {
+            Symbol::Squint(block.view())
+        } else {
+            Symbol::Beam(block.view())
+        };
+        let capture = Capture {
+            sweep,
+            sweep_ns,
+            symbol,
+        };
+        let _used = receiver.capture(capture, reports);
     }
-    Ok(logbook.close(receiver.map()))
 }

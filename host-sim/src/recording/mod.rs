@@ -35,7 +35,7 @@ const VERSION: u32 = 1;
 /// Name of the description.
 const MANIFEST: &str = "flight.json";
 /// Bytes of a record of `imu.bin`.
-const IMU_RECORD_LEN: usize = 8 + crate::sensors::PACKET_LEN;
+const IMU_RECORD_LEN: usize = 8 + cslam_firmware::icm42688::PACKET_LEN;
 /// Files of the receiver's events, by the rank of the event.
 const EVENT_FILES: [&str; 5] = [
     "imu.bin",

@@ -3,13 +3,14 @@
 use std::path::Path;
 use std::str::FromStr;
 
+use cslam_firmware::icm42688::{PACKET_LEN, RawSample};
 use serde::{Deserialize, Serialize};
 
 use super::{
     EVENT_FILES, FORMAT, FileEntry, HEADERS, IMU_RECORD_LEN, MANIFEST, Manifest, VERSION, crc32, sweep_base,
 };
 use crate::input::{InputError, read_text};
-use crate::sensors::{Beacon, Event, ImuSample, MagnetometerSample, PACKET_LEN, Stamped, TimingSample};
+use crate::sensors::{Beacon, Event, MagnetometerSample, Stamped, TimingSample};
 
 /// A line of `beacons.jsonl`.
 #[derive(Serialize, Deserialize)]
@@ -145,10 +146,13 @@ fn imu(file: &Path, bytes: &[u8], events: &mut Vec<Stamped>) -> Result<(), Input
         let (mut stamp, mut packet) = ([0; 8], [0; PACKET_LEN]);
         stamp.copy_from_slice(&record[..8]);
         packet.copy_from_slice(&record[8..]);
-        let sample = ImuSample::from_packet(&packet).ok_or_else(|| {
+        let sample = RawSample::from_packet(&packet).map_err(|error| {
             InputError::in_file(
                 file,
-                format!("record {} is not a packet of the high-resolution FIFO", index + 1),
+                format!(
+                    "record {} is not a packet of the high-resolution FIFO: {error}",
+                    index + 1
+                ),
             )
         })?;
         events.push(Stamped {

@@ -1,14 +1,14 @@
 //! What the receiver sees of a flight, in the order in which it happens.
 
-use super::{
-    Beacon, Beacons, Imu, ImuSample, Magnetometer, MagnetometerSample, SensedFlight, Timing, TimingSample,
-};
+use cslam_firmware::icm42688::RawSample;
+
+use super::{Beacon, Beacons, Imu, Magnetometer, MagnetometerSample, SensedFlight, Timing, TimingSample};
 
 /// One thing that reaches the receiver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// A sample of the IMU, over the interval that ends at the time stamp.
-    Imu(ImuSample),
+    Imu(RawSample),
     /// A sample of the magnetometer.
     Magnetometer(MagnetometerSample),
     /// A two-way timing exchange.

@@ -6,13 +6,13 @@
 use core::f64::consts::PI;
 
 use cslam_core::constants::STANDARD_GRAVITY_M_PER_S2;
+use cslam_firmware::icm42688::packet::{
+    ACCELERATION_CODE_MAX, ACCELERATION_PER_CODE_M_PER_S2, RATE_CODE_MAX, RATE_PER_CODE_RAD_PER_S, RawSample,
+};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::drift::BiasDrift;
-use super::fifo::{
-    ACCELERATION_CODE_MAX, ACCELERATION_PER_CODE_M_PER_S2, ImuSample, RATE_CODE_MAX, RATE_PER_CODE_RAD_PER_S,
-};
 use crate::seeded::{Seeded, Source};
 
 /// Errors of the IMU, in the units of data sheets. Every figure is zero or positive.
@@ -207,12 +207,12 @@ impl Imu {
 
     /// The next sample, from the true means over its interval: angular rate in rad/s and specific force in m/s^2, both
     /// in body axes.
-    pub fn measure(&mut self, rate_rad_per_s: &Vector3<f64>, force_m_per_s2: &Vector3<f64>) -> ImuSample {
+    pub fn measure(&mut self, rate_rad_per_s: &Vector3<f64>, force_m_per_s2: &Vector3<f64>) -> RawSample {
         let advance = self.count.is_multiple_of(self.drift_every);
         self.count = self.count.wrapping_add(1);
         let rate = self.gyroscope.measure(rate_rad_per_s, advance);
         let force = self.accelerometer.measure(force_m_per_s2, advance);
-        ImuSample {
+        RawSample {
             acceleration: quantise(&force, ACCELERATION_PER_CODE_M_PER_S2, ACCELERATION_CODE_MAX),
             rate: quantise(&rate, RATE_PER_CODE_RAD_PER_S, RATE_CODE_MAX),
             temperature: 0,

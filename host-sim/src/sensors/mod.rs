@@ -11,7 +11,6 @@ mod config;
 mod drift;
 mod events;
 pub mod faults;
-mod fifo;
 mod imu;
 mod magnetometer;
 mod sensed_flight;
@@ -25,10 +24,6 @@ use config::{at_most_one, divides_a_second, not_negative};
 pub use drift::BiasDrift;
 pub use events::{Event, Events, Stamped};
 pub use faults::{ClockStep, FaultsConfig, Faulty};
-pub use fifo::{
-    ACCELERATION_CODE_MAX, ACCELERATION_PER_CODE_M_PER_S2, ImuSample, PACKET_LEN, RATE_CODE_MAX,
-    RATE_PER_CODE_RAD_PER_S,
-};
 pub use imu::{DPS_RAD_PER_S, Imu, ImuConfig, MICRO_G_M_PER_S2};
 pub use magnetometer::{
     FIELD_CODE_MAX, FIELD_PER_CODE_UT, Magnetometer, MagnetometerConfig, MagnetometerSample,

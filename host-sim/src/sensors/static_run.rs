@@ -2,9 +2,9 @@
 //! figures it was given.
 
 use cslam_core::constants::STANDARD_GRAVITY_M_PER_S2;
+use cslam_firmware::icm42688::packet::{ACCELERATION_PER_CODE_M_PER_S2, RATE_PER_CODE_RAD_PER_S};
 use nalgebra::Vector3;
 
-use super::fifo::{ACCELERATION_PER_CODE_M_PER_S2, RATE_PER_CODE_RAD_PER_S};
 use super::imu::{DPS_RAD_PER_S, Imu, ImuConfig, MICRO_G_M_PER_S2};
 use crate::allan::{Allan, Figures};
 

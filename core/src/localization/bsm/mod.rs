@@ -36,6 +36,7 @@ pub use sighting::{Expected, Sighting};
 
 use crate::array::{GmtFace, SquintConfig, SquintScheme, SquintSymbol, UavArrays};
 use crate::block::BeamBlock;
+use crate::bounded::gather;
 use crate::geometry::{Direction, Gmt};
 use crate::ltd::{Correlator, Workspace};
 use crate::waveform::Waveform;
@@ -274,15 +275,12 @@ impl<
     pub fn fit(&self) -> Result<Bearing, Refusal> {
         let (face, reference_m, heard) = self.heard()?;
         let starts = search::candidates::<X, Z, SYMBOLS, ACTIVE>(&heard, self.expected.as_ref());
-        let fits: Vec<fit::Fit<SYMBOLS>, { search::CANDIDATES }> = starts
-            .iter()
-            .map(|cosines| {
-                heard.fit::<X, Z>(Place {
-                    cosines: *cosines,
-                    delay_m: 0.0,
-                })
+        let fits: Vec<fit::Fit<SYMBOLS>, { search::CANDIDATES }> = gather(starts.iter().map(|cosines| {
+            heard.fit::<X, Z>(Place {
+                cosines: *cosines,
+                delay_m: 0.0,
             })
-            .collect();
+        }));
         let best = fits
             .iter()
             .max_by(|a, b| a.energy.total_cmp(&b.energy))

@@ -10,6 +10,7 @@ use super::pattern::{Band, Row};
 use super::reception::Spectrum;
 use super::sighting::Expected;
 use crate::array::SquintSymbol;
+use crate::bounded::gather;
 
 /// Step of the grid: a quarter of the distance from a beam's peak to its null (signal.md section 6).
 const STEP: f32 = 0.06;
@@ -62,11 +63,11 @@ pub(super) fn candidates<const X: usize, const Z: usize, const SYMBOLS: usize, c
 fn power<const ACTIVE: usize>(spectrum: &Spectrum<ACTIVE>) -> Vec<f32, SAMPLES> {
     let scale = 1.0 / spectrum.noise;
     let chunks = spectrum.bins.as_chunks::<STRIDE>().0;
-    chunks
-        .iter()
-        .take(SAMPLES)
-        .map(|bins| bins.iter().map(|y| y.norm_sqr() * scale - 1.0).sum())
-        .collect()
+    gather(
+        chunks
+            .iter()
+            .map(|bins| bins.iter().map(|y| y.norm_sqr() * scale - 1.0).sum()),
+    )
 }
 
 fn cosine(axis: usize, cell: usize) -> f32 {
@@ -115,7 +116,7 @@ fn line_score<const N: usize>(
 fn whole<const X: usize, const Z: usize>(symbol: &SquintSymbol, power: &[f32], band: &Band, grid: &mut Grid) {
     for (i, line) in grid.iter_mut().enumerate() {
         let mut row = Row::new(symbol, 0, cosine(0, i), band);
-        let across: Vec<f32, SAMPLES> = power.iter().map(|_| row.response::<X>()).collect();
+        let across: Vec<f32, SAMPLES> = gather(power.iter().map(|_| row.response::<X>()));
         for (j, cell) in line.iter_mut().enumerate() {
             let mut column = Row::new(symbol, 1, cosine(1, j), band);
             let mut sum = Match::default();
@@ -149,8 +150,5 @@ fn best(grid: &Grid, expected: Option<&Expected>) -> Vec<[f32; 2], CANDIDATES> {
         };
         let _ = taken.push(cell);
     }
-    taken
-        .iter()
-        .map(|[i, j]| [cosine(0, *i), cosine(1, *j)])
-        .collect()
+    gather(taken.iter().map(|[i, j]| [cosine(0, *i), cosine(1, *j)]))
 }

@@ -4,19 +4,22 @@ use std::sync::atomic::AtomicBool;
 
 use clap::ValueEnum;
 use cslam_core::cslam::{
-    CHANNELS, Config as Receiver, Cslam, Departures, HpcConfig, LinkStates, Localization, Mapped, PATHS,
-    Rules,
+    CHANNELS, Config as Receiver, Cslam, Departures, HpcConfig, LinkStates, Localization, Mapped, Memory,
+    PATHS, Rules,
 };
 use cslam_core::localization::filter::FilterConfig;
 use cslam_core::localization::hpc;
 use cslam_core::lscn::{Classifier, PaperClassifier, models};
 use cslam_core::ltd::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator};
 
+use cslam_firmware::app::{AppConfig, Application, Map, VOXELS};
+use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
+
 use super::{Args, Config, Flown, Mode};
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::progress;
-use crate::raw_flight::{self, VOXELS};
+use crate::raw_flight;
 use crate::scene::Scene;
 use crate::world::World;
 
@@ -159,7 +162,16 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
     interrupted: &AtomicBool,
     mut swept: impl FnMut(),
 ) -> anyhow::Result<(FlightLog, Vec<u8>)> {
-    let mut receiver: Box<Cslam<'_, E, VOXELS>> = Box::new(Cslam::new(config, estimator)?);
+    let mut estimator = Box::new(estimator);
+    let mut squint = Box::new(config.beam_squint()?);
+    let mut map = Box::new(Map::new());
+    let memory = Memory {
+        estimator: &mut *estimator,
+        squint: &mut squint,
+        map: &mut map,
+    };
+    let cslam: Cslam<'_, E, VOXELS> = Cslam::new(config, memory);
+    let mut receiver = Application::new(AppConfig::default(), FrontEnd::new(SoftwareCrc, 1), cslam);
     Ok(raw_flight::fly(
         world,
         &mut receiver,

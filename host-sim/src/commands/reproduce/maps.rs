@@ -21,10 +21,10 @@ use crate::flight_log::{
 };
 use crate::input::InputError;
 use crate::progress;
-use crate::raw_flight::VOXELS;
 use crate::scene::Scene;
 use crate::table::Table;
 use crate::world::{HeardSweep, World, WorldConfig, instant};
+use cslam_firmware::app::VOXELS;
 
 /// Arguments of `cslam reproduce maps`.
 #[derive(clap::Args, Debug)]

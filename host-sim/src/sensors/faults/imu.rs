@@ -1,8 +1,9 @@
 //! Faults of the inertial sensor.
 
+use cslam_firmware::icm42688::packet::{ACCELERATION_CODE_MAX, RATE_CODE_MAX, RawSample};
+
 use super::{ImuFault, ImuFaultKind, Span};
 use crate::seeded::{Seeded, Source};
-use crate::sensors::{ACCELERATION_CODE_MAX, ImuSample, RATE_CODE_MAX};
 
 /// A fault with what it must remember.
 #[derive(Clone, Debug)]
@@ -30,7 +31,7 @@ impl ImuFaults {
     }
 
     /// A sample as the faulty sensor gives it; `None` when it gives none.
-    pub(super) fn apply(&mut self, sample: &ImuSample, time_s: f64) -> Option<ImuSample> {
+    pub(super) fn apply(&mut self, sample: &RawSample, time_s: f64) -> Option<RawSample> {
         let mut values = [0; 6];
         values[..3].copy_from_slice(&sample.rate);
         values[3..].copy_from_slice(&sample.acceleration);
@@ -40,7 +41,7 @@ impl ImuFaults {
             }
         }
         let [gx, gy, gz, ax, ay, az] = values;
-        Some(ImuSample {
+        Some(RawSample {
             rate: [gx, gy, gz],
             acceleration: [ax, ay, az],
             ..*sample

@@ -1,9 +1,12 @@
 //! Each fault does what it says, and nothing else.
 
+use cslam_firmware::icm42688::RawSample;
+use cslam_firmware::icm42688::packet::{ACCELERATION_CODE_MAX, RATE_CODE_MAX};
+
 use super::*;
 use crate::flight::FlightPlan;
 use crate::scene::Scene;
-use crate::sensors::{ACCELERATION_CODE_MAX, ImuSample, RATE_CODE_MAX, SensedFlight, SensorsConfig};
+use crate::sensors::{SensedFlight, SensorsConfig};
 
 const SEED: u64 = 11;
 
@@ -33,7 +36,7 @@ fn flown(faults: &str) -> (Vec<Stamped>, Vec<Stamped>) {
     )
 }
 
-fn imu(events: &[Stamped]) -> Vec<(f64, ImuSample)> {
+fn imu(events: &[Stamped]) -> Vec<(f64, RawSample)> {
     let samples = events.iter().filter_map(|s| match s.event {
         Event::Imu(sample) => Some((s.uav_time_ns as f64 * 1e-9, sample)),
         _ => None,
@@ -93,7 +96,7 @@ fn saturation_is_the_end_of_the_range() {
                 .iter()
                 .all(|a| a.abs() == ACCELERATION_CODE_MAX);
         assert_eq!(at_end, (4.0..5.0).contains(&t), "{t}");
-        assert_eq!(ImuSample::from_packet(&sample.to_packet()), Some(sample));
+        assert_eq!(RawSample::from_packet(&sample.to_packet()), Ok(sample));
     }
 }
 

@@ -1,0 +1,17 @@
+//! How much a board has room for: every capacity in one place.
+
+use cslam_core::ltd::{Estimator, EstimatorConfig};
+use cslam_core::map::PointCloud;
+
+/// Voxels of the map, 30 bytes each.
+pub const VOXELS: usize = 3072;
+
+/// The map.
+pub type Map = PointCloud<VOXELS>;
+
+/// Path estimation in our mode: four arrays of eight elements, 72 beams of three faces of 8 x 8 elements, a grid of 360
+/// directions, nine paths.
+pub type Best = Estimator<4, 8, 32, 72, 3, 8, 8, 360, 9>;
+
+/// Its configuration.
+pub type BoardEstimatorConfig = EstimatorConfig<4, 8, 3, 8, 8, 3>;

@@ -1,0 +1,289 @@
+//! The receiver as it flies: what the board's drivers deliver goes in, packets for the ground come out.
+//!
+//! [`Application`] joins [`Cslam`] with the two ends of a link. It knows no device and no clock: every call has its time stamp by the
+//! UAV clock, and what is to be sent waits in a bounded queue. So it is the same code, fed by interrupts on a board, by shared
+//! memory under emulation, and by the simulation on a host, and the same calls give the same bytes everywhere.
+//!
+//! ```text
+//! inertial samples, magnetometer, timing --> Application --> Cslam
+//! blocks of beams and squint symbols ----/        |            | report of a sweep, pose
+//! beacons, commands --------------------/         `<-----------'
+//!                                                 `--> queue of frames --> downlink
+//! ```
+//! A sweep ends when all its blocks and its beacon are in, [`AppConfig::beacon_patience_ns`] later when the beacon does not come,
+//! [`AppConfig::sweep_patience_ns`] later when blocks are missing, and at the latest when the next one begins.
+
+mod board;
+mod counters;
+mod observer;
+
+use cslam_core::block::BeamBlock;
+use cslam_core::cslam::{Beacon, CHANNELS, Cslam, PATHS};
+use cslam_core::geometry::Vector3;
+use cslam_core::localization::ImuSample;
+use cslam_core::ltd::PathEstimator;
+
+use crate::front_end::{Block, Checksum, Content, FrameError, FrontEnd, HEADER_LENGTH, SoftwareCrc};
+
+pub use board::{Best, BoardEstimatorConfig, Map, VOXELS};
+pub use counters::Counters;
+pub use observer::{Observer, Stage};
+
+/// Times that the application keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AppConfig {
+    /// Blocks of transmit beams in a sweep.
+    pub beams: u16,
+    /// Blocks of squint symbols that follow them.
+    pub squint_symbols: u16,
+    /// How long after the start of a sweep its beacon is waited for when all blocks are in, ns.
+    pub beacon_patience_ns: u64,
+    /// How long after its start a sweep is ended although blocks are missing, ns.
+    pub sweep_patience_ns: u64,
+    /// Time between two poses for the ground, ns.
+    pub pose_interval_ns: u64,
+}
+
+impl Default for AppConfig {
+    /// 72 beams and 33 squint symbols twice a second (design README section 7): a beacon comes a millisecond after its sweep and is
+    /// waited for 21 ms, blocks 450 ms; poses at 10 Hz.
+    fn default() -> Self {
+        Self {
+            beams: 72,
+            squint_symbols: 33,
+            beacon_patience_ns: 21_000_000,
+            sweep_patience_ns: 450_000_000,
+            pose_interval_ns: 100_000_000,
+        }
+    }
+}
+
+/// A block of samples as the front end captured it.
+#[derive(Debug)]
+pub struct Capture<'a> {
+    /// Number of the sweep.
+    pub sweep: u32,
+    /// Start of the sweep, UAV clock, ns.
+    pub sweep_ns: u64,
+    /// The samples: of a beam, or of a squint symbol.
+    pub symbol: Symbol<'a>,
+}
+
+/// What was sent.
+#[derive(Debug)]
+pub enum Symbol<'a> {
+    /// A transmit beam; `beam` is its number in the codebook.
+    Beam(BeamBlock<'a, CHANNELS>),
+    /// A squint symbol; `beam` is its place in the schedule.
+    Squint(BeamBlock<'a, CHANNELS>),
+}
+
+/// A sweep in hand.
+#[derive(Clone, Copy, Debug)]
+struct Open {
+    sweep: u32,
+    time_ns: u64,
+    /// The last symbol of the schedule is in: nothing more will come.
+    whole: bool,
+    beacon: bool,
+}
+
+/// The receiver of a board, see the module. The large parts of [`Cslam`] lie where its owner has put them.
+#[derive(Debug)]
+pub struct Application<'m, E, const VOXELS: usize, const STATES: usize, C = SoftwareCrc> {
+    config: AppConfig,
+    front_end: FrontEnd<C>,
+    cslam: Cslam<'m, E, VOXELS, STATES>,
+    open: Option<Open>,
+    last_sweep: Option<u32>,
+    now_ns: u64,
+    pose_due_ns: u64,
+    counters: Counters,
+}
+
+impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize, C: Checksum>
+    Application<'m, E, VOXELS, STATES, C>
+{
+    /// An application around a receiver that knows nothing yet, on a link of the front end that has been opened.
+    pub fn new(config: AppConfig, front_end: FrontEnd<C>, cslam: Cslam<'m, E, VOXELS, STATES>) -> Self {
+        Self {
+            config,
+            front_end,
+            cslam,
+            open: None,
+            last_sweep: None,
+            now_ns: 0,
+            pose_due_ns: 0,
+            counters: Counters::default(),
+        }
+    }
+
+    /// The receiver.
+    pub fn cslam(&self) -> &Cslam<'m, E, VOXELS, STATES> {
+        &self.cslam
+    }
+
+    /// What became of everything that came in.
+    pub fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    /// The link of the front end: its counters, its session, frames that its hardware gave up.
+    pub fn front_end(&mut self) -> &mut FrontEnd<C> {
+        &mut self.front_end
+    }
+
+    /// A sample of the inertial sensor.
+    pub fn imu(&mut self, sample: &ImuSample, observer: &mut impl Observer) {
+        self.elapse(sample.time_ns, observer);
+        counters::count(&mut self.counters.imu);
+        observer.stage(Stage::Inertial, || self.cslam.imu(sample));
+    }
+
+    /// A sample of the magnetometer, uT in body axes.
+    pub fn magnetometer(&mut self, time_ns: u64, field_ut: &Vector3<f32>, observer: &mut impl Observer) {
+        self.elapse(time_ns, observer);
+        counters::count(&mut self.counters.magnetometer);
+        observer.stage(Stage::Magnetic, || self.cslam.magnetometer(time_ns, field_ut));
+    }
+
+    /// A two-way timing exchange: UAV clock less GMT clock, s.
+    pub fn timing(&mut self, time_ns: u64, clock_offset_s: f64, observer: &mut impl Observer) {
+        self.elapse(time_ns, observer);
+        counters::count(&mut self.counters.timing);
+        observer.stage(Stage::Timing, || self.cslam.timing(time_ns, clock_offset_s));
+    }
+
+    /// A frame of the front end, as it lies in memory; its samples are worked on in place.
+    ///
+    /// # Errors
+    /// [`FrameError`]: nothing was used. The link's counters know.
+    pub fn frame(
+        &mut self,
+        header: &[u8; HEADER_LENGTH],
+        samples: &mut Block,
+        observer: &mut impl Observer,
+    ) -> Result<(), FrameError> {
+        let front_end = &mut self.front_end;
+        let frame = observer.stage(Stage::Frame, || front_end.receive(header, samples))?;
+        let (sweep, sweep_ns) = (frame.header.sweep, frame.header.sweep_ns);
+        // Every frame tells when its sweep began, so none of them is indispensable.
+        let symbol = match frame.content {
+            Content::Begin { .. } => {
+                let _new = self.enter(sweep, sweep_ns, observer);
+                return Ok(());
+            }
+            Content::Beam(block) => Symbol::Beam(block),
+            Content::Squint(block) => Symbol::Squint(block),
+        };
+        let capture = Capture {
+            sweep,
+            sweep_ns,
+            symbol,
+        };
+        let _counted = self.capture(capture, observer);
+        Ok(())
+    }
+
+    /// A block of samples. `false` when it belongs to a sweep that has ended: it is counted and not used.
+    pub fn capture(&mut self, capture: Capture<'_>, observer: &mut impl Observer) -> bool {
+        if !self.enter(capture.sweep, capture.sweep_ns, observer) {
+            counters::count(&mut self.counters.late_blocks);
+            return false;
+        }
+        counters::count(&mut self.counters.blocks);
+        match capture.symbol {
+            Symbol::Beam(block) => {
+                let _counted = observer.stage(Stage::Beam, || self.cslam.beam(block));
+            }
+            Symbol::Squint(block) => {
+                // The first one ends the beams: their paths are estimated.
+                let last = block.beam.saturating_add(1) >= self.config.squint_symbols;
+                observer.stage(Stage::Paths, || self.cslam.close_beams());
+                observer.stage(Stage::Squint, || self.cslam.squint(block));
+                if let Some(open) = &mut self.open {
+                    open.whole |= last;
+                }
+            }
+        }
+        self.end_if_due(observer);
+        true
+    }
+
+    /// What the GMT says about a sweep.
+    pub fn beacon(&mut self, time_ns: u64, beacon: &Beacon, observer: &mut impl Observer) {
+        self.elapse(time_ns, observer);
+        counters::count(&mut self.counters.beacons);
+        self.cslam.beacon(time_ns, beacon);
+        if let Some(open) = self.open.as_mut().filter(|open| open.sweep == beacon.sweep) {
+            open.beacon = true;
+        }
+        self.end_if_due(observer);
+    }
+
+    /// Tells the time: sweeps that will not be whole any more end.
+    pub fn elapse(&mut self, now_ns: u64, observer: &mut impl Observer) {
+        self.now_ns = self.now_ns.max(now_ns);
+        self.end_if_due(observer);
+        if self.now_ns >= self.pose_due_ns {
+            // A gap skips poses, it does not pile them up.
+            let behind = self.now_ns - self.pose_due_ns;
+            let interval = self.config.pose_interval_ns.max(1);
+            self.pose_due_ns = self
+                .pose_due_ns
+                .saturating_add((behind / interval + 1) * interval);
+        }
+    }
+
+    /// Ends the sweep in hand, if there is one.
+    pub fn end(&mut self, observer: &mut impl Observer) {
+        if self.open.take().is_none() {
+            return;
+        }
+        observer.stage(Stage::Paths, || self.cslam.close_beams());
+        if let Some(report) = observer.stage(Stage::Sweep, || self.cslam.end_sweep()) {
+            counters::count(&mut self.counters.sweeps);
+            observer.swept(&report);
+        }
+    }
+
+    /// Begins a sweep if it is a new one. `false` when it has ended.
+    fn enter(&mut self, sweep: u32, time_ns: u64, observer: &mut impl Observer) -> bool {
+        if self.open.is_some_and(|open| open.sweep == sweep) {
+            return true;
+        }
+        // Sweeps count up; an older one has been reported.
+        if self.last_sweep.is_some_and(|last| !is_after(sweep, last)) {
+            return false;
+        }
+        self.end(observer);
+        self.begin(sweep, time_ns, observer);
+        true
+    }
+
+    fn begin(&mut self, sweep: u32, time_ns: u64, observer: &mut impl Observer) {
+        observer.stage(Stage::Inertial, || self.cslam.sweep(time_ns, sweep));
+        self.last_sweep = Some(sweep);
+        self.open = Some(Open {
+            sweep,
+            time_ns,
+            whole: false,
+            beacon: false,
+        });
+    }
+
+    fn end_if_due(&mut self, observer: &mut impl Observer) {
+        let Some(open) = &self.open else { return };
+        let waited_ns = self.now_ns.saturating_sub(open.time_ns);
+        let due = (open.whole && (open.beacon || waited_ns > self.config.beacon_patience_ns))
+            || waited_ns > self.config.sweep_patience_ns;
+        if due {
+            self.end(observer);
+        }
+    }
+}
+
+/// Whether a sweep's number comes after another's; numbers wrap.
+fn is_after(sweep: u32, last: u32) -> bool {
+    sweep.wrapping_sub(last).wrapping_sub(1) < u32::MAX / 2
+}
