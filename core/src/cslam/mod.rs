@@ -40,7 +40,7 @@ use crate::block::BeamBlock;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Gmt, Real, Rotation, World};
 use crate::localization::bsm::BeamSquint;
-use crate::localization::filter::{states, wrap_delay_m};
+use crate::localization::filter::{Health, states, wrap_delay_m};
 use crate::localization::imu::{Imu, ImuHealth, RestAlignment, RestStatus};
 use crate::localization::planes::PlaneMap;
 use crate::localization::{ImuSample, Pose};
@@ -266,6 +266,11 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         let beyond_m = self.clock.offset_m(pose.time_ns)? - offset_m;
         // What is left beside a whole number of periods is the timing's error.
         Some(offset_m + beyond_m - wrap_delay_m(beyond_m))
+    }
+
+    /// Flags of the filter.
+    pub fn health(&self) -> Health {
+        self.localizer.health()
     }
 
     /// Faults of the inertial sensor.

@@ -24,6 +24,16 @@ pub enum InputError {
 }
 
 impl InputError {
+    /// Every reason, in the order of the wire format.
+    pub const ALL: [Self; 6] = [
+        Self::NotFinite,
+        Self::NoLength,
+        Self::CoincidentEnds,
+        Self::DelayShorterThanBaseline,
+        Self::ImpossibleCovariance,
+        Self::AngleOutOfRange,
+    ];
+
     /// The reason in words.
     pub fn as_str(&self) -> &'static str {
         match self {

@@ -1,71 +1,100 @@
 //! What a packet says.
 
-use serde::{Deserialize, Serialize};
+use super::bits::{BitReader, BitWriter};
+use super::{
+    ConfigReport, Direction, EventReport, HealthReport, LinkReport, PointBatch, PoseReport, Uplink,
+};
 
-use crate::reflection::{InputError, Rejection};
-
-/// One packet's content. New kinds are appended: the discriminant is part of the wire format.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
+/// What the UAV says.
+#[derive(Clone, Debug, PartialEq)]
 pub enum Message {
-    /// A reflection point went into the map.
-    Point(PointReport),
-    /// A path was not a first-order reflection.
-    Rejection(RejectionReport),
-    /// A measurement was no path at all.
-    Input(InputReport),
-    /// Totals, at the end of a stream.
-    Summary(Summary),
+    /// Points of the map.
+    Points(PointBatch),
+    /// Where the UAV is.
+    Pose(PoseReport),
+    /// What became of a sweep.
+    Link(LinkReport),
+    /// How the receiver is.
+    Health(HealthReport),
+    /// What happened.
+    Event(EventReport),
+    /// What the receiver is set to.
+    Config(ConfigReport),
 }
 
-/// An accepted reflection point.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PointReport {
-    /// Index of the link (one GMT position heard at one UAV position).
-    pub link: u32,
-    /// Index of the path in the link, 0 is the strongest.
-    pub path: u8,
-    /// Position in the world, m.
-    pub position_m: [f32; 3],
-    /// Root of the trace of the position's covariance, m.
-    pub sigma_m: f32,
+/// The messages of a direction, [`Message`] and [`Uplink`].
+pub trait Content: sealed::Content {}
+
+impl Content for Message {}
+impl Content for Uplink {}
+
+/// Nothing else can be sent.
+pub(super) mod sealed {
+    use super::{BitReader, BitWriter, Direction};
+
+    /// How a message becomes a body and back.
+    pub trait Content: Sized {
+        /// Which way it goes.
+        const DIRECTION: Direction;
+        /// Number of its kind, less than 64.
+        fn kind(&self) -> u8;
+        /// Writes the body.
+        fn write(&self, to: &mut BitWriter<'_>);
+        /// Reads a body; `None` when it is none.
+        fn read(kind: u8, from: &mut BitReader<'_>) -> Option<Self>;
+    }
 }
 
-/// A rejected path.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct RejectionReport {
-    /// Index of the link.
-    pub link: u32,
-    /// Index of the path in the link.
-    pub path: u8,
-    /// Why.
-    pub reason: Rejection,
+impl sealed::Content for Message {
+    const DIRECTION: Direction = Direction::Down;
+
+    fn kind(&self) -> u8 {
+        match self {
+            Self::Points(_) => 0,
+            Self::Pose(_) => 1,
+            Self::Link(_) => 2,
+            Self::Health(_) => 3,
+            Self::Event(_) => 4,
+            Self::Config(_) => 5,
+        }
+    }
+
+    fn write(&self, to: &mut BitWriter<'_>) {
+        match self {
+            Self::Points(points) => points.write(to),
+            Self::Pose(pose) => pose.write(to),
+            Self::Link(link) => link.write(to),
+            Self::Health(health) => health.write(to),
+            Self::Event(event) => event.write(to),
+            Self::Config(config) => config.write(to),
+        }
+    }
+
+    fn read(kind: u8, from: &mut BitReader<'_>) -> Option<Self> {
+        Some(match kind {
+            0 => Self::Points(PointBatch::read(from)?),
+            1 => Self::Pose(PoseReport::read(from)?),
+            2 => Self::Link(LinkReport::read(from)?),
+            3 => Self::Health(HealthReport::read(from)?),
+            4 => Self::Event(EventReport::read(from)?),
+            5 => Self::Config(ConfigReport::read(from)?),
+            _ => return None,
+        })
+    }
 }
 
-/// A measurement that could not be used.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct InputReport {
-    /// Index of the link.
-    pub link: u32,
-    /// Index of the path in the link.
-    pub path: u8,
-    /// Why.
-    pub error: InputError,
-}
+impl sealed::Content for Uplink {
+    const DIRECTION: Direction = Direction::Up;
 
-/// Totals since the start; `points + rejected + invalid + damaged` is the number of measurements received.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Summary {
-    /// Measurements that became points.
-    pub points: u32,
-    /// Measurements rejected as not first-order.
-    pub rejected: u32,
-    /// Measurements that were no paths.
-    pub invalid: u32,
-    /// Records damaged on the way to the receiver.
-    pub damaged: u32,
-    /// Occupied voxels of the map.
-    pub map_points: u32,
-    /// Points that a full or too small map did not take.
-    pub map_dropped: u32,
+    fn kind(&self) -> u8 {
+        self.number()
+    }
+
+    fn write(&self, to: &mut BitWriter<'_>) {
+        self.write_body(to);
+    }
+
+    fn read(kind: u8, from: &mut BitReader<'_>) -> Option<Self> {
+        Self::read_body(kind, from)
+    }
 }

@@ -1,32 +1,61 @@
-//! Packets for the ground.
-//!
-//! First version: one [`Message`] a packet, serialised by postcard, closed by a CRC-32 and framed by COBS so that a
-//! receiver finds the next packet after any damage. On the wire:
+//! Packets between UAV and ground, version 2 of the wire format (docs/telemetry.md holds it byte by byte).
 //!
 //! ```text
-//! COBS( version: u8 | (sequence: u16, message) in postcard | CRC-32/ISO-HDLC of all before, little endian ) 0x00
+//! COBS( version, way and kind, UAV, counter | body: a bit string | authentication code | CRC-32 ) 0x00
+//!       7 bytes                               per kind             8 bytes               4
 //! ```
+//! Framing by COBS puts a receiver in step again at the next zero byte after any damage, the checksum finds the damage, the
+//! authentication code finds the forger, the counter finds the replay. In that order, so that a noisy link does not look like
+//! an attack.
 //!
-//! Every measurement leads to a packet, whether it became a point or not: the ground sees what was rejected and why.
+//! [`Message`] goes down, [`Uplink`] goes up. A [`Sender`] makes frames of either, a [`Deframer`] and an [`Opener`] (together a
+//! [`Decoder`]) take them apart. [`Batch`] collects points so that one costs less than 8 bytes, everything included. Nothing
+//! here allocates or can panic, and every decoded number comes out of whole numbers, the same on host and chip.
 
+mod batch;
+mod bits;
 mod cobs;
 mod decoder;
-mod encoder;
 mod error;
+mod event;
+mod header;
+mod health;
+mod key;
+mod link;
 mod message;
+mod opener;
+mod points;
+mod pose;
+mod scale;
+mod sender;
+mod uplink;
+mod window;
 
-pub use decoder::{Decoder, Packet};
-pub use encoder::Encoder;
+pub use batch::Batch;
+pub use decoder::{Decoder, Deframer, Frame, Packet};
 pub use error::TelemetryError;
-pub use message::{InputReport, Message, PointReport, RejectionReport, Summary};
+pub use event::{ConfigReport, Event, EventReport, FaultRecord, ModeReport};
+pub use header::Direction;
+pub use health::{HealthCounters, HealthReport, ResetCause};
+pub use key::Key;
+pub use link::{LinkReport, MAX_OUTCOMES, PathOutcome};
+pub use message::{Content, Message};
+pub use opener::Opener;
+pub use points::{BatchError, MAX_POINTS, PointBatch, PointReport};
+pub use pose::{ClockReport, PoseReport, Spread};
+pub use sender::Sender;
+pub use uplink::{BeaconReport, Command, DownlinkRates, TimingReport, Uplink};
+pub use window::REORDERING;
 
 /// Version of the wire format, the first byte of a packet.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 
-/// Longest packet before framing, bytes.
-pub const MAX_PACKET: usize = 64;
+/// Longest packet before framing, bytes: that of a full batch of points as far apart as can be.
+pub const MAX_PACKET: usize = 368;
 
-/// Longest frame on the wire, the closing zero included, bytes: COBS adds one byte to a packet under 255 bytes.
-pub const MAX_FRAME: usize = MAX_PACKET + 2;
+/// Longest frame on the wire, the closing zero included, bytes: COBS adds one byte for each 254 begun.
+pub const MAX_FRAME: usize = MAX_PACKET + 1 + MAX_PACKET / 254 + 1;
 
+const HEADER_LENGTH: usize = 7;
+const TAG_LENGTH: usize = 8;
 const CRC_LENGTH: usize = 4;

@@ -6,7 +6,7 @@
 //! does not link either. It is made to be linked, not to be run: inputs are whatever the shared memory holds.
 //!
 //! A board's own image cannot pass, because its runtime and its log keep panics; what flies is checked here: ring,
-//! record, path, solver, map and packet encoder as [`Receiver::step`] puts them together, the packet decoder, path
+//! record, path, solver, map and packet encoder as [`Receiver::step`] puts them together, packets of every kind, both ways, path
 //! estimation from samples to paths in both modes, with its front end, localization from samples and paths to the pose,
 //! and link states from a model file and measured paths to the gate into the map.
 #![no_std]
@@ -28,7 +28,7 @@ use cslam_core::lscn::{AcceptGate, Classifier, LinkGeometry, Model, PaperClassif
 use cslam_core::ltd::{Correlator, Detector, EstimatorConfig, Iq, PaperEstimator, PathEstimator, Workspace};
 use cslam_core::path::Path;
 use cslam_core::reflection::{Ends, Form};
-use cslam_core::telemetry::Decoder;
+use cslam_core::telemetry::{Decoder, Key, MAX_FRAME, Opener, Sender, Uplink};
 use cslam_core::waveform::{SAMPLES, Waveform};
 use cslam_firmware::front_end_check::{Block, CHANNELS, SUBSET};
 use cslam_firmware::measurement;
@@ -87,9 +87,11 @@ fn main() -> ! {
     }
     // Places of their own, so that the link also shows that they fit.
     let map = cortex_m::singleton!(: BoardMap = BoardMap::new());
-    let decoder = cortex_m::singleton!(: Decoder = Decoder::new());
+    let key = Key::new(black_box([0; Key::LENGTH]));
+    let decoder = cortex_m::singleton!(: Decoder = Decoder::with(Opener::unsigned(0)));
     if let (Some(map), Some(decoder)) = (map, decoder) {
-        fly(map, decoder);
+        *decoder = Decoder::new(black_box(1), &key);
+        fly(map, decoder, &key);
     }
     let block = cortex_m::singleton!(: Block = [[Iq::ZERO; SAMPLES]; CHANNELS]);
     let work = cortex_m::singleton!(: Workspace = Workspace::new());
@@ -113,9 +115,12 @@ fn main() -> ! {
     }
 }
 
-fn fly(map: &mut BoardMap, decoder: &mut Decoder) {
+fn fly(map: &mut BoardMap, decoder: &mut Decoder, key: &Key) {
     const SLOT: usize = measurement::LENGTH;
-    let mut receiver = Receiver::new(map, black_box(Form::Vector), black_box(board_gates()));
+    let sender = Sender::new(black_box(1), key, black_box(0));
+    let mut receiver = Receiver::new(map, black_box(Form::Vector), black_box(board_gates()), sender);
+    let mut up = Decoder::<Uplink>::new(black_box(1), key);
+    let mut ground = Sender::<Uplink>::new(black_box(1), key, black_box(0));
     let record = black_box([0; SLOT]);
     let mut producer = Producer::<_, SLOT>::create(Opaque, black_box(1));
     let mut consumer = Consumer::<_, SLOT>::open(Opaque);
@@ -129,11 +134,24 @@ fn fly(map: &mut BoardMap, decoder: &mut Decoder) {
         black_box(receiver.receive(&record, &mut Downlink).is_ok());
         black_box(receiver.map().points().len());
         black_box(turn().is_ok());
-        black_box(decoder.push(black_box(0)));
+        if let Some(Ok(heard)) = decoder.push(black_box(0)) {
+            black_box(receiver_sender(key).encode(&heard.message, &mut [0; MAX_FRAME]).is_ok());
+        }
+        if let Some(Ok(heard)) = up.push(black_box(0)) {
+            if let Uplink::Beacon(beacon) = heard.message {
+                black_box(beacon.to_beacon());
+            }
+            black_box(ground.encode(&heard.message, &mut [0; MAX_FRAME]).is_ok());
+        }
         if black_box(false) {
             break;
         }
     }
+}
+
+/// A sender that takes any message: what a decoder gives goes back through the encoder, so all of both is kept.
+fn receiver_sender(key: &Key) -> Sender {
+    Sender::new(black_box(1), key, black_box(0))
 }
 
 /// Everything that the front end does with a beam.

@@ -1,21 +1,23 @@
 //! The receiver of a board: measurements in, packets out.
 //!
-//! Every measurement leads to a packet: a point, or the reason why there is none. Records that were damaged on the way
-//! have nothing to say, so they are counted; the counts go down at the end of the stream. Nothing is dropped without a
-//! counter.
+//! Every measurement ends in the report of its sweep: as a point, or as the reason why there is none. Points go down in batches.
+//! Records that were damaged on the way have nothing to say, so they are counted; the counts go down at the end of the stream.
+//! Nothing is dropped without a counter.
 
 mod counters;
 mod error;
+mod sweep;
 
 use cslam_core::map::PointCloud;
-use cslam_core::reflection::{Form, Gates, InputError, Verdict, solve};
+use cslam_core::reflection::{Form, Gates, InputError, ReflectionPoint, Verdict, solve};
 use cslam_core::telemetry::{
-    Encoder, InputReport, MAX_FRAME, Message, PointReport, RejectionReport, Summary,
+    Batch, HealthCounters, HealthReport, MAX_FRAME, Message, PathOutcome, PointReport, Sender,
 };
 use embedded_io::Write;
 
 use crate::measurement::{self, PathRecord, Record, RecordError};
 use crate::ring::{Consumer, SharedMemory};
+use sweep::Sweeps;
 
 pub use counters::Counters;
 pub use error::ReceiveError;
@@ -29,12 +31,25 @@ pub type BoardMap = PointCloud<4096>;
 pub enum Step {
     /// Nothing was there to do.
     Idle,
-    /// A measurement was answered by a packet.
+    /// A measurement was judged: see [`Receiver::answer`].
     Answered,
     /// A damaged record was counted.
     Damaged(RecordError),
-    /// The stream has ended and its summary is sent.
+    /// The stream has ended and everything is sent.
     Ended,
+}
+
+/// What became of a measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Answer {
+    /// Index of the link.
+    pub link: u32,
+    /// Index of the path in the link.
+    pub path: u8,
+    /// What the ground is told.
+    pub outcome: PathOutcome,
+    /// The point, when it is one.
+    pub point: Option<ReflectionPoint>,
 }
 
 /// How a board judges: the vector form, the design's gates, and the ground at height 0.
@@ -53,21 +68,33 @@ pub struct Receiver<'m, const N: usize> {
     form: Form,
     gates: Gates,
     map: &'m mut PointCloud<N>,
-    encoder: Encoder,
+    sender: Sender,
+    batch: Batch,
+    sweeps: Sweeps,
+    answer: Option<Answer>,
     counters: Counters,
 }
 
 impl<'m, const N: usize> Receiver<'m, N> {
-    /// A receiver that adds to `map`; its packets count from 0.
+    /// A receiver that adds to `map` and sends as `sender` does.
     #[must_use]
-    pub fn new(map: &'m mut PointCloud<N>, form: Form, gates: Gates) -> Self {
+    pub fn new(map: &'m mut PointCloud<N>, form: Form, gates: Gates, sender: Sender) -> Self {
         Self {
             form,
             gates,
             map,
-            encoder: Encoder::new(),
+            sender,
+            batch: Batch::default(),
+            sweeps: Sweeps::default(),
+            answer: None,
             counters: Counters::default(),
         }
+    }
+
+    /// What became of the last measurement.
+    #[must_use]
+    pub fn answer(&self) -> Option<&Answer> {
+        self.answer.as_ref()
     }
 
     /// The map so far.
@@ -114,7 +141,7 @@ impl<'m, const N: usize> Receiver<'m, N> {
             }
             Ok(Record::End { sent }) => {
                 self.counters.ended(sent);
-                self.send(&Message::Summary(self.summary()), downlink)?;
+                self.end(downlink)?;
                 Ok(Step::Ended)
             }
             Err(error) => {
@@ -124,55 +151,96 @@ impl<'m, const N: usize> Receiver<'m, N> {
         }
     }
 
-    /// Solves one measured path, puts its point into the map, and sends a packet that says what became of it.
+    /// Solves one measured path, puts its point into the map, and enters what became of it into the report of its sweep. What
+    /// is complete goes down.
     ///
     /// # Errors
-    /// [`ReceiveError::Downlink`] or [`ReceiveError::DownlinkStuck`] when the packet cannot be sent. The measurement is counted and in the map all the same.
+    /// [`ReceiveError::Downlink`] or [`ReceiveError::DownlinkStuck`] when a packet cannot be sent, after all of them were tried.
+    /// The measurement is counted and in the map all the same.
     pub fn measure<W: Write>(
         &mut self,
         record: &PathRecord,
         downlink: &mut W,
     ) -> Result<(), ReceiveError<W::Error>> {
-        let message = self.judge(record);
-        self.send(&message, downlink)
+        let now_ns = Sweeps::time_ns(record.link);
+        let closed = self.sweeps.turn(record);
+        let due = closed.as_ref().and_then(|_| self.batch.due(now_ns));
+        let (mut outcome, point) = self.judge(record);
+        let mut full = None;
+        if let Some(point) = point.filter(|_| outcome == PathOutcome::Point) {
+            let report = PointReport {
+                sweep: record.link,
+                stop: self.sweeps.stop(),
+                position_m: point.position.to_array(),
+                sigma_m: point.sigma_m(),
+                // The gates took it for certain: a record has nothing that a classifier could look at.
+                probability: 1.0,
+            };
+            match self.batch.push(now_ns, &report) {
+                Ok(closed) => full = closed,
+                Err(_) => outcome = PathOutcome::PointOutOfRange,
+            }
+        }
+        self.sweeps.enter(record.path, outcome);
+        self.answer = Some(Answer {
+            link: record.link,
+            path: record.path,
+            outcome,
+            point,
+        });
+        let closed = closed.map(Message::Link);
+        let points = [due, full].into_iter().flatten().map(Message::Points);
+        self.send_all(closed.into_iter().chain(points), downlink)
     }
 
-    /// Totals so far, as they go down at the end of a stream.
+    /// Sends what is left, and the counters.
+    fn end<W: Write>(&mut self, downlink: &mut W) -> Result<(), ReceiveError<W::Error>> {
+        let link = self.sweeps.close().map(Message::Link);
+        let points = self.batch.close().map(Message::Points);
+        let health = Message::Health(self.health());
+        self.send_all(link.into_iter().chain(points).chain([health]), downlink)
+    }
+
+    /// Totals so far, as they go down at the end of a stream. Records stand for blocks: what came is what was judged.
     #[must_use]
-    pub fn summary(&self) -> Summary {
+    pub fn health(&self) -> HealthReport {
         let map = self.map.counters();
-        Summary {
-            points: self.counters.points,
-            rejected: self.counters.rejected,
-            invalid: self.counters.invalid,
-            damaged: self.counters.damaged_total(),
-            map_points: u32::try_from(self.map.len()).unwrap_or(u32::MAX),
-            map_dropped: map.dropped.saturating_add(map.out_of_range),
+        let counters = &self.counters;
+        HealthReport {
+            counters: HealthCounters {
+                blocks: counters.received().saturating_sub(counters.damaged_total()),
+                blocks_damaged: counters.damaged_total(),
+                blocks_lost: counters.missing,
+                points: counters.points,
+                rejected: counters.rejected,
+                invalid: counters.invalid,
+                map_points: u32::try_from(self.map.len()).unwrap_or(u32::MAX),
+                map_dropped: map.dropped.saturating_add(map.out_of_range),
+                packets_sent: counters.sent,
+                packets_dropped: counters.unsent,
+                ..HealthCounters::default()
+            },
+            ..HealthReport::default()
         }
     }
 
-    fn judge(&mut self, record: &PathRecord) -> Message {
-        let (link, path) = (record.link, record.path);
+    fn judge(&mut self, record: &PathRecord) -> (PathOutcome, Option<ReflectionPoint>) {
         match self.solve(record) {
             Ok(Verdict::Accepted(point)) => {
                 count(&mut self.counters.points);
-                // The map counts what it does not take; the ground gets the point in any case.
-                let _counted_by_the_map = self.map.insert(&point);
-                let position_m = point.position.to_array();
-                Message::Point(PointReport {
-                    link,
-                    path,
-                    position_m,
-                    sigma_m: point.sigma_m(),
-                })
+                // The map counts what it does not take; the ground gets a point that had no room in any case.
+                match self.map.insert(&point) {
+                    Ok(_) => (PathOutcome::Point, Some(point)),
+                    Err(_) => (PathOutcome::PointOutOfRange, Some(point)),
+                }
             }
             Ok(Verdict::Rejected(reason)) => {
                 count(&mut self.counters.rejected);
-                Message::Rejection(RejectionReport { link, path, reason })
+                (PathOutcome::Rejected(reason), None)
             }
             Err(error) => {
                 count(&mut self.counters.invalid);
-                Message::Input(InputReport { link, path, error })
+                (PathOutcome::Input(error), None)
             }
         }
     }
@@ -182,18 +250,29 @@ impl<'m, const N: usize> Receiver<'m, N> {
         solve(&ends, &path, self.form, &self.gates)
     }
 
+    /// Sends every message; the first error is that of all.
+    fn send_all<W: Write>(
+        &mut self,
+        messages: impl Iterator<Item = Message>,
+        downlink: &mut W,
+    ) -> Result<(), ReceiveError<W::Error>> {
+        let mut result = Ok(());
+        for message in messages {
+            let sent = self.send(&message, downlink);
+            count(if sent.is_ok() {
+                &mut self.counters.sent
+            } else {
+                &mut self.counters.unsent
+            });
+            result = result.and(sent);
+        }
+        result
+    }
+
     fn send<W: Write>(&mut self, message: &Message, downlink: &mut W) -> Result<(), ReceiveError<W::Error>> {
         let mut frame = [0; MAX_FRAME];
-        let result = match self.encoder.encode(message, &mut frame) {
-            Ok(bytes) => write_whole(bytes, downlink),
-            Err(error) => Err(ReceiveError::Encode(error)),
-        };
-        count(if result.is_ok() {
-            &mut self.counters.sent
-        } else {
-            &mut self.counters.unsent
-        });
-        result
+        let bytes = self.sender.encode(message, &mut frame);
+        write_whole(bytes.map_err(ReceiveError::Encode)?, downlink)
     }
 }
 

@@ -2,54 +2,61 @@
 
 use std::collections::BTreeMap;
 
-use cslam_core::telemetry::{Decoder, Message, PointReport, Summary, TelemetryError};
+use cslam_core::telemetry::{
+    ConfigReport, Decoder, EventReport, HealthReport, Key, LinkReport, Message, PointReport, PoseReport,
+};
 
-/// Everything the ground heard.
+use crate::flight_log::Downlink;
+
+/// Everything the ground heard of one UAV.
 #[derive(Clone, Debug, Default)]
 pub struct Downlinked {
-    /// Accepted points, in order.
+    /// Points, in the order in which they came.
     pub points: Vec<PointReport>,
-    /// Reasons of rejections and of unusable input, with their number.
-    pub reasons: BTreeMap<&'static str, u32>,
-    /// What became of each path: by link and path, `ok` or the reason.
-    pub verdicts: BTreeMap<(u32, u8), &'static str>,
-    /// Totals as the receiver counted them.
-    pub summary: Option<Summary>,
-    /// Packets decoded.
-    pub packets: u32,
-    /// Frames that were not packets.
-    pub damaged: Vec<TelemetryError>,
+    /// Poses, in the order in which they came.
+    pub poses: Vec<PoseReport>,
+    /// Sweeps, in the order in which they came.
+    pub links: Vec<LinkReport>,
+    /// The last word on the receiver's health.
+    pub health: Option<HealthReport>,
+    /// What happened.
+    pub events: Vec<EventReport>,
+    /// What the receiver is set to.
+    pub config: Option<ConfigReport>,
+    /// Packets and bytes that were taken.
+    pub traffic: Downlink,
+    /// Frames that were not taken, by the reason.
+    pub refused: BTreeMap<&'static str, u64>,
 }
 
-/// Decodes a downlink.
-pub fn decode(bytes: &[u8]) -> Downlinked {
+/// Decodes the downlink of a UAV.
+pub fn decode(bytes: &[u8], uav: u8, key: &Key) -> Downlinked {
     let mut heard = Downlinked::default();
-    let mut decoder = Decoder::new();
-    for result in bytes.iter().filter_map(|&byte| decoder.push(byte)) {
-        let packet = match result {
-            Ok(packet) => packet,
-            Err(error) => {
-                heard.damaged.push(error);
-                continue;
-            }
-        };
-        heard.packets += 1;
-        let (link, path, reason) = match packet.message {
-            Message::Point(point) => {
-                heard.points.push(point);
-                heard.verdicts.insert((point.link, point.path), "ok");
-                continue;
-            }
-            Message::Rejection(report) => (report.link, report.path, report.reason.as_str()),
-            Message::Input(report) => (report.link, report.path, report.error.as_str()),
-            Message::Summary(summary) => {
-                heard.summary = Some(summary);
-                continue;
-            }
-            _ => continue,
-        };
-        *heard.reasons.entry(reason).or_default() += 1;
-        heard.verdicts.insert((link, path), reason);
+    let mut decoder = Decoder::new(uav, key);
+    let mut length = 0;
+    for &byte in bytes {
+        length += 1;
+        match decoder.push(byte) {
+            None => continue,
+            Some(Ok(packet)) => heard.take(packet.message, length),
+            Some(Err(error)) => *heard.refused.entry(error.as_str()).or_default() += 1,
+        }
+        length = 0;
     }
     heard
+}
+
+impl Downlinked {
+    /// Enters a message whose packet was that many bytes long, framing included.
+    fn take(&mut self, message: Message, length: u64) {
+        self.traffic.enter(&message, length);
+        match message {
+            Message::Points(points) => self.points.extend(points.points()),
+            Message::Pose(pose) => self.poses.push(pose),
+            Message::Link(link) => self.links.push(link),
+            Message::Health(health) => self.health = Some(health),
+            Message::Event(event) => self.events.push(event),
+            Message::Config(config) => self.config = Some(config),
+        }
+    }
 }

@@ -15,6 +15,7 @@ mod sweep;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use cslam_core::telemetry::Message;
 use serde::{Deserialize, Serialize};
 
 pub use point::{MapVoxel, PointRecord};
@@ -50,6 +51,22 @@ pub struct Downlink {
     pub packets: u64,
     /// Bytes sent, framing and checksums included.
     pub bytes: u64,
+    /// Points sent.
+    pub points: u64,
+    /// Bytes of the packets that carry points, framing and checksums included.
+    pub point_bytes: u64,
+}
+
+impl Downlink {
+    /// Counts a message that took this many bytes, framing and checksums included.
+    pub fn enter(&mut self, message: &Message, bytes: u64) {
+        self.packets += 1;
+        self.bytes += bytes;
+        if let Message::Points(points) = message {
+            self.points += points.len() as u64;
+            self.point_bytes += bytes;
+        }
+    }
 }
 
 /// A flight, or as much of it as was flown.

@@ -46,7 +46,7 @@ impl Trust {
                 }
                 None => (None, argument.as_str()),
             };
-            let key = crate::keys::read(&PathBuf::from(file))?;
+            let key = read_key(&PathBuf::from(file))?;
             let twice = match uav {
                 Some(uav) => of.insert(uav, key).is_some(),
                 None => others.replace(key).is_some(),
@@ -80,5 +80,23 @@ impl Trust {
             }
             Self::Unsigned => "unsigned packets: anybody can forge them".to_owned(),
         }
+    }
+}
+
+fn read_key(file: &std::path::Path) -> Result<Key, InputError> {
+    let text = crate::input::read_text(file)?;
+    let digits: String = text.lines().filter(|l| !l.starts_with('#')).collect::<String>().trim().to_owned();
+    let mut bytes = [0; Key::LENGTH];
+    let ok = digits.len() == 64
+        && bytes.iter_mut().enumerate().all(|(k, byte)| {
+            u8::from_str_radix(&digits[2 * k..2 * k + 2], 16).is_ok_and(|b| {
+                *byte = b;
+                true
+            })
+        });
+    if ok {
+        Ok(Key::new(bytes))
+    } else {
+        Err(InputError::in_file(file, "is no key, expected 64 hexadecimal digits"))
     }
 }

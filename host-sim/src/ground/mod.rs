@@ -37,7 +37,6 @@ use playback::Playback;
 use record::Recording;
 use station::Station;
 
-use crate::input::InputError;
 use crate::scene::Scene;
 
 /// Where packets come from.
@@ -86,7 +85,7 @@ impl Running {
     /// Starts a station; it runs until its hub is stopped.
     ///
     /// # Errors
-    /// [`InputError`] naming the address, file or directory that cannot be used.
+    /// [`InputError`](crate::input::InputError) naming the address, file or directory that cannot be used.
     pub fn start(inputs: Inputs, options: &Options) -> anyhow::Result<Self> {
         let listener = page::bind(options.http)?;
         let address = listener.local_addr()?;
@@ -187,7 +186,7 @@ fn edges(scene: &Scene) -> String {
 /// Runs a station until Ctrl-C. Prints the address of its page on standard output, everything else on standard error.
 ///
 /// # Errors
-/// [`InputError`] naming what cannot be used.
+/// [`InputError`](crate::input::InputError) naming what cannot be used.
 pub fn run(inputs: Inputs, options: &Options) -> anyhow::Result<()> {
     let running = Running::start(inputs, options)?;
     println!("http://{}/", running.page);

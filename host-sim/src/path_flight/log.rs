@@ -1,77 +1,78 @@
 //! The log of a flight over a path list: path `j` of link `i` is measurement `j` of sweep `i`, so the true path behind a
 //! measured one is known without matching.
 
+use std::collections::BTreeMap;
+
 use cslam_core::geometry::{Direction, Frame};
 use cslam_core::map::PointCloud;
 use cslam_core::path::Path;
+use cslam_core::telemetry::PathOutcome;
+use cslam_firmware::receiver::Answer;
 
 use super::Sweep;
-use crate::evaluation::downlink::Downlinked;
 use crate::flight_log::{
     Downlink, FlightLog, Header, MapVoxel, MeasuredPath, PointRecord, PoseTruth, SweepEstimate, SweepRecord,
     SweepTruth,
 };
 use crate::paths::Link;
 
-/// The log of what was flown: a link and what was measured on it, sweep by sweep, what the ground heard of it and the
-/// receiver's map at the end. A list gives no attitude, so measured angles are in world axes as are the true ones, and the
+/// The log of what was flown: a link and what was measured on it, sweep by sweep, what the receiver made of it, what that
+/// cost on the way to the ground, and the receiver's map at the end. A list gives no attitude, so measured angles are in world axes as are the true ones, and the
 /// pose counts as given, not estimated.
 pub fn log<const N: usize>(
     header: Header,
     flown: &[(&Link, Sweep)],
-    heard: &Downlinked,
-    sent_bytes: usize,
+    answers: &[Answer],
+    downlink: Downlink,
     map: &PointCloud<N>,
 ) -> FlightLog {
     let mut log = FlightLog::new(header, f64::from(map.edge_m()));
+    let verdicts: BTreeMap<_, _> = answers.iter().map(|a| ((a.link, a.path), a.outcome)).collect();
     let mut gmt_index = 0;
     for (index, (link, sweep)) in flown.iter().enumerate() {
         gmt_index += u32::from(index > 0 && flown[index - 1].0.tx != link.tx);
         log.sweeps.push(record(
             link,
             sweep,
-            heard,
+            &verdicts,
             index,
             gmt_index,
             log.header.sweep_period_s,
         ));
     }
-    for report in &heard.points {
-        let sweep = log.sweeps.get(report.link as usize);
+    for answer in answers {
+        let Some(point) = &answer.point else { continue };
+        let sweep = log.sweeps.get(answer.link as usize);
         log.points.push(PointRecord {
-            sweep: report.link,
-            path: report.path,
+            sweep: answer.link,
+            path: answer.path,
             time_s: sweep.map_or(0.0, |s| s.time_s),
             gmt_index: sweep.map_or(0, |s| s.estimate.gmt_index),
-            position_m: report.position_m.map(f64::from),
-            covariance_trace_m2: f64::from(report.sigma_m).powi(2),
+            position_m: point.position.to_array().map(f64::from),
+            covariance_trace_m2: f64::from(point.sigma_m()).powi(2),
             first_order_probability: None,
             snr_db: None,
         });
     }
     log.map = map.points().map(MapVoxel::from).collect();
-    log.downlink = Downlink {
-        packets: u64::from(heard.packets),
-        bytes: sent_bytes as u64,
-    };
+    log.downlink = downlink;
     log
 }
 
 fn record(
     link: &Link,
     sweep: &Sweep,
-    heard: &Downlinked,
+    verdicts: &BTreeMap<(u32, u8), PathOutcome>,
     index: usize,
     gmt_index: u32,
     period_s: f64,
 ) -> SweepRecord {
-    // A packet that did not reach the ground leaves no verdict.
+    // A record that did not reach the receiver leaves no verdict.
     let verdict = |path: u8| {
-        heard
-            .verdicts
+        verdicts
             .get(&(sweep.link, path))
-            .copied()
-            .unwrap_or("not heard")
+            .unwrap_or(&PathOutcome::Missing)
+            .as_str()
     };
     let numbered = sweep.paths.iter().zip(0..=u8::MAX);
     SweepRecord {

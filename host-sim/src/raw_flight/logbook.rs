@@ -4,9 +4,10 @@ use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::cslam::{self, Outcome, PATHS, PathReport, SweepReport};
 use cslam_core::geometry::Matrix3;
 use cslam_core::localization::Pose;
+use cslam_core::localization::filter::Health;
 use cslam_core::map::PointCloud;
 use cslam_core::telemetry::{
-    Encoder, InputReport, MAX_FRAME, Message, PointReport, RejectionReport, Summary,
+    Batch, HealthCounters, HealthReport, LinkReport, MAX_FRAME, Message, PointReport, PoseReport, Sender,
 };
 use nalgebra::{Rotation3, UnitQuaternion};
 
@@ -20,9 +21,13 @@ use crate::world::HeardSweep;
 /// A log in the making.
 pub(super) struct Logbook {
     log: FlightLog,
-    encoder: Encoder,
+    sender: Sender,
+    batch: Batch,
     packets: Vec<u8>,
-    summary: Summary,
+    health: HealthCounters,
+    health_due_ns: u64,
+    pose_due: bool,
+    line_of_sight: bool,
     gmt_index: u32,
     last_gmt_m: Option<[f64; 3]>,
 }
@@ -30,13 +35,20 @@ pub(super) struct Logbook {
 /// The GMT has moved on when it is this far from where it was, m.
 const MOVED_M: f64 = 0.5;
 
+/// Time between two health reports, ns.
+const HEALTH_INTERVAL_NS: u64 = 1_000_000_000;
+
 impl Logbook {
-    pub(super) fn new(header: Header, voxel_edge_m: f32) -> Self {
+    pub(super) fn new(header: Header, voxel_edge_m: f32, sender: Sender) -> Self {
         Self {
             log: FlightLog::new(header, f64::from(voxel_edge_m)),
-            encoder: Encoder::new(),
+            sender,
+            batch: Batch::default(),
             packets: Vec::new(),
-            summary: Summary::default(),
+            health: HealthCounters::default(),
+            health_due_ns: 0,
+            pose_due: true,
+            line_of_sight: false,
             gmt_index: 0,
             last_gmt_m: None,
         }
@@ -49,54 +61,81 @@ impl Logbook {
     /// Sends a packet to the ground.
     fn send(&mut self, message: &Message) {
         let mut frame = [0; MAX_FRAME];
-        match self.encoder.encode(message, &mut frame) {
+        match self.sender.encode(message, &mut frame) {
             Ok(bytes) => {
                 self.packets.extend_from_slice(bytes);
-                self.log.downlink.packets += 1;
+                self.log.downlink.enter(message, bytes.len() as u64);
+                self.health.packets_sent += 1;
             }
-            Err(_) => self.count("packets that could not be encoded"),
+            Err(_) => {
+                self.health.packets_dropped += 1;
+                self.count("packets that could not be encoded");
+            }
         }
     }
 
-    /// Tells the ground what became of a path.
-    fn downlink(&mut self, sweep: u32, index: usize, outcome: &Outcome) {
-        let path = index as u8;
-        match outcome {
-            Outcome::Point(point, _) => {
-                self.summary.points += 1;
-                self.send(&Message::Point(PointReport {
-                    link: sweep,
-                    path,
-                    position_m: point.position.to_array(),
-                    sigma_m: point.sigma_m(),
-                }));
+    /// Tells the ground of a sweep, and of the points that have waited long enough.
+    fn downlink(&mut self, report: &SweepReport<PATHS>, gmt_m: [f64; 3]) {
+        let stop = u16::try_from(self.gmt_index).unwrap_or(u16::MAX);
+        self.line_of_sight = report.verdict.is_taken();
+        self.health.sweeps += 1;
+        self.health.blocks += u32::from(report.beams);
+        self.send(&Message::Link(LinkReport::new(report, Some(gmt_m), stop)));
+        for path in &report.paths {
+            match &path.outcome {
+                Outcome::Point(point, insertion) => {
+                    self.health.points += 1;
+                    if insertion.is_some() {
+                        let point = PointReport {
+                            sweep: report.sweep,
+                            stop,
+                            position_m: point.position.to_array(),
+                            sigma_m: point.sigma_m(),
+                            probability: path.probabilities.map_or(1.0, |p| p.first_order),
+                        };
+                        match self.batch.push(report.time_ns, &point) {
+                            Ok(Some(full)) => self.send(&Message::Points(full)),
+                            Ok(None) => {}
+                            Err(_) => self.count("points that could not be sent"),
+                        }
+                    }
+                }
+                Outcome::Rejected(_) => self.health.rejected += 1,
+                Outcome::Input(_) => self.health.invalid += 1,
+                _ => {}
             }
-            Outcome::Rejected(reason) => {
-                self.summary.rejected += 1;
-                self.send(&Message::Rejection(RejectionReport {
-                    link: sweep,
-                    path,
-                    reason: *reason,
-                }));
-            }
-            Outcome::Input(error) => {
-                self.summary.invalid += 1;
-                self.send(&Message::Input(InputReport {
-                    link: sweep,
-                    path,
-                    error: *error,
-                }));
-            }
-            Outcome::NoPose
-            | Outcome::Unused
-            | Outcome::LineOfSight
-            | Outcome::NotFirstOrder
-            | Outcome::DepartureUnknown => {}
+        }
+        if let Some(due) = self.batch.due(report.time_ns) {
+            self.send(&Message::Points(due));
+        }
+        if report.time_ns >= self.health_due_ns {
+            self.health_due_ns = report.time_ns + HEALTH_INTERVAL_NS;
+            self.report_health(report.time_ns);
         }
     }
 
-    /// Enters the pose between sweeps, at a time of the GMT.
-    pub(super) fn pose(&mut self, pose: Option<&Pose>, clock_offset_m: Option<f64>, truth: &Truth) {
+    fn report_health(&mut self, time_ns: u64) {
+        self.send(&Message::Health(HealthReport {
+            time_ns,
+            uptime_ms: u32::try_from(time_ns / 1_000_000).unwrap_or(u32::MAX),
+            counters: self.health,
+            ..HealthReport::default()
+        }));
+    }
+
+    /// Enters the pose between sweeps, at a time of the GMT. The ground is told every second one.
+    pub(super) fn pose(
+        &mut self,
+        pose: Option<&Pose>,
+        clock_offset_m: Option<f64>,
+        health: Health,
+        truth: &Truth,
+    ) {
+        if let Some(pose) = pose.filter(|_| self.pose_due) {
+            let report = PoseReport::new(pose, clock_offset_m, health, self.line_of_sight);
+            self.send(&Message::Pose(report));
+        }
+        self.pose_due = !self.pose_due;
         self.log.poses.push(PoseRecord {
             time_s: truth.time_s,
             estimate: pose.map(|pose| pose_estimate(pose, clock_offset_m)),
@@ -132,8 +171,8 @@ impl Logbook {
                 });
             }
             self.count(&verdict(path));
-            self.downlink(report.sweep, index, &path.outcome);
         }
+        self.downlink(report, gmt_m);
         let estimate = SweepEstimate {
             pose: report
                 .pose
@@ -170,11 +209,12 @@ impl Logbook {
     /// Closes the log with the receiver's map.
     pub(super) fn close<const N: usize>(mut self, map: &PointCloud<N>) -> (FlightLog, Vec<u8>) {
         let counters = map.counters();
-        self.summary.map_points = map.len() as u32;
-        self.summary.map_dropped = counters.dropped.saturating_add(counters.out_of_range);
-        let summary = self.summary;
-        self.send(&Message::Summary(summary));
-        self.log.downlink.bytes = self.packets.len() as u64;
+        self.health.map_points = map.len() as u32;
+        self.health.map_dropped = counters.dropped.saturating_add(counters.out_of_range);
+        if let Some(rest) = self.batch.close() {
+            self.send(&Message::Points(rest));
+        }
+        self.report_health(self.health_due_ns);
         self.log.map = map
             .points()
             .map(|point| MapVoxel {

@@ -14,6 +14,7 @@ use std::thread;
 use cslam_core::cslam::{CHANNELS, PATHS, SweepReport};
 use cslam_core::ltd::PathEstimator;
 use cslam_firmware::app::{Application, Capture, Observer, Symbol, VOXELS};
+use cslam_core::telemetry::{Key, Sender};
 
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
@@ -36,6 +37,9 @@ impl Observer for Reports {
         self.0 = Some(report.clone());
     }
 }
+
+/// Number of the UAV in its packets, which are signed with the published key.
+pub const UAV: u8 = 1;
 
 /// Flies through `world` until its end, or until `interrupted`. `swept` sees the report of each sweep.
 ///
@@ -89,7 +93,8 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     ready: &Receiver<Ready>,
     mut go_on: impl FnMut(&SweepReport<PATHS>) -> bool,
 ) -> Result<(FlightLog, Vec<u8>), InputError> {
-    let mut logbook = Logbook::new(header, receiver.cslam().map().edge_m());
+    let sender = Sender::new(UAV, &Key::TEST, 0);
+    let mut logbook = Logbook::new(header, receiver.cslam().map().edge_m(), sender);
     let mut hand: Option<HeardSweep> = None;
     let mut reports = Reports::default();
     let mut pose_due_ns = 0;
@@ -117,7 +122,7 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
                     let clock_offset_m = pose
                         .as_ref()
                         .and_then(|pose| receiver.cslam().clock_offset_m(pose));
-                    logbook.pose(pose.as_ref(), clock_offset_m, &truth);
+                    logbook.pose(pose.as_ref(), clock_offset_m, receiver.cslam().health(), &truth);
                 }
             }
             Event::Magnetometer(sample) => {

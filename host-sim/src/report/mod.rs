@@ -60,7 +60,7 @@ pub struct TelemetryFigures {
     pub packets: u64,
     /// Bytes sent, framing included.
     pub bytes: u64,
-    /// Bytes for each accepted point, everything sent included.
+    /// Bytes for each point that was sent: packets of points alone, framing and checksums included.
     pub bytes_per_point: Option<f64>,
     /// Bytes a second of flight.
     pub bytes_per_s: Option<f64>,
@@ -102,7 +102,8 @@ impl Report {
             telemetry: TelemetryFigures {
                 packets: log.downlink.packets,
                 bytes,
-                bytes_per_point: (!log.points.is_empty()).then(|| bytes as f64 / log.points.len() as f64),
+                bytes_per_point: (log.downlink.points > 0)
+                    .then(|| log.downlink.point_bytes as f64 / log.downlink.points as f64),
                 bytes_per_s: (flight_s > 0.0).then(|| bytes as f64 / flight_s),
             },
         }

@@ -89,6 +89,8 @@ pub(crate) fn fly(scene: &Scene, duration_s: f64, seed: u64) -> FlightLog {
     log.downlink = Downlink {
         packets: log.points.len() as u64,
         bytes: 8 * log.points.len() as u64,
+        points: log.points.len() as u64,
+        point_bytes: 8 * log.points.len() as u64,
     };
     log
 }

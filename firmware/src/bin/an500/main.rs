@@ -19,6 +19,7 @@ mod uart;
 
 use cortex_m_rt::entry;
 use cslam_core::reflection::Form;
+use cslam_core::telemetry::{Key, Sender};
 use cslam_firmware::measurement;
 use cslam_firmware::receiver::{BoardMap, ReceiveError, Receiver, Step, board_gates};
 use cslam_firmware::ring::{Consumer, RingError};
@@ -33,6 +34,9 @@ use uart::Downlink;
 /// How long the board waits for a ring and for each record, s.
 const PATIENCE_S: u32 = 20;
 
+/// Number of this UAV. The emulated board has no secret, so it signs with the published key.
+const UAV: u8 = 1;
+
 type Ring = Consumer<Psram, { measurement::LENGTH }>;
 
 #[entry]
@@ -42,7 +46,7 @@ fn main() -> ! {
         // `main` runs once, so this is the first and only time.
         exit(Exit::Panic)
     };
-    let mut receiver = Receiver::new(map, Form::Vector, board_gates());
+    let mut receiver = Receiver::new(map, Form::Vector, board_gates(), Sender::new(UAV, &Key::TEST, 0));
     let mut downlink = Downlink::enable();
     exit(match mode() {
         Mode::SelfTest => self_test::run(&mut receiver, &mut downlink),

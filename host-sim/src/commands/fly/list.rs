@@ -6,7 +6,8 @@ use std::sync::atomic::Ordering;
 
 use cslam_core::reflection::Form;
 use cslam_firmware::measurement::{PathRecord, Record};
-use cslam_firmware::receiver::{BoardMap, ReceiveError, Receiver, board_gates};
+use cslam_core::telemetry::{Key, Sender};
+use cslam_firmware::receiver::{Answer, BoardMap, ReceiveError, Receiver, Step, board_gates};
 
 use super::{Args, Config, Flown, Mode, SWEEP_RATE_HZ};
 use crate::evaluation::downlink;
@@ -19,6 +20,9 @@ use crate::scene::Scene;
 
 /// Name that stands for the bundled path list.
 pub(super) const BUNDLED: &str = "bundled";
+
+/// Number of the UAV in its packets, signed with the published key.
+const UAV: u8 = 1;
 
 /// The scene that the bundled path list was traced in.
 const BUNDLED_SCENE: &str = "outdoor_a";
@@ -43,7 +47,7 @@ pub(super) fn run(args: &Args, config: &Config, file: &Path) -> anyhow::Result<F
     }
     super::make_directory(&args.out)?;
     let flight = fly(&links, config, args)?;
-    let heard = downlink::decode(&flight.packets);
+    let heard = downlink::decode(&flight.packets, UAV, &Key::TEST);
     let header = Header {
         mode: args.mode.name().into(),
         scene: list_name,
@@ -52,7 +56,7 @@ pub(super) fn run(args: &Args, config: &Config, file: &Path) -> anyhow::Result<F
         sweep_period_s: 1.0 / SWEEP_RATE_HZ,
         delay_cycle_m: None,
     };
-    let log = path_flight::log(header, &flight.flown, &heard, flight.packets.len(), &flight.map);
+    let log = path_flight::log(header, &flight.flown, &flight.answers, heard.traffic, &flight.map);
     Ok(Flown {
         log,
         scene,
@@ -66,6 +70,8 @@ struct Flight<'a> {
     packets: Vec<u8>,
     /// What was measured on each link.
     flown: Vec<(&'a Link, Sweep)>,
+    /// What became of it.
+    answers: Vec<Answer>,
 }
 
 fn fly<'a>(links: &'a [Link], config: &Config, args: &Args) -> anyhow::Result<Flight<'a>> {
@@ -76,10 +82,10 @@ fn fly<'a>(links: &'a [Link], config: &Config, args: &Args) -> anyhow::Result<Fl
         Form::Vector
     };
     let mut map = Box::new(BoardMap::new());
-    let mut receiver = Receiver::new(&mut map, form, board_gates());
+    let mut receiver = Receiver::new(&mut map, form, board_gates(), Sender::new(UAV, &Key::TEST, 0));
     let mut packets = Vec::new();
     let bar = progress::bar(links.len() as u64, "flying");
-    let (mut flown, mut sent) = (Vec::with_capacity(links.len()), 0);
+    let (mut flown, mut answers) = (Vec::with_capacity(links.len()), Vec::new());
     for (index, link) in links.iter().enumerate() {
         if interrupted.load(Ordering::Relaxed) {
             bar.abandon();
@@ -95,15 +101,22 @@ fn fly<'a>(links: &'a [Link], config: &Config, args: &Args) -> anyhow::Result<Fl
         .map_err(|e| InputError::new(format!("link {index} of the path list: {e}")))?;
         for (path, number) in sweep.paths.iter().zip(0..=u8::MAX) {
             let record = PathRecord::new(sweep.link, number, &sweep.ends, path);
-            receive(&mut receiver, Record::Path(record), &mut packets)?;
-            sent += 1;
+            if receive(&mut receiver, Record::Path(record), &mut packets)? == Step::Answered {
+                answers.extend(receiver.answer());
+            }
         }
         flown.push((link, sweep));
         bar.inc(1);
     }
     bar.finish_and_clear();
+    let sent = u32::try_from(answers.len())?;
     receive(&mut receiver, Record::End { sent }, &mut packets)?;
-    Ok(Flight { map, packets, flown })
+    Ok(Flight {
+        map,
+        packets,
+        flown,
+        answers,
+    })
 }
 
 /// Through the bytes of a record, as the chip gets it.
@@ -111,10 +124,9 @@ fn receive<const N: usize>(
     receiver: &mut Receiver<'_, N>,
     record: Record,
     packets: &mut Vec<u8>,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<Step> {
     receiver
         .receive(&record.encode(), &mut Downlink(packets))
-        .map(drop)
         .map_err(|e| match e {
             ReceiveError::Downlink(never) => match never {},
             other => anyhow::anyhow!("the receiver stopped: {other}"),
