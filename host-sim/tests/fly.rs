@@ -4,6 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use cslam_core::telemetry::Key;
+
 fn fly(directory: &Path, args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_cslam"))
         .current_dir(directory)
@@ -61,8 +63,21 @@ fn a_path_list_flies_and_writes_everything() {
     assert!(names.contains("flight.mcap") && names.contains("report.html"));
     assert!(names.split(", ").all(|name| out.join(name).is_file()), "{names}");
     assert_eq!(vertices(&out.join("points.ply")), accepted);
-    // Every measurement is a packet, and one more closes the stream.
-    assert_eq!(report["telemetry"]["packets"], 1701);
+    // The ground hears of every measurement, and gets every point.
+    let packets = fs::read(out.join("packets.bin")).expect("written");
+    let heard = cslam_host_sim::evaluation::downlink::decode(&packets, 1, &Key::TEST);
+    assert_eq!((heard.points.len() as u64, heard.refused.len()), (accepted, 0));
+    assert_eq!(
+        heard.links.iter().map(|link| link.outcomes.len()).sum::<usize>(),
+        1700
+    );
+    let counters = heard.health.expect("it closes the stream").counters;
+    assert_eq!(u64::from(counters.map_points), vertices(&out.join("map.ply")));
+    let bytes_per_point = report["telemetry"]["bytes_per_point"].as_f64().expect("known");
+    assert!(
+        bytes_per_point > 4.0 && bytes_per_point < 9.0,
+        "{bytes_per_point} bytes a point"
+    );
     let rmse_m = report["map"]["point_rmse_m"].as_f64().expect("known");
     assert!(
         rmse_m > 0.05 && rmse_m < 0.3,

@@ -166,7 +166,11 @@ impl ConfigReport {
         Some(Self {
             version: from.take_u16(16)?,
             crc: from.take_u32(32)?,
-            mode: if from.take_bit()? { ModeReport::Paper } else { ModeReport::Best },
+            mode: if from.take_bit()? {
+                ModeReport::Paper
+            } else {
+                ModeReport::Best
+            },
             firmware: [from.take_u8(8)?, from.take_u8(8)?, from.take_u8(8)?],
             map_capacity: u32::try_from(from.take_sized()?).ok()?,
             voxel_edge_m: f32::from(from.take_u16(16)?) / 1000.0,

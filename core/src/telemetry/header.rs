@@ -40,7 +40,11 @@ impl Header {
     /// The version comes first, so that it can be told from damage whatever follows it.
     pub(super) fn decode([_version, what, uav, a, b, c, d]: [u8; HEADER_LENGTH]) -> Self {
         Self {
-            direction: if what & UP != 0 { Direction::Up } else { Direction::Down },
+            direction: if what & UP != 0 {
+                Direction::Up
+            } else {
+                Direction::Down
+            },
             signed: what & SIGNED != 0,
             kind: what & KIND,
             uav,

@@ -56,7 +56,11 @@ impl Key {
 
 impl fmt::Debug for Key {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(if self.is_test() { "Key(test)" } else { "Key(secret)" })
+        f.write_str(if self.is_test() {
+            "Key(test)"
+        } else {
+            "Key(secret)"
+        })
     }
 }
 

@@ -1,9 +1,7 @@
 //! What a packet says.
 
 use super::bits::{BitReader, BitWriter};
-use super::{
-    ConfigReport, Direction, EventReport, HealthReport, LinkReport, PointBatch, PoseReport, Uplink,
-};
+use super::{ConfigReport, Direction, EventReport, HealthReport, LinkReport, PointBatch, PoseReport, Uplink};
 
 /// What the UAV says.
 #[derive(Clone, Debug, PartialEq)]

@@ -51,7 +51,7 @@ pub use window::REORDERING;
 pub const VERSION: u8 = 2;
 
 /// Longest packet before framing, bytes: that of a full batch of points as far apart as can be.
-pub const MAX_PACKET: usize = 368;
+pub const MAX_PACKET: usize = 358;
 
 /// Longest frame on the wire, the closing zero included, bytes: COBS adds one byte for each 254 begun.
 pub const MAX_FRAME: usize = MAX_PACKET + 1 + MAX_PACKET / 254 + 1;

@@ -1,6 +1,7 @@
 //! Where the UAV is, ten times a second.
 
 use super::bits::{BitReader, BitWriter};
+use super::scale::CLOCK_OFFSET;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Body, Matrix3, Rotation, World};
 use crate::localization::Pose;
@@ -77,7 +78,7 @@ impl Spread {
 /// The UAV's clock against the GMT's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ClockReport {
-    /// UAV clock less GMT clock, s, up to 70 s; sent in steps of 1 ps.
+    /// UAV clock less GMT clock, s, up to 90 000 s (25 hours); sent in steps of 10 ps.
     pub offset_s: f64,
     /// Standard deviation of that, as a length, m.
     pub sigma_m: f32,
@@ -113,8 +114,6 @@ pub struct PoseReport {
 /// Bits of a position coordinate, in mm, and of a velocity, in cm/s.
 const POSITION: (f64, u32) = (1000.0, 32);
 const VELOCITY: (f64, u32) = (100.0, 16);
-/// Bits of a clock offset, in ps.
-const CLOCK: (f64, u32) = (1e12, 47);
 
 impl PoseReport {
     /// Of a pose. `clock_offset_m` has the whole delay periods ([`crate::cslam::Cslam::clock_offset_m`]).
@@ -149,7 +148,7 @@ impl PoseReport {
         to.put_quaternion(self.quaternion_wb);
         to.put_bit(self.clock.is_some());
         if let Some(clock) = self.clock {
-            to.put_linear(clock.offset_s, CLOCK.0, CLOCK.1);
+            to.put_linear(clock.offset_s, CLOCK_OFFSET.0, CLOCK_OFFSET.1);
             to.put_sigma(clock.sigma_m);
         }
         for spread in [self.position, self.velocity, self.attitude] {
@@ -173,7 +172,7 @@ impl PoseReport {
         let quaternion_wb = from.take_quaternion()?;
         let clock = if from.take_bit()? {
             Some(ClockReport {
-                offset_s: from.take_linear(CLOCK.0, CLOCK.1)?,
+                offset_s: from.take_linear(CLOCK_OFFSET.0, CLOCK_OFFSET.1)?,
                 sigma_m: from.take_sigma()?,
             })
         } else {

@@ -83,6 +83,9 @@ impl BitReader<'_> {
     }
 }
 
+/// Steps a second and bits of a clock offset.
+pub(super) const CLOCK_OFFSET: (f64, u32) = (1e11, 54);
+
 /// Steps of a component that is at most 0.7072: 17 bits with sign.
 const QUATERNION: f64 = 92_680.0;
 /// Half of the square root of two.

@@ -3,6 +3,7 @@
 use core::f64::consts::PI;
 
 use super::bits::{BitReader, BitWriter};
+use super::scale::CLOCK_OFFSET;
 use crate::cslam::Beacon;
 use crate::geometry::Rotation;
 
@@ -83,12 +84,9 @@ impl BeaconReport {
 pub struct TimingReport {
     /// UAV clock at the exchange, ns.
     pub time_ns: u64,
-    /// UAV clock less GMT clock, s, up to 100 days; sent in steps of 1 ps.
+    /// UAV clock less GMT clock, s, up to 90 000 s (25 hours); sent in steps of 10 ps.
     pub clock_offset_s: f64,
 }
-
-/// Steps and bits of a clock offset; up to 2^53 ps a step is exact.
-const OFFSET: (f64, u32) = (1e12, 54);
 
 /// How often the UAV sends what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,12 +153,17 @@ impl Uplink {
             Self::Beacon(beacon) => beacon.write(to),
             Self::Timing(timing) => {
                 to.put(timing.time_ns, 64);
-                to.put_linear(timing.clock_offset_s, OFFSET.0, OFFSET.1);
+                to.put_linear(timing.clock_offset_s, CLOCK_OFFSET.0, CLOCK_OFFSET.1);
             }
             Self::Command(command) => match command {
                 Command::SetRates(rates) => {
                     to.put(0, 8);
-                    for rate in [rates.pose_hz, rates.link_sweeps, rates.health_s, rates.point_wait_ds] {
+                    for rate in [
+                        rates.pose_hz,
+                        rates.link_sweeps,
+                        rates.health_s,
+                        rates.point_wait_ds,
+                    ] {
                         to.put(u64::from(rate), 8);
                     }
                 }
@@ -176,7 +179,7 @@ impl Uplink {
             0 => Self::Beacon(BeaconReport::read(from)?),
             1 => Self::Timing(TimingReport {
                 time_ns: from.take(64)?,
-                clock_offset_s: from.take_linear(OFFSET.0, OFFSET.1)?,
+                clock_offset_s: from.take_linear(CLOCK_OFFSET.0, CLOCK_OFFSET.1)?,
             }),
             2 => Self::Command(match from.take(8)? {
                 0 => Command::SetRates(DownlinkRates {

@@ -135,7 +135,11 @@ fn fly(map: &mut BoardMap, decoder: &mut Decoder, key: &Key) {
         black_box(receiver.map().points().len());
         black_box(turn().is_ok());
         if let Some(Ok(heard)) = decoder.push(black_box(0)) {
-            black_box(receiver_sender(key).encode(&heard.message, &mut [0; MAX_FRAME]).is_ok());
+            black_box(
+                receiver_sender(key)
+                    .encode(&heard.message, &mut [0; MAX_FRAME])
+                    .is_ok(),
+            );
         }
         if let Some(Ok(heard)) = up.push(black_box(0)) {
             if let Uplink::Beacon(beacon) = heard.message {

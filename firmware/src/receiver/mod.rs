@@ -197,8 +197,9 @@ impl<'m, const N: usize> Receiver<'m, N> {
     fn end<W: Write>(&mut self, downlink: &mut W) -> Result<(), ReceiveError<W::Error>> {
         let link = self.sweeps.close().map(Message::Link);
         let points = self.batch.close().map(Message::Points);
+        let result = self.send_all(link.into_iter().chain(points), downlink);
         let health = Message::Health(self.health());
-        self.send_all(link.into_iter().chain(points).chain([health]), downlink)
+        result.and(self.send_all([health].into_iter(), downlink))
     }
 
     /// Totals so far, as they go down at the end of a stream. Records stand for blocks: what came is what was judged.

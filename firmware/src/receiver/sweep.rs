@@ -44,7 +44,10 @@ impl Sweeps {
             self.stop = self.stop.saturating_add(1);
         }
         self.gmt_m = Some(record.gmt_m);
-        let known = record.gmt_m.iter().all(|coordinate| coordinate.abs() < FARTHEST_M);
+        let known = record
+            .gmt_m
+            .iter()
+            .all(|coordinate| coordinate.abs() < FARTHEST_M);
         self.open = Some(LinkReport {
             sweep: record.link,
             time_ns: Self::time_ns(record.link),

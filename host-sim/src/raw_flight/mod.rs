@@ -13,8 +13,8 @@ use std::thread;
 
 use cslam_core::cslam::{CHANNELS, PATHS, SweepReport};
 use cslam_core::ltd::PathEstimator;
-use cslam_firmware::app::{Application, Capture, Observer, Symbol, VOXELS};
 use cslam_core::telemetry::{Key, Sender};
+use cslam_firmware::app::{Application, Capture, Observer, Symbol, VOXELS};
 
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
@@ -28,6 +28,9 @@ const AHEAD: usize = 3;
 /// Time between two poses in the log, ns: 20 Hz.
 const POSE_INTERVAL_NS: u64 = 50_000_000;
 
+/// Number of the UAV in its packets, which are signed with the published key.
+pub const UAV: u8 = 1;
+
 /// What the receiver reports of a sweep, until it has been entered into the log.
 #[derive(Default)]
 struct Reports(Option<SweepReport<PATHS>>);
@@ -37,9 +40,6 @@ impl Observer for Reports {
         self.0 = Some(report.clone());
     }
 }
-
-/// Number of the UAV in its packets, which are signed with the published key.
-pub const UAV: u8 = 1;
 
 /// Flies through `world` until its end, or until `interrupted`. `swept` sees the report of each sweep.
 ///

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use cslam_core::telemetry::{Decoder, Message};
+use cslam_core::telemetry::{Decoder, Key, Message};
 
 /// The first place where two streams differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +47,7 @@ pub(crate) fn first_difference(expected: &[u8], found: &[u8]) -> Option<Differen
 
 /// Every message of a stream, none of which may be damaged.
 pub(crate) fn messages(bytes: &[u8]) -> Vec<Message> {
-    let mut decoder = Decoder::new();
+    let mut decoder = Decoder::new(crate::golden::UAV, &Key::TEST);
     let packets = bytes.iter().filter_map(|byte| decoder.push(*byte));
     packets
         .map(|packet| packet.expect("no packet is damaged").message)

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 
 use cslam_core::reflection::Form;
-use cslam_firmware::measurement::{PathRecord, Record};
 use cslam_core::telemetry::{Key, Sender};
+use cslam_firmware::measurement::{PathRecord, Record};
 use cslam_firmware::receiver::{Answer, BoardMap, ReceiveError, Receiver, Step, board_gates};
 
 use super::{Args, Config, Flown, Mode, SWEEP_RATE_HZ};
