@@ -17,11 +17,11 @@ const RAMPS = {
 /** Colour of a UAV or of a stop of the GMT by its number: neighbours differ. */
 export function colourOf(index, dark) {
   const hue = (index * 137.508 + 205) % 360;
-  return `hsl(${hue.toFixed(0)} ${dark ? '80% 66%' : '72% 40%'})`;
+  return `hsl(${hue.toFixed(0)}, ${dark ? '80%, 66%' : '72%, 40%'})`;
 }
 
 const VERTEX = `
-uniform float size, now, span, low, high, scale;
+uniform float size, least, now, span, low, high, scale;
 uniform int colouring;
 uniform vec3 ramp[5];
 uniform vec2 hue;
@@ -44,7 +44,7 @@ vec3 wheel(float index) {
 void main() {
   vec4 eye = modelViewMatrix * vec4(position, 1.0);
   gl_Position = projectionMatrix * eye;
-  gl_PointSize = clamp(size * scale / max(-eye.z, 0.01), 2.0 * size, 7.0 * size);
+  gl_PointSize = clamp(size * scale / max(-eye.z, 0.01), least * size, 8.0 * size);
   if (colouring == 0) tint = along((position.z - low) / max(high - low, 0.1));
   else if (colouring == 1) tint = along(1.0 - (now - seen) / span);
   else if (colouring == 2) tint = along(tags.x * 2.0 - 1.0);
@@ -66,7 +66,7 @@ export class Cloud {
       vertexShader: VERTEX,
       fragmentShader: FRAGMENT,
       uniforms: {
-        size: { value: 1 }, scale: { value: 120 }, now: { value: 0 }, span: { value: 60 }, low: { value: 0 }, high: { value: 10 },
+        size: { value: 1 }, least: { value: 4 }, scale: { value: 120 }, now: { value: 0 }, span: { value: 60 }, low: { value: 0 }, high: { value: 10 },
         colouring: { value: 0 }, ramp: { value: [] }, hue: { value: { x: 0.75, y: 0.4 } },
       },
     });
@@ -134,6 +134,8 @@ export class Cloud {
     for (const attribute of [position, seen, tags]) attribute.needsUpdate = true;
     this.total = Math.max(total, last);
     this.object.geometry.setDrawRange(0, this.total);
+    // Few points are drawn large enough to be seen, many small enough to be told apart.
+    this.material.uniforms.least.value = Math.min(4.5, Math.max(1.5, 6 - Math.log10(this.total + 1)));
     [this.material.uniforms.low.value, this.material.uniforms.high.value] = [this.low[2], this.high[2]];
   }
 
@@ -148,7 +150,7 @@ export class Cloud {
   scale(dark) {
     const gradient = `linear-gradient(90deg, ${RAMPS[dark ? 'dark' : 'light'].join(', ')})`;
     const { colouring, span, low, high } = this.material.uniforms;
-    const metres = (value) => (Number.isFinite(value) ? `${value.toFixed(1)} m` : '');
+    const metres = (value) => (Number.isFinite(value) ? `${value.toFixed(1).replace(/^-0\.0$/, '0.0')} m` : '');
     const name = COLOURINGS[colouring.value];
     if (name === 'height') return [metres(low.value), gradient, metres(high.value)];
     if (name === 'age') return [`${span.value} s old`, gradient, 'now'];

@@ -50,7 +50,7 @@ class Trail {
 const CONE = new ConeGeometry(0.55, 2.2, 12);
 CONE.rotateZ(-Math.PI / 2); // Nose along the body's x axis.
 const ROTOR = new SphereGeometry(0.34, 10, 8);
-const MAST = new CylinderGeometry(0.16, 0.5, 3, 10);
+const MAST = new CylinderGeometry(0.12, 0.4, 2.2, 10);
 MAST.rotateX(Math.PI / 2);
 
 class Uav {
@@ -150,6 +150,7 @@ export class Markers {
   /** Keeps markers and names at a size on the screen, before a frame is drawn. */
   beforeFrame(camera, width, height) {
     const at = new Vector3();
+    camera.updateMatrixWorld();
     const named = this.uavs.size <= MOST_LABELS;
     const place = (label, object, wanted) => {
       at.copy(object.position).project(camera);

@@ -105,7 +105,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
 fn live(args: &Args) -> Result<Inputs, InputError> {
     use crate::ground::inputs::Udp;
     #[cfg(unix)]
-    let serial = args.serial.iter().cloned().map(crate::ground::inputs::Serial::open);
+    let serial = args
+        .serial
+        .iter()
+        .cloned()
+        .map(crate::ground::inputs::Serial::open);
     #[cfg(unix)]
     let serial = serial.collect::<Result<Vec<_>, _>>()?;
     #[cfg(unix)]

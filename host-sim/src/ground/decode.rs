@@ -167,7 +167,11 @@ fn link(report: &telemetry::LinkReport) -> Link {
         sweep: report.sweep,
         time_s: seconds(report.time_ns),
         state: report.state as u8,
-        outcomes: report.outcomes.iter().map(telemetry::PathOutcome::as_str).collect(),
+        outcomes: report
+            .outcomes
+            .iter()
+            .map(telemetry::PathOutcome::as_str)
+            .collect(),
         snr_db: report.snr_db.map(f64::from),
         beams: report.beams,
         gmt_m: report.gmt_m,
@@ -183,7 +187,10 @@ fn health(report: &telemetry::HealthReport) -> Health {
         cpu_load: f64::from(report.load),
         free_stack_bytes: report.free_stack,
         reset_cause: report.reset.as_str(),
-        counters: telemetry::HealthCounters::NAMES.into_iter().zip(counters).collect(),
+        counters: telemetry::HealthCounters::NAMES
+            .into_iter()
+            .zip(counters)
+            .collect(),
     }
 }
 
@@ -204,15 +211,17 @@ fn event(report: &telemetry::EventReport) -> Event {
             (reset_severity(record.cause), text)
         }
         Happened::ConfigAccepted(crc) => (Severity::Info, format!("configuration {crc:08x} taken")),
-        Happened::ConfigRefused(reason) => {
-            (Severity::Warning, format!("configuration refused, reason {reason}"))
-        }
+        Happened::ConfigRefused(reason) => (
+            Severity::Warning,
+            format!("configuration refused, reason {reason}"),
+        ),
         Happened::Started => (Severity::Info, "pose set for the first time".into()),
         Happened::Refixed => (Severity::Warning, "pose set anew".into()),
         Happened::KeyMissing => (Severity::Error, "no key: nothing is taken from the ground".into()),
-        Happened::StorageDamaged(record) => {
-            (Severity::Error, format!("record {record} of the permanent memory was damaged"))
-        }
+        Happened::StorageDamaged(record) => (
+            Severity::Error,
+            format!("record {record} of the permanent memory was damaged"),
+        ),
         Happened::MapRestarted => (Severity::Info, "map emptied".into()),
     };
     Event {

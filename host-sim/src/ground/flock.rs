@@ -123,7 +123,11 @@ impl MadeUpUav {
     fn link(&mut self, time_s: f64) -> LinkReport {
         let sighted = libm::sin(0.3 * time_s) > -0.5;
         let mut outcomes = heapless::Vec::new();
-        for outcome in [PathOutcome::LineOfSight, PathOutcome::Point, PathOutcome::NotFirstOrder] {
+        for outcome in [
+            PathOutcome::LineOfSight,
+            PathOutcome::Point,
+            PathOutcome::NotFirstOrder,
+        ] {
             if sighted || outcome != PathOutcome::LineOfSight {
                 // There is room for more.
                 let _fits = outcomes.push(outcome);
@@ -132,8 +136,16 @@ impl MadeUpUav {
         LinkReport {
             sweep: (2.0 * time_s) as u32,
             time_ns: (time_s * 1e9) as u64,
-            state: if sighted { LinkState::LineOfSight } else { LinkState::FirstOrder },
-            verdict: if sighted { SweepVerdict::Accepted } else { SweepVerdict::NoSight },
+            state: if sighted {
+                LinkState::LineOfSight
+            } else {
+                LinkState::FirstOrder
+            },
+            verdict: if sighted {
+                SweepVerdict::Accepted
+            } else {
+                SweepVerdict::NoSight
+            },
             beams: 40,
             snr_db: Some((14.0 + 5.0 * libm::sin(0.3 * time_s) + self.random.normal()) as f32),
             gmt_m: Some([-40.0 + 20.0 * f64::from(self.stop(time_s)), -45.0, 2.0]),

@@ -40,7 +40,9 @@ impl Trust {
             let (uav, file) = match argument.split_once('=') {
                 Some((uav, file)) => {
                     let uav: u8 = uav.parse().map_err(|_| {
-                        InputError::new(format!("--key {argument}: `{uav}` is no UAV, expected 0 to 255 before ="))
+                        InputError::new(format!(
+                            "--key {argument}: `{uav}` is no UAV, expected 0 to 255 before ="
+                        ))
                     })?;
                     (Some(uav), file)
                 }
@@ -52,7 +54,9 @@ impl Trust {
                 None => others.replace(key).is_some(),
             };
             if twice {
-                return Err(InputError::new(format!("--key {argument}: there is a key for that already")));
+                return Err(InputError::new(format!(
+                    "--key {argument}: there is a key for that already"
+                )));
             }
         }
         Ok(Self::Keys { of, others })
@@ -76,7 +80,12 @@ impl Trust {
                     (0, Some(_)) => "signed packets, one key".to_owned(),
                     (keys, _) => format!("signed packets, {} keys", keys + usize::from(others.is_some())),
                 };
-                whose + if test { " (the published test key: anybody can forge)" } else { "" }
+                whose
+                    + if test {
+                        " (the published test key: anybody can forge)"
+                    } else {
+                        ""
+                    }
             }
             Self::Unsigned => "unsigned packets: anybody can forge them".to_owned(),
         }
@@ -85,7 +94,12 @@ impl Trust {
 
 fn read_key(file: &std::path::Path) -> Result<Key, InputError> {
     let text = crate::input::read_text(file)?;
-    let digits: String = text.lines().filter(|l| !l.starts_with('#')).collect::<String>().trim().to_owned();
+    let digits: String = text
+        .lines()
+        .filter(|l| !l.starts_with('#'))
+        .collect::<String>()
+        .trim()
+        .to_owned();
     let mut bytes = [0; Key::LENGTH];
     let ok = digits.len() == 64
         && bytes.iter_mut().enumerate().all(|(k, byte)| {
@@ -97,6 +111,9 @@ fn read_key(file: &std::path::Path) -> Result<Key, InputError> {
     if ok {
         Ok(Key::new(bytes))
     } else {
-        Err(InputError::in_file(file, "is no key, expected 64 hexadecimal digits"))
+        Err(InputError::in_file(
+            file,
+            "is no key, expected 64 hexadecimal digits",
+        ))
     }
 }

@@ -93,11 +93,21 @@ impl Running {
         let recording = options.record.as_deref().map(Recording::begin).transpose()?;
         let mavlink = options.mavlink.map(mavlink::Out::new).transpose()?;
         let mut outputs = vec![options.trust.words()];
-        outputs.extend(options.record.as_ref().map(|to| format!("recording to {}", to.display())));
+        outputs.extend(
+            options
+                .record
+                .as_ref()
+                .map(|to| format!("recording to {}", to.display())),
+        );
         outputs.extend(options.mavlink.map(|to| format!("MAVLink to {to}")));
         let station = Station::new(options.size, RESERVED);
         let hub = Arc::new(Hub::new(station, outputs, scene.as_ref().map(edges)));
-        let engine = Engine::new(Arc::clone(&hub), Ears::new(options.trust.clone()), recording, mavlink);
+        let engine = Engine::new(
+            Arc::clone(&hub),
+            Ears::new(options.trust.clone()),
+            recording,
+            mavlink,
+        );
         let mut threads = vec![{
             let hub = Arc::clone(&hub);
             thread::spawn(move || page::serve(listener, hub))
@@ -129,10 +139,10 @@ fn start_inputs(inputs: Inputs, engine: Engine, hub: &Arc<Hub>) -> Vec<JoinHandl
     let mut threads = Vec::new();
     match inputs {
         Inputs::File(playback, speed) => {
+            hub.station().input(playback.name(), 0);
             let hub = Arc::clone(hub);
             threads.push(thread::spawn(move || {
                 let mut engine = engine;
-                hub.station().input(playback.name(), 0);
                 playback.play(&mut engine, &hub, speed);
                 let (_nobody, said) = inputs::queue();
                 // The page stays after the last packet.

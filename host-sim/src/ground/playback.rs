@@ -31,8 +31,7 @@ impl Playback {
     /// # Errors
     /// [`InputError`] naming the file when it cannot be read or is empty.
     pub fn open(file: &Path) -> Result<Self, InputError> {
-        let bytes =
-            fs::read(file).map_err(|e| InputError::in_file(file, format!("cannot be read: {e}")))?;
+        let bytes = fs::read(file).map_err(|e| InputError::in_file(file, format!("cannot be read: {e}")))?;
         if bytes.is_empty() {
             return Err(InputError::in_file(file, "is empty, expected packets"));
         }
@@ -60,7 +59,9 @@ impl Playback {
             if hub.is_stopped() {
                 return;
             }
-            let Some(time_s) = engine.push(&self.source, frame) else { continue };
+            let Some(time_s) = engine.push(&self.source, frame) else {
+                continue;
+            };
             engine.elapse();
             if speed <= 0.0 {
                 continue;

@@ -93,7 +93,7 @@ pub enum Message {
     /// Once a second.
     Heartbeat(Heartbeat),
     /// With every pose.
-    Odometry(Odometry),
+    Odometry(Box<Odometry>),
     /// With every event.
     StatusText(StatusText),
     /// Once a second.

@@ -81,7 +81,10 @@ impl Out {
         let messages: Vec<Message> = match &heard.message {
             model::Message::Pose(pose) => {
                 known.pose = Some(*pose);
-                odometry(pose).map(Message::Odometry).into_iter().collect()
+                odometry(pose)
+                    .map(|odometry| Message::Odometry(Box::new(odometry)))
+                    .into_iter()
+                    .collect()
             }
             model::Message::Points { points } => {
                 let seen = |point: &model::Point| {
