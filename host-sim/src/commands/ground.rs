@@ -8,11 +8,8 @@ use crate::ground::cloud::Size;
 use crate::ground::decode::Ears;
 use crate::ground::keys::Trust;
 use crate::ground::playback::Playback;
-use crate::ground::{Inputs, Options, run as run_station};
+use crate::ground::{self, Inputs, LISTEN, Options, PAGE};
 use crate::input::InputError;
-
-/// Where packets come in when nothing else is said.
-const LISTEN: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::LOCALHOST), 14_650);
 
 /// Arguments of `cslam ground`.
 #[derive(clap::Args, Debug)]
@@ -24,7 +21,7 @@ pub(crate) struct Args {
     /// Take packets from a radio on a serial port (may be repeated), at 57600 bit/s when no rate is given
     #[cfg(unix)]
     #[arg(long, value_name = "DEV[:BAUD]")]
-    serial: Vec<crate::ground::inputs::SerialPort>,
+    serial: Vec<ground::inputs::SerialPort>,
     /// Take packets from a file: packets.bin of a flight or of a recording
     #[arg(long, value_name = "FILE", conflicts_with_all = FILE_STANDS_ALONE)]
     file: Option<PathBuf>,
@@ -89,7 +86,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     };
     let options = Options {
         trust,
-        http: args.http.unwrap_or(([127, 0, 0, 1], 8080).into()),
+        http: args.http.unwrap_or(PAGE),
         record: args.record.clone(),
         mavlink: args.mavlink,
         scene: args.scene.clone(),
@@ -98,18 +95,14 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
             edge_m: args.voxel,
         },
     };
-    run_station(inputs, &options)
+    ground::run(inputs, &options)
 }
 
 /// What is heard live.
 fn live(args: &Args) -> Result<Inputs, InputError> {
     use crate::ground::inputs::Udp;
     #[cfg(unix)]
-    let serial = args
-        .serial
-        .iter()
-        .cloned()
-        .map(crate::ground::inputs::Serial::open);
+    let serial = args.serial.iter().cloned().map(ground::inputs::Serial::open);
     #[cfg(unix)]
     let serial = serial.collect::<Result<Vec<_>, _>>()?;
     #[cfg(unix)]

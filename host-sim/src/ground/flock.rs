@@ -4,8 +4,8 @@
 use cslam_core::localization::filter::{Health, SweepVerdict};
 use cslam_core::lscn::LinkState;
 use cslam_core::telemetry::{
-    ClockReport, HealthCounters, HealthReport, Key, LinkReport, MAX_FRAME, MAX_POINTS, Message, PathOutcome,
-    PointBatch, PointReport, PoseReport, ResetCause, Sender, Spread,
+    ClockReport, Event, EventReport, HealthCounters, HealthReport, Key, LinkReport, MAX_FRAME, MAX_POINTS,
+    Message, PathOutcome, PointBatch, PointReport, PoseReport, ResetCause, Sender, Spread,
 };
 
 use crate::random::Stream;
@@ -55,6 +55,13 @@ impl MadeUpUav {
     pub fn step(&mut self) -> Vec<Vec<u8>> {
         let mut frames = Vec::new();
         let time_s = self.time_s();
+        if self.poses == 0 {
+            let started = EventReport {
+                time_ns: 0,
+                event: Event::Started,
+            };
+            self.send(&Message::Event(started), &mut frames);
+        }
         let pose = self.pose(time_s);
         self.send(&Message::Pose(pose), &mut frames);
         if self.poses.is_multiple_of(5) {

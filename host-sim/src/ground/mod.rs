@@ -11,6 +11,7 @@ pub mod flock;
 pub mod hub;
 pub mod inputs;
 pub mod keys;
+pub mod load;
 pub mod losses;
 pub mod mavlink;
 pub mod model;
@@ -21,7 +22,7 @@ pub mod station;
 pub mod trail;
 pub mod uav;
 
-use std::net::SocketAddr;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
@@ -38,6 +39,12 @@ use record::Recording;
 use station::Station;
 
 use crate::scene::Scene;
+
+/// Where the page is when nothing else is said.
+pub const PAGE: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8080);
+
+/// Where packets come in when nothing else is said.
+pub const LISTEN: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 14_650);
 
 /// Where packets come from.
 #[derive(Debug)]
@@ -69,6 +76,23 @@ pub struct Options {
     pub scene: Option<String>,
     /// Size of the merged map.
     pub size: Size,
+}
+
+impl Default for Options {
+    /// Takes nothing, for there is no key, and serves the page at [`PAGE`].
+    fn default() -> Self {
+        Self {
+            trust: Trust::Keys {
+                of: std::collections::BTreeMap::new(),
+                others: None,
+            },
+            http: PAGE,
+            record: None,
+            mavlink: None,
+            scene: None,
+            size: Size::default(),
+        }
+    }
 }
 
 /// A running station.

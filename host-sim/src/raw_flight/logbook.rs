@@ -54,6 +54,11 @@ impl Logbook {
         }
     }
 
+    /// Every byte that went to the ground so far.
+    pub(super) fn sent(&self) -> &[u8] {
+        &self.packets
+    }
+
     pub(super) fn count(&mut self, what: &str) {
         *self.log.counters.entry(what.to_owned()).or_default() += 1;
     }

@@ -41,7 +41,8 @@ impl Observer for Reports {
     }
 }
 
-/// Flies through `world` until its end, or until `interrupted`. `swept` sees the report of each sweep.
+/// Flies through `world` until its end, or until `interrupted`. `swept` sees the report of each sweep, `sent` what goes to the
+/// ground as it goes, with the UAV's time, ns.
 ///
 /// # Errors
 /// [`InputError`] naming a sweep that cannot be synthesised.
@@ -53,6 +54,7 @@ pub fn fly<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     header: Header,
     interrupted: &AtomicBool,
     mut swept: impl FnMut(&SweepReport<PATHS>),
+    sent: impl FnMut(u64, &[u8]),
 ) -> Result<(FlightLog, Vec<u8>), InputError> {
     let sweeps = u32::try_from(header.planned_sweeps)
         .unwrap_or(u32::MAX)
@@ -62,10 +64,11 @@ pub fn fly<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
         let (sender, ready) = sync_channel(AHEAD);
         let halt = &stop;
         scope.spawn(move || synthesise(world, sweeps, halt, &sender));
-        let result = receive(world, receiver, header, sweeps, &ready, |report| {
+        let go_on = |report: &_| {
             swept(report);
             !interrupted.load(Ordering::Relaxed)
-        });
+        };
+        let result = receive(world, receiver, header, sweeps, &ready, go_on, sent);
         // The other thread may wait for room: it finds the channel closed.
         stop.store(true, Ordering::Relaxed);
         drop(ready);
@@ -92,12 +95,13 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     sweeps: u32,
     ready: &Receiver<Ready>,
     mut go_on: impl FnMut(&SweepReport<PATHS>) -> bool,
+    mut sent: impl FnMut(u64, &[u8]),
 ) -> Result<(FlightLog, Vec<u8>), InputError> {
     let sender = Sender::new(UAV, &Key::TEST, 0);
     let mut logbook = Logbook::new(header, receiver.cslam().map().edge_m(), sender);
     let mut hand: Option<HeardSweep> = None;
     let mut reports = Reports::default();
-    let mut pose_due_ns = 0;
+    let (mut pose_due_ns, mut told, mut now_ns) = (0, 0, 0);
     // Enters a sweep that has ended; whether to go on.
     let mut enter = |reports: &mut Reports, hand: &mut Option<HeardSweep>, logbook: &mut Logbook| {
         let Some(report) = reports.0.take() else {
@@ -110,6 +114,8 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     };
     for stamped in world.flight().events() {
         let at = stamped.uav_time_ns;
+        tell(&mut sent, now_ns, &logbook, &mut told);
+        now_ns = at;
         match stamped.event {
             Event::Imu(sample) => {
                 receiver.imu(&sample.at(at), &mut reports);
@@ -152,7 +158,19 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     }
     receiver.end(&mut reports);
     enter(&mut reports, &mut hand, &mut logbook);
-    Ok(logbook.close(receiver.cslam().map()))
+    let (log, packets) = logbook.close(receiver.cslam().map());
+    if let Some(last) = packets.get(told..).filter(|last| !last.is_empty()) {
+        sent(now_ns, last);
+    }
+    Ok((log, packets))
+}
+
+/// Passes on what went to the ground since it was `told` last.
+fn tell(sent: &mut impl FnMut(u64, &[u8]), at_ns: u64, logbook: &Logbook, told: &mut usize) {
+    if let Some(bytes) = logbook.sent().get(*told..).filter(|bytes| !bytes.is_empty()) {
+        sent(at_ns, bytes);
+        *told += bytes.len();
+    }
 }
 
 /// Hands over all blocks of a sweep.

@@ -25,8 +25,9 @@ impl Fleet {
         let (flies, ends) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
         let (in_air, ended) = (Arc::clone(&flies), Arc::clone(&ends));
         let thread = thread::spawn(move || {
-            let mut uavs: Vec<MadeUpUav> =
-                (1..=count).map(|id| MadeUpUav::new(id, &Key::TEST, 1, POINTS_PER_S)).collect();
+            let mut uavs: Vec<MadeUpUav> = (1..=count)
+                .map(|id| MadeUpUav::new(id, &Key::TEST, 1, POINTS_PER_S))
+                .collect();
             let socket = UdpSocket::bind("127.0.0.1:0").expect("a free port");
             let mut due = Instant::now();
             while !ended.load(Ordering::Relaxed) {

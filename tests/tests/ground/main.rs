@@ -22,7 +22,12 @@ struct Station {
 
 impl Station {
     /// A station on these addresses that takes packets signed with the published key.
-    fn start(http: SocketAddr, udp: SocketAddr, mavlink: Option<SocketAddr>, record: Option<PathBuf>) -> Self {
+    fn start(
+        http: SocketAddr,
+        udp: SocketAddr,
+        mavlink: Option<SocketAddr>,
+        record: Option<PathBuf>,
+    ) -> Self {
         let input = Udp::open(udp).expect("a free port");
         let udp = input.address();
         let inputs = Inputs::Live {

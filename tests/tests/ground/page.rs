@@ -48,7 +48,10 @@ fn the_page_shows_flights_and_survives_a_restart() {
     let pictures = root.join("target/ground-page");
     fs::create_dir_all(&pictures).expect("writable");
     let mut station = Some(Station::start(any(), any(), None, None));
-    let (http, udp) = station.as_ref().map(|s| (s.running.page, s.udp)).expect("running");
+    let (http, udp) = station
+        .as_ref()
+        .map(|s| (s.running.page, s.udp))
+        .expect("running");
     let fleet = Fleet::new(3, udp);
     let child = Command::new("node")
         .arg(root.join("tests/tools/ground_page.mjs"))
@@ -70,7 +73,12 @@ fn the_page_shows_flights_and_survives_a_restart() {
         match line.as_str() {
             "FLY" => fleet.fly(true),
             "SILENCE" => fleet.fly(false),
-            "STOP" => station.take().expect("running").running.stop().expect("ends well"),
+            "STOP" => station
+                .take()
+                .expect("running")
+                .running
+                .stop()
+                .expect("ends well"),
             "START" => station = Some(Station::start(http, udp, None, None)),
             "HANG" => {
                 // Whoever wants the state waits: neither packets nor pages are served.

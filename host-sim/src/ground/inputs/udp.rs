@@ -22,6 +22,7 @@ const PATIENCE: Duration = Duration::from_millis(100);
 #[derive(Debug)]
 pub struct Udp {
     socket: UdpSocket,
+    address: SocketAddr,
     name: Arc<str>,
 }
 
@@ -40,8 +41,17 @@ impl Udp {
         socket.set_read_timeout(Some(PATIENCE)).map_err(refused)?;
         // Granted or not: less means only that bursts must be shorter.
         let _granted = SockRef::from(&socket).set_recv_buffer_size(KERNEL_BUFFER);
-        let name = format!("udp {}", socket.local_addr().map_err(refused)?).into();
-        Ok(Self { socket, name })
+        let address = socket.local_addr().map_err(refused)?;
+        Ok(Self {
+            socket,
+            address,
+            name: format!("udp {address}").into(),
+        })
+    }
+
+    /// Where it listens; when port 0 was asked for, which one it got.
+    pub fn address(&self) -> SocketAddr {
+        self.address
     }
 
     /// Its name.
@@ -84,7 +94,7 @@ mod tests {
     #[test]
     fn a_port_in_use_is_one_clear_line() {
         let first = Udp::open(([127, 0, 0, 1], 0).into()).expect("a free port");
-        let address = first.socket.local_addr().expect("bound");
+        let address = first.address();
         let error = Udp::open(address).expect_err("in use").to_string();
         assert!(
             error.starts_with(&format!("--listen {address}: cannot be listened on")),
