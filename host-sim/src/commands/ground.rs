@@ -31,9 +31,9 @@ pub(crate) struct Args {
     /// With --file: print every message as a JSON line and end
     #[arg(long, requires = "file", conflicts_with_all = ["http", "record", "mavlink", "speed"])]
     json: bool,
-    /// Key that packets must be signed with: FILE for every UAV, UAV=FILE for one (may be repeated)
-    #[arg(long, value_name = "[UAV=]FILE", conflicts_with_all = ["unsigned", "test_key"])]
-    key: Vec<String>,
+    /// Key file of a UAV, as `cslam key` makes it (may be repeated): packets of other UAVs or with other keys are refused
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["unsigned", "test_key"])]
+    key: Vec<PathBuf>,
     /// Trust the published key of simulated flights: anybody can forge its packets
     #[arg(long, conflicts_with = "unsigned")]
     test_key: bool,
@@ -124,7 +124,7 @@ fn live(args: &Args) -> Result<Inputs, InputError> {
 fn trust(args: &Args) -> Result<Trust, InputError> {
     match (args.unsigned, args.test_key) {
         (true, _) => Ok(Trust::Unsigned),
-        (_, true) => Ok(Trust::test()),
+        (_, true) => Ok(Trust::Test),
         _ if args.key.is_empty() => Err(InputError::new(
             "packets are taken only when they are signed: give --key FILE, or --test-key for a simulated flight, or --unsigned",
         )),

@@ -22,6 +22,7 @@ pub mod station;
 pub mod trail;
 pub mod uav;
 
+use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -82,10 +83,7 @@ impl Default for Options {
     /// Takes nothing, for there is no key, and serves the page at [`PAGE`].
     fn default() -> Self {
         Self {
-            trust: Trust::Keys {
-                of: std::collections::BTreeMap::new(),
-                others: None,
-            },
+            trust: Trust::Keys(BTreeMap::new()),
             http: PAGE,
             record: None,
             mavlink: None,

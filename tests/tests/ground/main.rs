@@ -35,7 +35,7 @@ impl Station {
             serial: Vec::new(),
         };
         let options = Options {
-            trust: Trust::test(),
+            trust: Trust::Test,
             http,
             record,
             mavlink,

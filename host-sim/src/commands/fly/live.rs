@@ -41,7 +41,7 @@ impl Live {
         };
         let options = Options {
             // A simulated flight signs with the published key.
-            trust: Trust::test(),
+            trust: Trust::Test,
             http,
             scene: Some(scene.to_owned()),
             ..Options::default()
