@@ -13,7 +13,7 @@ struct Board {
     logs: bool,
 }
 
-const BOARDS: [Board; 2] = [
+const BOARDS: [Board; 3] = [
     Board {
         feature: "qemu-an500",
         memory: "memory/mps2-an500.x",
@@ -28,6 +28,13 @@ const BOARDS: [Board; 2] = [
     },
     Board {
         feature: "stm32h743",
+        memory: "../memory.x",
+        binaries: &["cslam-h743"],
+        logs: true,
+    },
+    // Not a board: the memory map of one, to link the flight path against.
+    Board {
+        feature: "link-check",
         memory: "../memory.x",
         binaries: &["panic-free"],
         logs: false,

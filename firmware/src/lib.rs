@@ -9,6 +9,8 @@
 #![no_std]
 
 pub mod app;
+pub mod board;
+pub mod fault;
 pub mod flight_check;
 pub mod front_end;
 pub mod front_end_check;
@@ -19,4 +21,6 @@ mod random;
 pub mod receiver;
 pub mod ring;
 pub mod sensor_stream;
+pub mod storage;
+pub mod supervisor;
 pub mod sweep_check;

@@ -9,6 +9,7 @@
 //! Nothing that comes over a wire is trusted, and everything has its counter: see [`Counters`].
 
 mod checksum;
+mod control;
 mod counters;
 mod error;
 mod header;
@@ -16,6 +17,7 @@ mod receive;
 mod sequence;
 
 pub use checksum::{Checksum, SoftwareCrc};
+pub use control::{Control, ControlError};
 pub use counters::Counters;
 pub use error::FrameError;
 pub use header::{Header, Kind, Status};

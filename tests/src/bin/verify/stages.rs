@@ -46,7 +46,7 @@ const ALL_TESTS: &str = "--features=cslam-tests/verify,cslam-tests/emulated,csla
 const EMULATED_BOARD: &str = "--features=qemu-an500";
 /// The emulated board with the rivals of the networks' table.
 const ALL_BOARD: &str = "--features=qemu-an500,rivals";
-const LINK_CHECK: &str = "--features=stm32h743,link-check";
+const LINK_CHECK: &str = "--features=link-check";
 
 /// Every stage, in order.
 pub(crate) const STAGES: &[Stage] = &[

@@ -1,0 +1,229 @@
+//! What is stored.
+
+use core::fmt;
+
+use cslam_core::localization::ImuSample;
+use nalgebra::Vector3;
+
+use super::error::RecordError;
+
+/// Which methods fly (design README section 3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Mode {
+    /// The best ones.
+    #[default]
+    Best,
+    /// The paper's.
+    Paper,
+}
+
+/// How the inertial sensor sits in the UAV: each axis of the body (forward, left, up) is an axis of the sensor, or its
+/// opposite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Mount([i8; 3]);
+
+impl Default for Mount {
+    /// Sensor axes and body axes are the same.
+    fn default() -> Self {
+        Self([1, 2, 3])
+    }
+}
+
+impl Mount {
+    /// Body axes x, y, z as axes of the sensor: 1, 2, 3 for its x, y, z, negative for the opposite. `None` unless that is a
+    /// rotation: every axis once, right-handed.
+    #[must_use]
+    pub fn new(axes: [i8; 3]) -> Option<Self> {
+        let mount = Self(axes);
+        let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| mount.turn(&axis));
+        let every = axes.iter().all(|axis| (1..=3).contains(&axis.unsigned_abs()));
+        // The volume of the turned axes is +1 for a rotation, -1 for a reflection, 0 when an axis is missing.
+        (every && x.cross(&y).dot(&z) == 1.0).then_some(mount)
+    }
+
+    /// The axes it was made of.
+    #[must_use]
+    pub const fn axes(self) -> [i8; 3] {
+        self.0
+    }
+
+    fn turn(self, v: &Vector3<f32>) -> Vector3<f32> {
+        Vector3::from(self.0.map(|axis| {
+            let size = match axis.unsigned_abs() {
+                1 => v.x,
+                2 => v.y,
+                _ => v.z,
+            };
+            if axis < 0 { -size } else { size }
+        }))
+    }
+
+    /// A sample in sensor axes, in body axes.
+    #[must_use]
+    pub fn to_body(self, sample: &ImuSample) -> ImuSample {
+        ImuSample {
+            time_ns: sample.time_ns,
+            rate_rad_per_s: self.turn(&sample.rate_rad_per_s),
+            specific_force_m_per_s2: self.turn(&sample.specific_force_m_per_s2),
+        }
+    }
+}
+
+/// All of it. The key is never printed.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Settings {
+    /// Number of the UAV on its link.
+    pub uav: u8,
+    /// Which methods fly.
+    pub mode: Mode,
+    /// How the inertial sensor sits.
+    pub mount: Mount,
+    /// Secret of the link; `None` when there is none yet.
+    pub key: Option<[u8; 32]>,
+    /// The downlink has used no counter from here on.
+    pub downlink_counter: u32,
+    /// The uplink has taken no counter from here on.
+    pub uplink_counter: u32,
+    /// Session that was last opened with the front end.
+    pub session: u16,
+}
+
+impl Default for Settings {
+    /// Those of a receiver that has never been told anything: UAV 1, no key.
+    fn default() -> Self {
+        Self {
+            uav: 1,
+            mode: Mode::Best,
+            mount: Mount::default(),
+            key: None,
+            downlink_counter: 0,
+            uplink_counter: 0,
+            session: 0,
+        }
+    }
+}
+
+impl fmt::Debug for Settings {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Settings")
+            .field("uav", &self.uav)
+            .field("mode", &self.mode)
+            .field("mount", &self.mount)
+            .field("has_key", &self.key.is_some())
+            .field("downlink_counter", &self.downlink_counter)
+            .field("uplink_counter", &self.uplink_counter)
+            .field("session", &self.session)
+            .finish()
+    }
+}
+
+/// Bytes of settings in a record.
+pub(super) const CONTENT: usize = 49;
+
+impl Settings {
+    /// The next session of the front end: never 0, which a front end shows that has just started.
+    #[must_use]
+    pub fn next_session(&self) -> u16 {
+        self.session.checked_add(1).unwrap_or(1)
+    }
+
+    pub(super) fn encode(&self) -> [u8; CONTENT] {
+        let mut bytes = [0; CONTENT];
+        let mut rest = bytes.as_mut_slice();
+        let [x, y, z] = self.mount.0.map(i8::cast_unsigned);
+        let mode = match self.mode {
+            Mode::Best => 0,
+            Mode::Paper => 1,
+        };
+        put(&mut rest, [self.uav, mode, x, y, z, 0]);
+        put(&mut rest, self.session.to_le_bytes());
+        put(&mut rest, self.downlink_counter.to_le_bytes());
+        put(&mut rest, self.uplink_counter.to_le_bytes());
+        put(&mut rest, [u8::from(self.key.is_some())]);
+        put(&mut rest, self.key.unwrap_or_default());
+        bytes
+    }
+
+    pub(super) fn decode(bytes: &[u8; CONTENT]) -> Result<Self, RecordError> {
+        let mut rest = bytes.as_slice();
+        let [uav, mode, x, y, z, zero] = take(&mut rest);
+        let mode = match mode {
+            0 => Mode::Best,
+            1 => Mode::Paper,
+            _ => return Err(RecordError::Content),
+        };
+        let mount = Mount::new([x, y, z].map(u8::cast_signed)).ok_or(RecordError::Content)?;
+        let session = u16::from_le_bytes(take(&mut rest));
+        let downlink_counter = u32::from_le_bytes(take(&mut rest));
+        let uplink_counter = u32::from_le_bytes(take(&mut rest));
+        let [has_key] = take(&mut rest);
+        let key: [u8; 32] = take(&mut rest);
+        let key = match has_key {
+            0 if key == [0; 32] => None,
+            1 => Some(key),
+            _ => return Err(RecordError::Content),
+        };
+        if zero != 0 {
+            return Err(RecordError::Content);
+        }
+        Ok(Self {
+            uav,
+            mode,
+            mount,
+            key,
+            downlink_counter,
+            uplink_counter,
+            session,
+        })
+    }
+}
+
+fn put<const N: usize>(rest: &mut &mut [u8], field: [u8; N]) {
+    if let Some((place, after)) = core::mem::take(rest).split_first_chunk_mut() {
+        *place = field;
+        *rest = after;
+    }
+}
+
+fn take<const N: usize>(rest: &mut &[u8]) -> [u8; N] {
+    match rest.split_first_chunk() {
+        Some((field, after)) => {
+            *rest = after;
+            *field
+        }
+        None => [0; N],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_rotations_are_mounts() {
+        let mut rotations = 0;
+        for x in -4..=4 {
+            for y in -4..=4 {
+                for z in -4..=4 {
+                    rotations += i32::from(Mount::new([x, y, z]).is_some());
+                }
+            }
+        }
+        assert_eq!(rotations, 24);
+        assert_eq!(Mount::new([1, 2, -3]), None, "a reflection");
+        // Upside down, nose ahead: left and up turn round.
+        let mount = Mount::new([1, -2, -3]).expect("half a turn about x");
+        let turned = mount.turn(&Vector3::new(1.0, 2.0, 3.0));
+        assert_eq!(turned, Vector3::new(1.0, -2.0, -3.0));
+    }
+
+    #[test]
+    fn a_session_is_never_zero() {
+        let mut settings = Settings::default();
+        assert_eq!(settings.next_session(), 1);
+        settings.session = u16::MAX;
+        assert_eq!(settings.next_session(), 1);
+    }
+}

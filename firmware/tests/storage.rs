@@ -1,0 +1,282 @@
+//! Settings through power that fails at every byte.
+
+use cslam_firmware::storage::{Mode, Mount, SLOT, Settings, StorageError, Store};
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
+};
+
+const SECTOR: usize = 512;
+const WORD: usize = 32;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Fault {
+    Argument(NorFlashErrorKind),
+    /// The power is gone.
+    Power,
+    /// A word without valid error correction.
+    Correction,
+}
+
+impl NorFlashError for Fault {
+    fn kind(&self) -> NorFlashErrorKind {
+        match self {
+            Self::Argument(kind) => *kind,
+            _ => NorFlashErrorKind::Other,
+        }
+    }
+}
+
+/// Flash as in an STM32H743: words of 32 bytes that are written once, and whose correction is invalid when the power fails in
+/// between. `power` is the number of bytes that it still lasts; an erase takes one for each byte too.
+#[derive(Clone)]
+struct Flash<const SECTORS: usize> {
+    bytes: Vec<u8>,
+    written: Vec<bool>,
+    torn: Vec<bool>,
+    power: usize,
+    erases: usize,
+    /// Words that hold nothing any more.
+    worn: Vec<bool>,
+    torn_words_fail: bool,
+}
+
+impl<const SECTORS: usize> Flash<SECTORS> {
+    fn new() -> Self {
+        let words = SECTORS * SECTOR / WORD;
+        Self {
+            bytes: vec![0xff; SECTORS * SECTOR],
+            written: vec![false; words],
+            torn: vec![false; words],
+            power: usize::MAX,
+            erases: 0,
+            worn: vec![false; words],
+            torn_words_fail: true,
+        }
+    }
+}
+
+impl<const SECTORS: usize> ErrorType for &mut Flash<SECTORS> {
+    type Error = Fault;
+}
+
+impl<const SECTORS: usize> ReadNorFlash for &mut Flash<SECTORS> {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Fault> {
+        check_read(self, offset, bytes.len()).map_err(Fault::Argument)?;
+        let range = offset as usize..offset as usize + bytes.len();
+        let words = range.start / WORD..range.end.div_ceil(WORD);
+        if self.torn_words_fail && self.torn[words].contains(&true) {
+            return Err(Fault::Correction);
+        }
+        bytes.copy_from_slice(&self.bytes[range]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl<const SECTORS: usize> NorFlash for &mut Flash<SECTORS> {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = SECTOR;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Fault> {
+        check_erase(self, from, to).map_err(Fault::Argument)?;
+        self.erases += 1;
+        for at in from as usize..to as usize {
+            if self.power == 0 {
+                // What is not erased yet is anything.
+                for rest in at..to as usize {
+                    self.bytes[rest] = self.bytes[rest].wrapping_mul(167) ^ rest as u8;
+                    self.torn[rest / WORD] = true;
+                }
+                return Err(Fault::Power);
+            }
+            self.power -= 1;
+            self.bytes[at] = 0xff;
+            self.written[at / WORD] = false;
+            self.torn[at / WORD] = false;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Fault> {
+        check_write(self, offset, bytes.len()).map_err(Fault::Argument)?;
+        for (at, byte) in (offset as usize..).zip(bytes) {
+            let word = at / WORD;
+            if at % WORD == 0 {
+                assert!(
+                    !self.written[word],
+                    "word {word} is written twice without an erase"
+                );
+            }
+            if self.power == 0 {
+                if at % WORD != 0 {
+                    self.torn[word] = true;
+                }
+                return Err(Fault::Power);
+            }
+            self.power -= 1;
+            self.written[word] = true;
+            self.bytes[at] = if self.worn[word] { 0x55 } else { *byte };
+        }
+        Ok(())
+    }
+}
+
+fn settings(number: u32) -> Settings {
+    Settings {
+        uav: 3,
+        mode: if number & 1 == 0 { Mode::Best } else { Mode::Paper },
+        mount: Mount::new([-2, 1, 3]).expect("a quarter turn"),
+        key: (number & 2 == 0).then_some([number as u8; 32]),
+        downlink_counter: 1024 * number,
+        uplink_counter: number,
+        session: number as u16,
+    }
+}
+
+#[test]
+fn what_was_stored_last_is_found() {
+    let mut flash = Flash::<2>::new();
+    // Four records a half: over both halves several times.
+    for number in 0..30 {
+        let mut store = Store::open(&mut flash).expect("two halves");
+        match number {
+            0 => assert_eq!(store.settings(), Err(StorageError::Empty)),
+            _ => assert_eq!(store.settings(), Ok(&settings(number - 1))),
+        }
+        store.store(&settings(number)).expect("power is on");
+        assert_eq!(store.settings(), Ok(&settings(number)));
+    }
+    // An erase for every four records but the first four.
+    assert_eq!(flash.erases, 7);
+}
+
+#[test]
+fn power_that_fails_at_any_byte_leaves_the_old_or_the_new_record() {
+    for torn_words_fail in [true, false] {
+        // Records before the cut, so that it falls on the first record, within a half, and on a change of halves.
+        for before in 0..10 {
+            let mut whole = Flash::<2>::new();
+            whole.torn_words_fail = torn_words_fail;
+            let mut store = Store::open(&mut whole).expect("two halves");
+            for number in 0..before {
+                store.store(&settings(number)).expect("power is on");
+            }
+            let (mut old, mut new) = (0, 0);
+            for cut in 0..=SECTOR + SLOT {
+                let mut flash = whole.clone();
+                flash.power = cut;
+                let stored = Store::open(&mut flash)
+                    .expect("two halves")
+                    .store(&settings(before));
+                flash.power = usize::MAX;
+                let mut store = Store::open(&mut flash).expect("two halves");
+                let found = store.settings().cloned();
+                if found == Ok(settings(before)) {
+                    new += 1;
+                } else {
+                    assert!(stored.is_err(), "cut {cut}: a record that was stored is gone");
+                    old += 1;
+                    match before {
+                        0 => assert!(found.is_err()),
+                        _ => assert_eq!(found, Ok(settings(before - 1)), "cut {cut}"),
+                    }
+                }
+                // Life goes on: through both halves again.
+                for number in 100..110 {
+                    store.store(&settings(number)).expect("power is on");
+                }
+                let store = Store::open(&mut flash).expect("two halves");
+                assert_eq!(store.settings(), Ok(&settings(109)));
+            }
+            // The last byte of a record is that of its checksum.
+            let changes_halves = before > 0 && before % 4 == 0;
+            let needed = if changes_halves { SECTOR + SLOT } else { SLOT };
+            assert_eq!((old, new), (needed, SECTOR + SLOT + 1 - needed));
+        }
+    }
+}
+
+#[test]
+fn power_that_fails_again_and_again_never_loses_what_was_stored() {
+    let mut flash = Flash::<2>::new();
+    let mut word = 12_345u32;
+    let mut last = None;
+    for number in 0..3000 {
+        word = word.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        flash.power = (word >> 16) as usize % (SECTOR + 2 * SLOT);
+        let stored = Store::open(&mut flash)
+            .expect("two halves")
+            .store(&settings(number));
+        flash.power = usize::MAX;
+        let store = Store::open(&mut flash).expect("two halves");
+        match store.settings() {
+            Ok(found) if *found == settings(number) => last = Some(number),
+            found => {
+                assert!(stored.is_err());
+                assert_eq!(found.ok().cloned(), last.map(settings));
+            }
+        }
+    }
+    assert!(last.is_some());
+}
+
+#[test]
+fn worn_words_are_passed_over_and_a_worn_flash_keeps_what_it_has() {
+    let mut flash = Flash::<2>::new();
+    flash.worn[5] = true;
+    let mut store = Store::open(&mut flash).expect("two halves");
+    store.store(&settings(0)).expect("the first slot is good");
+    store.store(&settings(1)).expect("the third slot is good");
+    assert_eq!(Store::open(&mut flash).expect("two halves").refused(), 1);
+    flash.worn[8..].fill(true);
+    flash.worn[12..16].fill(true);
+    let mut store = Store::open(&mut flash).expect("two halves");
+    for _ in 0..50 {
+        assert_eq!(store.store(&settings(2)), Err(StorageError::Worn));
+        assert_eq!(store.settings(), Ok(&settings(1)));
+    }
+    let store = Store::open(&mut flash).expect("two halves");
+    assert_eq!(store.settings(), Ok(&settings(1)));
+}
+
+#[test]
+fn a_memory_that_cannot_be_halved_is_refused() {
+    let mut flash = Flash::<3>::new();
+    assert_eq!(
+        Store::open(&mut flash).err(),
+        Some(StorageError::Geometry {
+            capacity: 3 * SECTOR,
+            sector: SECTOR
+        })
+    );
+    let mut flash = Flash::<0>::new();
+    assert!(Store::open(&mut flash).is_err());
+}
+
+#[test]
+fn records_of_another_version_are_named() {
+    let mut flash = Flash::<2>::new();
+    let mut store = Store::open(&mut flash).expect("two halves");
+    store.store(&settings(0)).expect("power is on");
+    flash.bytes[4] = 9;
+    let error = Store::open(&mut flash)
+        .expect("two halves")
+        .settings()
+        .cloned()
+        .expect_err("damaged");
+    assert!(error.to_string().contains("checksum"), "{error}");
+}
+
+#[test]
+fn the_key_is_never_printed() {
+    let shown = format!("{:?}", settings(0));
+    assert!(
+        shown.contains("has_key: true") && !shown.contains("0, 0, 0"),
+        "{shown}"
+    );
+}
