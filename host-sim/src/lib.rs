@@ -15,6 +15,8 @@ pub mod flight_log;
 #[cfg(feature = "ground")]
 pub mod ground;
 pub mod input;
+pub mod link_key;
+pub mod link_traffic;
 pub mod localization;
 pub mod lscn;
 pub mod measurement;

@@ -9,6 +9,7 @@ pub(crate) mod fly;
 #[cfg(feature = "ground")]
 pub(crate) mod ground;
 pub(crate) mod imu;
+pub(crate) mod key;
 pub(crate) mod quantize;
 pub(crate) mod record;
 pub(crate) mod replay;
