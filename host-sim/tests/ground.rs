@@ -120,7 +120,11 @@ fn key_file(directory: &Path, uav: u8) -> (Key, String) {
     let mut options = fs::OpenOptions::new();
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    let mut new = options.write(true).create_new(true).open(&file).expect("a new file");
+    let mut new = options
+        .write(true)
+        .create_new(true)
+        .open(&file)
+        .expect("a new file");
     write!(new, "cslam-link-key 1\nuav {uav}\nkey {digits}\n").expect("writable");
     (Key::new([uav; Key::LENGTH]), file.display().to_string())
 }
@@ -243,7 +247,14 @@ fn keys_are_per_uav_and_what_is_refused_is_seen() {
     let directory = tempfile::tempdir().expect("a directory");
     let (first, first_file) = key_file(directory.path(), 1);
     let (second, second_file) = key_file(directory.path(), 2);
-    let station = Station::start(&["--listen", "127.0.0.1:0", "--key", &first_file, "--key", &second_file]);
+    let station = Station::start(&[
+        "--listen",
+        "127.0.0.1:0",
+        "--key",
+        &first_file,
+        "--key",
+        &second_file,
+    ]);
     let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
     let send = |frames: &[Vec<u8>]| {
         for frame in frames {
