@@ -13,13 +13,13 @@ use std::thread;
 
 use cslam_core::cslam::{CHANNELS, PATHS, SweepReport};
 use cslam_core::ltd::PathEstimator;
-use cslam_core::telemetry::{Key, Sender};
 use cslam_firmware::app::{Application, Capture, Observer, Symbol, VOXELS};
 
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::sensors::Event;
 use crate::world::{HeardSweep, World};
+pub use events::Recorder;
 use logbook::Logbook;
 
 /// Sweeps that may lie ready: 6.9 MB each.
@@ -27,9 +27,6 @@ const AHEAD: usize = 3;
 
 /// Time between two poses in the log, ns: 20 Hz.
 const POSE_INTERVAL_NS: u64 = 50_000_000;
-
-/// Number of the UAV in its packets, which are signed with the published key.
-pub const UAV: u8 = 1;
 
 /// What the receiver reports of a sweep, until it has been entered into the log.
 #[derive(Default)]
@@ -97,11 +94,11 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     mut go_on: impl FnMut(&SweepReport<PATHS>) -> bool,
     mut sent: impl FnMut(u64, &[u8]),
 ) -> Result<(FlightLog, Vec<u8>), InputError> {
-    let sender = Sender::new(UAV, &Key::TEST, 0);
-    let mut logbook = Logbook::new(header, receiver.cslam().map().edge_m(), sender);
+    let mut logbook = Logbook::new(header, receiver.cslam().map().edge_m());
     let mut hand: Option<HeardSweep> = None;
     let mut reports = Reports::default();
-    let (mut pose_due_ns, mut told, mut now_ns) = (0, 0, 0);
+    let mut pose_due_ns = 0;
+    let mut now_ns = 0;
     // Enters a sweep that has ended; whether to go on.
     let mut enter = |reports: &mut Reports, hand: &mut Option<HeardSweep>, logbook: &mut Logbook| {
         let Some(report) = reports.0.take() else {
@@ -112,33 +109,25 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
         }
         go_on(&report)
     };
+    let mut recorder = Recorder::default();
+    let mut packets = Vec::new();
     for stamped in world.flight().events() {
         let at = stamped.uav_time_ns;
-        tell(&mut sent, now_ns, &logbook, &mut told);
         now_ns = at;
+        // A record that is refused is in the receiver's counters.
+        let _refused = receiver.record(&recorder.record(&stamped).encode(), &mut reports);
         match stamped.event {
-            Event::Imu(sample) => {
-                receiver.imu(&sample.at(at), &mut reports);
-                if at >= pose_due_ns {
-                    pose_due_ns += POSE_INTERVAL_NS;
-                    // The pose is as old as the last whole inertial step.
-                    let pose = receiver.cslam().pose();
-                    let stamp_ns = pose.as_ref().map_or(at, |pose| pose.time_ns);
-                    let truth = world.flight().truth(events::gmt_time_s(world, stamp_ns));
-                    let clock_offset_m = pose
-                        .as_ref()
-                        .and_then(|pose| receiver.cslam().clock_offset_m(pose));
-                    logbook.pose(pose.as_ref(), clock_offset_m, receiver.cslam().health(), &truth);
-                }
+            Event::Imu(_) if at >= pose_due_ns => {
+                pose_due_ns += POSE_INTERVAL_NS;
+                // The pose is as old as the last whole inertial step.
+                let pose = receiver.cslam().pose();
+                let stamp_ns = pose.as_ref().map_or(at, |pose| pose.time_ns);
+                let truth = world.flight().truth(events::gmt_time_s(world, stamp_ns));
+                let clock_offset_m = pose
+                    .as_ref()
+                    .and_then(|pose| receiver.cslam().clock_offset_m(pose));
+                logbook.pose(pose.as_ref(), clock_offset_m, &truth);
             }
-            Event::Magnetometer(sample) => {
-                receiver.magnetometer(at, &events::field_ut(&sample), &mut reports);
-            }
-            Event::Timing(sample) => receiver.timing(at, sample.clock_offset_s, &mut reports),
-            Event::Beacon(said) => match events::beacon(&said) {
-                Some(beacon) => receiver.beacon(at, &beacon, &mut reports),
-                None => logbook.count("beacons with an impossible attitude"),
-            },
             Event::Sweep { sweep } if sweep < sweeps => {
                 let Ok(heard) = ready.recv() else { break };
                 let mut heard = heard?;
@@ -151,26 +140,31 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
                 hand = Some(heard);
             }
             Event::Sweep { .. } => break,
+            _ => {}
         }
         if !enter(&mut reports, &mut hand, &mut logbook) {
             break;
         }
+        sent(at, drain(receiver, &mut packets));
     }
     receiver.end(&mut reports);
     enter(&mut reports, &mut hand, &mut logbook);
-    let (log, packets) = logbook.close(receiver.cslam().map());
-    if let Some(last) = packets.get(told..).filter(|last| !last.is_empty()) {
-        sent(now_ns, last);
-    }
+    receiver.close();
+    sent(now_ns, drain(receiver, &mut packets));
+    let log = logbook.close(receiver.cslam().map(), &packets);
     Ok((log, packets))
 }
 
-/// Passes on what went to the ground since it was `told` last.
-fn tell(sent: &mut impl FnMut(u64, &[u8]), at_ns: u64, logbook: &Logbook, told: &mut usize) {
-    if let Some(bytes) = logbook.sent().get(*told..).filter(|bytes| !bytes.is_empty()) {
-        sent(at_ns, bytes);
-        *told += bytes.len();
-    }
+/// Takes what waits for the radio, and returns what is new in `packets`.
+fn drain<'a, E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
+    receiver: &mut Application<'_, E, VOXELS, STATES>,
+    packets: &'a mut Vec<u8>,
+) -> &'a [u8] {
+    let downlink = receiver.downlink();
+    let before = packets.len();
+    packets.resize(before + downlink.waiting(), 0);
+    downlink.take(&mut packets[before..]);
+    &packets[before..]
 }
 
 /// Hands over all blocks of a sweep.

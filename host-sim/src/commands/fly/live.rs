@@ -64,6 +64,9 @@ impl Live {
 
     /// Sends what goes to the ground when its time has come.
     pub(super) fn send(&self, at_ns: u64, bytes: &[u8]) {
+        if bytes.is_empty() {
+            return;
+        }
         let due = Duration::from_nanos(at_ns);
         while !self.interrupted.load(Ordering::Relaxed) {
             let ahead = due.saturating_sub(self.start.elapsed());

@@ -12,7 +12,7 @@ use crate::commands::fly::raw::{Setup, Stages, fly};
 use crate::input::InputError;
 use crate::link_traffic::{Budget, damage, loss, rivals};
 use crate::progress;
-use crate::raw_flight::UAV;
+use cslam_firmware::sensor_stream::UAV;
 use crate::scene::Scene;
 use crate::table::Table;
 use crate::world::{World, WorldConfig};
