@@ -109,7 +109,7 @@ impl Logbook {
             self.send(&Message::Points(due));
         }
         if report.time_ns >= self.health_due_ns {
-            self.health_due_ns = report.time_ns + HEALTH_INTERVAL_NS;
+            self.health_due_ns += HEALTH_INTERVAL_NS;
             self.report_health(report.time_ns);
         }
     }
