@@ -9,7 +9,7 @@ use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|input: (u8, &[u8])| {
     let (kind, body) = input;
-    let frame = frame::frame(0 | (kind & 0x3f), body);
+    let frame = frame::frame(kind & 0x3f, body);
     let mut decoder = Decoder::<Message>::with(Opener::unsigned(1));
     for byte in &frame {
         if let Some(Ok(packet)) = decoder.push(*byte) {
