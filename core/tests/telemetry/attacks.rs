@@ -98,7 +98,7 @@ fn read_noise<M: Content + std::fmt::Debug>(
     for counter in 0..INPUTS {
         let length = if counter % 2 == 0 || bodies.is_empty() {
             // Short bodies are more often messages.
-            let length = 7 + (random.next() as usize % 341 >> (random.next() % 4));
+            let length = 7 + ((random.next() as usize % 341) >> (random.next() % 4));
             random.fill(&mut packet[7..length]);
             length
         } else {

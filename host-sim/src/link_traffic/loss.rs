@@ -177,7 +177,10 @@ mod tests {
 
     #[test]
     fn what_is_not_lost_arrives_at_once() {
-        for cell in grid(1) {
+        let grid = grid(1);
+        let golden = include_str!("../../../tests/golden/telemetry_loss.txt");
+        assert_eq!(table(&grid).to_string(), golden, "the committed table");
+        for cell in grid {
             assert!((cell.lost - cell.loss).abs() < 0.001, "{cell:?}");
             assert!((cell.map_share - (1.0 - cell.loss)).abs() < 0.01, "{cell:?}");
             assert_eq!((cell.refused, cell.good_frames_lost), (0, 0), "{cell:?}");

@@ -12,10 +12,10 @@ use crate::commands::fly::raw::{Setup, Stages, fly};
 use crate::input::InputError;
 use crate::link_traffic::{Budget, damage, loss, rivals};
 use crate::progress;
-use cslam_firmware::sensor_stream::UAV;
 use crate::scene::Scene;
 use crate::table::Table;
 use crate::world::{World, WorldConfig};
+use cslam_firmware::sensor_stream::UAV;
 
 /// Arguments of `cslam reproduce telemetry`.
 #[derive(clap::Args, Debug)]
