@@ -32,7 +32,7 @@ pub(crate) fn toolchain() -> Result<(), String> {
 /// A compiler of the system may have it all as well.
 fn toolchain_without_rustup() -> Result<(), String> {
     let library = output_of("rustc", &["--print", "target-libdir", "--target", TARGET]);
-    let has_target = library.is_some_and(|folder| std::path::Path::new(folder.trim()).is_dir());
+    let has_target = library.is_some_and(|folder| Path::new(folder.trim()).is_dir());
     let has = |program| output_of(program, &["--version"]).is_some();
     if has_target && has("cargo-clippy") && has("rustfmt") {
         Ok(())
