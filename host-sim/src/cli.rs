@@ -50,11 +50,22 @@ enum Command {
     /// sends what it found to the ground. Every measurement has errors of the stated size; the receiver never sees the
     /// truth. With --scene it gets nothing but raw samples and sensors, and finds its own pose. Writes point clouds, trajectories, packets, an MCAP recording, report.json and report.html.
     Fly(commands::fly::Args),
+    /// Ground station: hear UAVs, merge their maps, show them live in a browser
+    ///
+    /// Takes packets over UDP, from a radio on a serial port or from a file, of several UAVs at once; serves a page that needs
+    /// no network; records, and passes on as MAVLink. Runs until Ctrl-C. docs/ground-station.md
+    #[cfg(feature = "ground")]
+    Ground(commands::ground::Args),
     /// Characterise the simulated IMU: Allan deviation of a run at rest
     ///
     /// Prints the Allan deviation of gyroscope and accelerometer over averaging time, and white noise, bias instability
     /// and bias walk read off it beside the figures that the simulation was given.
     Imu(commands::imu::Args),
+    /// Draw and check the keys of the links between UAVs and ground
+    ///
+    /// Every packet between a UAV and the ground is signed with the key of that UAV. A key file holds the number of the UAV and
+    /// its key; whoever reads it can speak for the UAV and to it. Nothing prints a key. docs/telemetry.md
+    Key(commands::key::Args),
     /// Quantise a float network: the int8 model file that flies
     ///
     /// Reads a network that `cslam train` or PyTorch wrote, sets the scales of its integers by calibration samples, writes the
@@ -101,7 +112,10 @@ pub fn main() -> ExitCode {
         Some(Command::Classify(args)) => commands::classify::run(&args),
         Some(Command::Dataset(args)) => commands::dataset::run(&args),
         Some(Command::Estimate(args)) => commands::estimate::run(&args),
+        #[cfg(feature = "ground")]
+        Some(Command::Ground(args)) => commands::ground::run(&args),
         Some(Command::Imu(args)) => commands::imu::run(&args),
+        Some(Command::Key(args)) => commands::key::run(&args),
         Some(Command::Quantize(args)) => commands::quantize::run(&args),
         Some(Command::Record(args)) => commands::record::run(&args),
         Some(Command::Replay(args)) => commands::replay::run(&args),

@@ -6,7 +6,10 @@ pub(crate) mod classify;
 pub(crate) mod dataset;
 pub(crate) mod estimate;
 pub(crate) mod fly;
+#[cfg(feature = "ground")]
+pub(crate) mod ground;
 pub(crate) mod imu;
+pub(crate) mod key;
 pub(crate) mod quantize;
 pub(crate) mod record;
 pub(crate) mod replay;
