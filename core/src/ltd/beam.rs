@@ -10,6 +10,7 @@ use heapless::Vec;
 use super::cancel::{Change, Source, change};
 use super::cholesky::{regular, spread};
 use super::detector::Detector;
+use super::effort::Effort;
 use super::fit::{Fit, Place, REACH, fit};
 use super::grid::AngleGrid;
 use super::known::KnownPaths;
@@ -78,6 +79,8 @@ pub(super) struct Search<'a, const A: usize, const E: usize, M = ()> {
     pub(super) known: &'a KnownPaths,
     /// Turns its energies into squared LSB.
     pub(super) to_lsb: f32,
+    /// What the joint fits of the sweep have taken.
+    pub(super) effort: &'a Effort,
     /// Told where the time goes.
     pub(super) meter: &'a M,
 }
@@ -187,7 +190,11 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
         noise: f32,
         steps: usize,
     ) -> Fit<L, D, A> {
-        fit::<L, D, A, E, C, W>(self.model, self.template, window, start, noise, steps)
+        let fit = fit::<L, D, A, E, C, W>(self.model, self.template, window, start, noise, steps);
+        if L > 1 {
+            self.effort.spend((L * L) as u32 * fit.evaluations);
+        }
+        fit
     }
 
     pub(super) fn found<const L: usize, const D: usize>(
@@ -240,6 +247,7 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
         let sources = found.map(|f| f.source);
         let noise = found.iter().map(|f| f.noise).fold(f32::INFINITY, f32::min);
         let noise = noise.max(self.ignored);
+        self.effort.cancel(L);
         within(self.meter, Stage::Cancel, || {
             change(
                 self.model,

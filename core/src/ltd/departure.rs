@@ -26,6 +26,8 @@ const COARSE_STEPS: i32 = 4;
 pub(super) const PASSES: [f32; 3] = [0.15, 0.04, 0.011];
 const SLOPE_RAD: f32 = 0.002;
 const ITERATIONS: usize = 12;
+/// A step shorter than this ends a descent: a hundredth of the best standard deviation there is.
+const STILL_RAD: f32 = 1e-5;
 
 /// Where a beam looks.
 #[derive(Clone, Copy, Debug)]
@@ -94,10 +96,22 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
         })
     }
 
-    /// Azimuth of a face's normal, rad.
-    pub(super) fn face_azimuth_rad(&self, face: usize) -> Option<f32> {
-        let normal = self.arrays.faces().get(face)?.normal;
-        Some(libm::atan2f(normal.y, normal.x))
+    /// A face's normal, the direction of its rows and that of its columns.
+    pub(super) fn axes(&self, face: usize) -> Option<[Vector3<f32>; 3]> {
+        let face = self.arrays.faces().get(face)?;
+        Some([face.normal, face.tangent, face.normal.cross(&face.tangent)])
+    }
+
+    /// What the row (axis 0) or the column (1) of a beam's face makes of a path with that cosine.
+    pub(super) fn factor(&self, aim: &Aim, axis: usize, cosine: f32) -> f32 {
+        let turns = self.arrays.phase_per_element_rad() / core::f32::consts::TAU;
+        let away = (cosine - aim.cosines.get(axis).copied().unwrap_or(0.0)) * turns;
+        let [value, _] = if axis == 0 {
+            row_factor::<X>(away)
+        } else {
+            row_factor::<Z>(away)
+        };
+        value
     }
 
     /// Row and column of a beam towards a direction, each with its slope by a cosine.
@@ -188,7 +202,7 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
             } else {
                 damping *= 10.0;
             }
-            if step[0].abs().max(step[1].abs()) < 1e-6 {
+            if step[0].abs().max(step[1].abs()) < STILL_RAD {
                 break;
             }
         }

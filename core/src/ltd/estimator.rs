@@ -8,6 +8,7 @@ use super::beam::{Beam, Found, SOURCES, Search};
 use super::correlator::{Correlator, TAP_EXPONENT, Workspace};
 use super::departure::{Departures, Look};
 use super::detector::{Detector, fit_threshold};
+use super::effort::Effort;
 use super::grid::AngleGrid;
 use super::known::{FITTED, KnownPaths, Levels, Seen};
 use super::merge::{Detection, Detections, Merged};
@@ -136,6 +137,7 @@ pub struct Estimator<
     found: Vec<Found<A>, SOURCES>,
     detections: Detections<MOST>,
     known: KnownPaths,
+    effort: Effort,
     strongest: f32,
     /// Noise variance of a tap in the last beam searched, amplitude units squared.
     noise: f32,
@@ -200,6 +202,7 @@ impl<
             found: Vec::new(),
             detections: Detections::new(),
             known: KnownPaths::default(),
+            effort: Effort::default(),
             strongest: 0.0,
             noise: 0.0,
             meter,
@@ -209,6 +212,11 @@ impl<
     /// Detections of the current sweep that found no place in the list.
     pub fn dropped(&self) -> u32 {
         self.detections.dropped()
+    }
+
+    /// Work of joint fits and cancellation in the current sweep so far, and how many joint fits were refused because it was spent.
+    pub fn effort(&self) -> [u32; 2] {
+        [self.effort.work(), self.effort.refused()]
     }
 
     /// Turns what the search found into detections, in amplitude units and metres.
@@ -349,6 +357,7 @@ impl<
             ignored: IGNORED * floor,
             known: &self.known,
             to_lsb,
+            effort: &self.effort,
             meter: &self.meter,
         };
         let mut under = Beam {
@@ -435,6 +444,7 @@ impl<
         }
         self.detections.clear();
         self.known.clear();
+        self.effort.clear();
         (self.strongest, self.noise) = (0.0, 0.0);
         self.meter.enter(outer);
         paths

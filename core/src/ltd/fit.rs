@@ -69,6 +69,8 @@ pub(super) struct Fit<const L: usize, const D: usize, const A: usize> {
     pub(super) energy: f32,
     /// Gauss-Newton Hessian of half the squared error over (delay in taps, angle 1, angle 2) of each path in turn.
     pub(super) hessian: [[f32; D]; D],
+    /// Evaluations that it took.
+    pub(super) evaluations: u32,
 }
 
 /// Everything one evaluation gives.
@@ -102,6 +104,7 @@ pub(super) fn fit<
     let mut places = start;
     let mut normal = normal_equations::<L, D, A, E, C, W>(model, template, window, &places);
     let mut damping = if L == 1 { 0.0 } else { 1e-3 };
+    let mut evaluations = 1;
     for _ in 0..most {
         let step = solve(&normal.hessian, &normal.gradient, damping);
         let gain: f32 = step.iter().zip(&normal.gradient).map(|(s, g)| s * g).sum();
@@ -119,6 +122,7 @@ pub(super) fn fit<
             break;
         }
         let next = normal_equations::<L, D, A, E, C, W>(model, template, window, &candidate);
+        evaluations += 1;
         // A single path's surface is benign and a step is cheap; pairs must not walk uphill.
         if L == 1 || next.energy > normal.energy * (1.0 - 2e-7) {
             (places, normal) = (candidate, next);
@@ -132,6 +136,7 @@ pub(super) fn fit<
         gains: normal.gains,
         energy: normal.energy,
         hessian: normal.hessian,
+        evaluations,
     }
 }
 

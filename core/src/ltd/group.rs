@@ -29,12 +29,22 @@ const RESIDUAL_SIGMAS: f32 = 4.0;
 const UNSETTLED: f32 = 1.3;
 /// Steps of a joint fit.
 const JOINT_STEPS: usize = 24;
+/// Steps when the sweep has taken much already.
+const THRIFTY_STEPS: usize = 6;
 /// Further starts of a joint fit.
 const ATTEMPTS: usize = 3;
 /// Half the separation in delay at which two paths of one direction are started, taps.
 const SPLIT_TAPS: f32 = 0.2;
 
 impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
+    fn joint_steps(&self) -> usize {
+        if self.effort.is_thrifty() {
+            THRIFTY_STEPS
+        } else {
+            JOINT_STEPS
+        }
+    }
+
     /// The group to which a source is close: to all of its members.
     pub(super) fn neighbours<const C: usize>(&self, beam: &Beam<'_, A, C>, source: &Source<A>) -> Option<u8> {
         let close = |f: &Found<A>| {
@@ -56,6 +66,9 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         source: &Source<A>,
         noise: f32,
     ) -> bool {
+        if self.effort.is_spent() {
+            return false;
+        }
         let members = beam.members(group);
         within(self.meter, Stage::JointFit, || match *members.as_slice() {
             [a] => self.extend::<1, 3, 2, 6, C>(beam, [a], source, noise),
@@ -107,14 +120,14 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         let start: [Place; M] =
             core::array::from_fn(|i| before.get(i).copied().unwrap_or_else(|| source.place(origin)));
         let window = self.joint_window(beam, origin, &start, &old);
-        let kept: Fit<L, D, A> = self.fit(&window, before, noise, JOINT_STEPS);
+        let kept: Fit<L, D, A> = self.fit(&window, before, noise, self.joint_steps());
         let mut without = kept;
-        if L > 1 {
+        if L > 1 && !self.effort.is_thrifty() {
             // The members may sit in a local optimum that the new source leads out of, in the place of one of them.
             for replaced in 0..L {
                 let mut other = before;
                 other[replaced] = source.place(origin);
-                let fit: Fit<L, D, A> = self.fit(&window, other, noise, JOINT_STEPS);
+                let fit: Fit<L, D, A> = self.fit(&window, other, noise, self.joint_steps());
                 if fit.energy > without.energy {
                     without = fit;
                 }
@@ -186,7 +199,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         let origin = old[0].source.origin;
         let start = old.map(|f| f.source.place(origin));
         let window = self.joint_window(beam, origin, &start, &old);
-        let steps = if L == 1 { SINGLE_STEPS } else { JOINT_STEPS };
+        let steps = if L == 1 { SINGLE_STEPS } else { self.joint_steps() };
         let fit: Fit<L, D, A> = self.fit(&window, start, noise, steps);
         if !regular(&fit.hessian) {
             return;
@@ -206,7 +219,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         start: [Place; L],
         noise: f32,
     ) -> Fit<L, D, A> {
-        let mut best: Fit<L, D, A> = self.fit(window, start, noise, JOINT_STEPS);
+        let mut best: Fit<L, D, A> = self.fit(window, start, noise, self.joint_steps());
         let (energy, samples) = window.energy();
         // Mean and standard deviation of noise that is oversampled by 1 / occupancy.
         let mean = samples as f32 * noise;
@@ -214,11 +227,11 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         // What the arrays' errors leave, no start explains.
         let most = mean + RESIDUAL_SIGMAS * spread + self.calibration_share * energy;
         for attempt in 0..ATTEMPTS {
-            if energy - best.energy < most {
+            if energy - best.energy < most || self.effort.is_thrifty() {
                 break;
             }
             let other = self.other_start(window, &start, attempt);
-            let fit: Fit<L, D, A> = self.fit(window, other, noise, JOINT_STEPS);
+            let fit: Fit<L, D, A> = self.fit(window, other, noise, self.joint_steps());
             if fit.energy > best.energy {
                 best = fit;
             }

@@ -20,6 +20,7 @@ mod cholesky;
 mod correlator;
 mod departure;
 mod detector;
+mod effort;
 mod estimator;
 mod fit;
 mod grid;

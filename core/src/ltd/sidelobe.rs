@@ -7,7 +7,6 @@
 //! explain the amplitudes about equally well, none is given.
 
 use heapless::Vec;
-use nalgebra::Vector3;
 
 use super::departure::{Aim, Departures, LOOKS, PASSES};
 use crate::geometry::{Direction, Gmt};
@@ -16,12 +15,12 @@ use crate::geometry::{Direction, Gmt};
 const MISFIT: f32 = 2.0;
 /// Looks that tell anything about a misfit: two parameters and a strength are fitted.
 const LEAST_LOOKS: usize = 6;
-/// Step of the search, rad: half of the lobes' half width. Elevations from -60 to 75 degrees, azimuths 80 degrees to either side of
-/// the face.
-const STEP_RAD: f32 = 0.07;
-const ELEVATIONS: [i32; 2] = [-15, 19];
-const AZIMUTHS: [i32; 2] = [-20, 20];
-/// Looks that the search compares: the strongest.
+/// Step of the search in both cosines of the face: half of the lobes' half width, which is the same everywhere in cosines.
+const STEP: f32 = 0.07;
+/// Cells along the row (79 degrees to either side of the face) and up the column (57 degrees down, 66 up), and which one is zero.
+const ROW: [usize; 2] = [29, 14];
+const COLUMN: [usize; 2] = [26, 12];
+/// Looks that the search compares: the strongest of the face.
 const SEARCHED: usize = 12;
 /// Places that are fitted, and how far they are apart, rad.
 const PLACES: usize = 6;
@@ -134,35 +133,76 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
         }
     }
 
-    /// The best places of the half space before the strongest look's face.
-    fn search(&self, looks: &mut [(Aim, f32, f32)], variances: &[f32]) -> Places {
+    /// The best places of the half space before the strongest look's face. A beam's field is a product of what the row makes of one
+    /// cosine and the column of the other, so the fields of all cells are few numbers; the element's pattern is one strength to
+    /// all looks of a face.
+    fn search(&self, looks: &[(Aim, f32, f32)], variances: &[f32]) -> Places {
         let mut places = Places::new();
-        let Some(azimuth_rad) = looks.first().and_then(|look| self.face_azimuth_rad(look.0.face)) else {
-            return Vec::new();
+        let (Some(first), Some(error)) = (looks.first(), PASSES.first()) else {
+            return places;
         };
-        let Some(error) = PASSES.first() else {
-            return Vec::new();
+        let (face, floor) = (first.0.face, error * first.1 * error * first.1);
+        let Some(axes) = self.axes(face) else {
+            return places;
         };
-        let strongest = looks.first().map_or(0.0, |look| look.1);
-        for ((_, _, weight), variance) in looks.iter_mut().zip(variances) {
-            *weight = 1.0 / (variance + error * strongest * error * strongest);
+        let mut searched: Vec<Searched, SEARCHED> = Vec::new();
+        for ((aim, amplitude, _), variance) in looks.iter().zip(variances) {
+            if aim.face == face {
+                let full = searched.push(Searched {
+                    amplitude: *amplitude,
+                    weight: 1.0 / (variance + floor),
+                    row: core::array::from_fn(|cell| self.factor(aim, 0, cosine(cell, ROW))),
+                    column: core::array::from_fn(|cell| self.factor(aim, 1, cosine(cell, COLUMN))),
+                });
+                if full.is_err() {
+                    break;
+                }
+            }
         }
-        let looks = looks.get(..SEARCHED.min(looks.len())).unwrap_or(looks);
-        for row in ELEVATIONS[0]..=ELEVATIONS[1] {
-            for column in AZIMUTHS[0]..=AZIMUTHS[1] {
-                let elevation = row as f32 * STEP_RAD;
-                let azimuth = azimuth_rad + column as f32 * STEP_RAD;
-                let (se, ce) = (libm::sinf(elevation), libm::cosf(elevation));
-                let u = Vector3::new(ce * libm::cosf(azimuth), ce * libm::sinf(azimuth), se);
-                let Ok(u) = Direction::from_vector(u) else {
+        let all: f32 = searched
+            .iter()
+            .map(|s| s.weight * s.amplitude * s.amplitude)
+            .sum();
+        for i in 0..ROW[0] {
+            for j in 0..COLUMN[0] {
+                let (x, z) = (cosine(i, ROW), cosine(j, COLUMN));
+                let ahead = 1.0 - x * x - z * z;
+                if ahead <= 0.0 {
                     continue;
-                };
-                let cost = self.cost(looks, &u, u.vector());
-                keep(&mut places, u, cost);
+                }
+                let (mut ab, mut bb) = (0.0, 0.0);
+                for look in &searched {
+                    if let (Some(row), Some(column)) = (look.row.get(i), look.column.get(j)) {
+                        let field = (row * column).abs();
+                        ab += look.weight * look.amplitude * field;
+                        bb += look.weight * field * field;
+                    }
+                }
+                let cost = if bb > 0.0 { all - ab * ab / bb } else { all };
+                // Most cells are worse than every place that is kept.
+                if places.is_full() && places.iter().all(|place| cost >= place.1) {
+                    continue;
+                }
+                let [normal, along, up] = axes;
+                if let Ok(u) = Direction::from_vector(normal * libm::sqrtf(ahead) + along * x + up * z) {
+                    keep(&mut places, u, cost);
+                }
             }
         }
         places
     }
+}
+
+/// A look and the fields that cells would show in its beam: those of the row times those of the column.
+struct Searched {
+    amplitude: f32,
+    weight: f32,
+    row: [f32; ROW[0]],
+    column: [f32; COLUMN[0]],
+}
+
+fn cosine(cell: usize, [_, zero]: [usize; 2]) -> f32 {
+    (cell as f32 - zero as f32) * STEP
 }
 
 /// Keeps the best places that are apart.

@@ -1,11 +1,10 @@
 //! Instructions of each stage: of each piece of work, and of each sweep.
 
-use core::ptr;
-
+use cslam_core::ltd::{self, Meter};
 use cslam_firmware::app::Stage;
 
-/// 32-bit up-counter of the board's FPGA, 25 MHz.
-const COUNTER: usize = 0x4002_8018;
+use crate::stages::{Stages, instructions, ticks};
+
 const STAGES: usize = Stage::ALL.len();
 
 /// Work of one stage.
@@ -13,14 +12,16 @@ const STAGES: usize = Stage::ALL.len();
 struct Work {
     sum: u64,
     times: u32,
-    most: u32,
+    most: u64,
     this_sweep: u64,
     most_sweep: u64,
 }
 
 /// All of a flight.
-#[derive(Default)]
 pub(crate) struct Counts {
+    /// What path estimation is made of.
+    meter: &'static Stages,
+    estimation: [Work; ltd::Stage::ALL.len()],
     stages: [Work; STAGES],
     sweeps: u32,
     sum_sweeps: u64,
@@ -28,17 +29,30 @@ pub(crate) struct Counts {
 }
 
 impl Counts {
+    pub(crate) fn new(meter: &'static Stages) -> Self {
+        Self {
+            meter,
+            estimation: [Work::default(); ltd::Stage::ALL.len()],
+            stages: [Work::default(); STAGES],
+            sweeps: 0,
+            sum_sweeps: 0,
+            most_sweeps: 0,
+        }
+    }
+
     /// Counts a piece of work.
     #[inline(never)]
     pub(crate) fn measure<R>(&mut self, stage: Stage, work: impl FnOnce() -> R) -> R {
         let start = ticks();
+        self.meter.begin();
         let result = work();
-        let instructions = instructions(ticks().wrapping_sub(start));
+        let instructions = instructions(u64::from(ticks().wrapping_sub(start)));
+        let _outer = self.meter.enter(ltd::Stage::Rest);
         if let Some(of) = self.stages.get_mut(stage as usize) {
-            of.sum += u64::from(instructions);
+            of.sum += instructions;
             of.times += 1;
             of.most = of.most.max(instructions);
-            of.this_sweep += u64::from(instructions);
+            of.this_sweep += instructions;
         }
         result
     }
@@ -50,6 +64,11 @@ impl Counts {
             stage.most_sweep = stage.most_sweep.max(stage.this_sweep);
             sum += stage.this_sweep;
             stage.this_sweep = 0;
+        }
+        for (stage, work) in ltd::Stage::ALL.into_iter().zip(&mut self.estimation) {
+            let instructions = self.meter.take(stage);
+            work.sum += instructions;
+            work.most_sweep = work.most_sweep.max(instructions);
         }
         self.sweeps += 1;
         self.sum_sweeps += sum;
@@ -63,9 +82,23 @@ impl Counts {
             let name = stage.name();
             let mean = work.sum.checked_div(u64::from(work.times)).unwrap_or(0);
             defmt::println!("instructions, {=str}, mean: {=u64}", name, mean);
-            defmt::println!("instructions, {=str}, most: {=u32}", name, work.most);
+            defmt::println!("instructions, {=str}, most: {=u64}", name, work.most);
             defmt::println!(
                 "instructions, {=str}, most a sweep: {=u64}",
+                name,
+                work.most_sweep
+            );
+        }
+        for (stage, work) in ltd::Stage::ALL.iter().zip(&self.estimation) {
+            // Outside of path estimation the meter stands at rest, so that one says nothing.
+            if *stage == ltd::Stage::Rest {
+                continue;
+            }
+            let name = stage.name();
+            let mean = work.sum.checked_div(u64::from(self.sweeps)).unwrap_or(0);
+            defmt::println!("instructions, paths: {=str}, mean a sweep: {=u64}", name, mean);
+            defmt::println!(
+                "instructions, paths: {=str}, most a sweep: {=u64}",
                 name,
                 work.most_sweep
             );
@@ -74,14 +107,4 @@ impl Counts {
         defmt::println!("instructions, whole sweep, mean: {=u64}", mean);
         defmt::println!("instructions, whole sweep, most: {=u64}", self.most_sweeps);
     }
-}
-
-/// An instruction takes 2^10 ns of the board's time under `CSLAM_ICOUNT=10`, a tick 40 ns.
-fn instructions(ticks: u32) -> u32 {
-    (u64::from(ticks) * 10 / 256) as u32
-}
-
-fn ticks() -> u32 {
-    // SAFETY: an aligned 32-bit register that exists on this board and that reading does not change.
-    unsafe { ptr::read_volatile(COUNTER as *const u32) }
 }

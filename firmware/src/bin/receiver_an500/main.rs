@@ -16,6 +16,8 @@ mod lines;
 mod memory;
 #[path = "../an500/psram.rs"]
 mod psram;
+#[path = "../icount/stages.rs"]
+mod stages;
 #[path = "../an500/uart.rs"]
 mod uart;
 #[path = "../semihosting/words.rs"]
@@ -31,7 +33,7 @@ use cslam_core::lscn::{Classifier, models};
 use cslam_core::ltd::EstimatorConfig;
 use cslam_core::telemetry::{Decoder, Key};
 use cslam_firmware::app::{
-    AppConfig, Application, Best, Downlink, Fed, Ground, Map, Observer, PointLine, Stage, SweepLine, VOXELS,
+    AppConfig, Application, Downlink, Fed, Ground, Map, Observer, PointLine, Stage, SweepLine, VOXELS,
 };
 use cslam_firmware::front_end::{
     Block, FRAME_LENGTH, FrontEnd, HEADER_LENGTH, SAMPLE_BYTES, SoftwareCrc, read_samples,
@@ -45,8 +47,10 @@ use counts::Counts;
 use exit::{Exit, exit};
 use lines::Lines;
 use psram::Psram;
+use stages::Stages;
 use words::words;
 
+type Best = cslam_firmware::app::Best<&'static Stages>;
 type Receiver = Application<'static, Best, VOXELS, { states(2) }>;
 type Frames = Consumer<Psram, FRAME_LENGTH>;
 type Records = Consumer<Psram, { sensor_stream::LENGTH }>;
@@ -61,11 +65,14 @@ fn main() -> ! {
         defmt::error!("the file for the lines cannot be made");
         exit(Exit::Usage)
     };
-    let Some(receiver) = receiver() else {
+    let Some(stages) = cortex_m::singleton!(: Stages = Stages::new()) else {
+        exit(Exit::Panic)
+    };
+    let Some(receiver) = receiver(stages) else {
         defmt::error!("the models in flash are damaged");
         exit(Exit::SelfTest)
     };
-    exit(match fly(receiver, lines) {
+    exit(match fly(receiver, stages, lines) {
         Ok(()) => Exit::Done,
         Err(end) => end,
     })
@@ -74,14 +81,14 @@ fn main() -> ! {
 /// The application with every part in its place. Each large part is built by a function of its own, never inlined: what it needs on
 /// the stack on the way to its place is given back before the next one is built, and is not there in flight.
 #[inline(never)]
-fn receiver() -> Option<&'static mut Receiver> {
+fn receiver(stages: &'static Stages) -> Option<&'static mut Receiver> {
     let geometric = Classifier::new(
         models::geometric().ok()?,
         models::geometric_without_departure().ok()?,
     );
     let config = Config::best(LinkStates::Geometric(geometric.ok()?));
     let memory = Memory {
-        estimator: estimator()?,
+        estimator: estimator(stages)?,
         squint: squint(&config)?,
         map: map()?,
     };
@@ -100,8 +107,8 @@ fn receiver() -> Option<&'static mut Receiver> {
 }
 
 #[inline(never)]
-fn estimator() -> Option<&'static mut Best> {
-    cortex_m::singleton!(: Best = Best::new(&EstimatorConfig::default()))
+fn estimator(stages: &'static Stages) -> Option<&'static mut Best> {
+    cortex_m::singleton!(: Best = Best::with_meter(&EstimatorConfig::default(), stages))
 }
 
 #[inline(never)]
@@ -134,7 +141,7 @@ impl Observer for Watch {
 }
 
 #[inline(never)]
-fn fly(receiver: &mut Receiver, lines: Lines) -> Result<(), Exit> {
+fn fly(receiver: &mut Receiver, stages: &'static Stages, lines: Lines) -> Result<(), Exit> {
     let frame = cortex_m::singleton!(: [u8; FRAME_LENGTH] = [0; FRAME_LENGTH]).ok_or(Exit::Panic)?;
     let samples =
         cortex_m::singleton!(: Block = [[cslam_core::ltd::Iq::ZERO; 512]; 32]).ok_or(Exit::Panic)?;
@@ -142,7 +149,7 @@ fn fly(receiver: &mut Receiver, lines: Lines) -> Result<(), Exit> {
     let mut records: Records = open(sensor_stream::RECORDS_AT)?;
     let mut frames: Frames = open(sensor_stream::FRAMES_AT)?;
     let mut watch = Watch {
-        counts: Counts::default(),
+        counts: Counts::new(stages),
         lines,
         failed: false,
     };

@@ -3,10 +3,10 @@
 use core::ptr;
 
 use cslam_core::localization::bsm::BeamSquint;
-use cslam_firmware::app::{Best, Map};
+use cslam_firmware::app::Map;
 use cslam_firmware::front_end::{Block, FRAME_LENGTH};
 
-use crate::Receiver;
+use crate::{Best, Receiver};
 
 /// What cortex-m-rt paints with (its feature `paint-stack`).
 const PAINT: u32 = 0xcccc_cccc;

@@ -11,6 +11,8 @@ mod counter;
 mod lines;
 #[path = "../semihosting/recording.rs"]
 mod recording;
+#[path = "../icount/stages.rs"]
+mod stages;
 #[path = "../semihosting/words.rs"]
 mod words;
 
@@ -24,9 +26,10 @@ use cslam_firmware::sweep_check::{self, PATHS};
 use defmt_semihosting as _;
 use semihosting::process::exit;
 
-use counter::{Counter, Stages};
+use counter::Counter;
 use lines::Lines;
 use recording::Recording;
+use stages::Stages;
 use words::words;
 
 type Best = Estimator<4, 8, CHANNELS, 72, 3, 8, 8, 360, PATHS, &'static Stages>;

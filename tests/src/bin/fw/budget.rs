@@ -14,6 +14,9 @@ const SWEEPS_PER_S: f64 = 2.0;
 /// Cycles an instruction that the load table is made for. QEMU counts instructions; the processor ends up to two a cycle, and waits
 /// for its memory.
 const CYCLES: [f64; 3] = [1.0, 1.25, 1.5];
+/// Up to so many, even the dearest sweep must end before the next one does; beyond, it is only shown: the front end holds a whole
+/// sweep, and the mean is far below.
+const PROMISED: f64 = 1.25;
 /// Bytes that the design allows (README section 6): static data, flash, three quarters of a stack of 128 KiB.
 const ALLOWED: [(&str, f64); 3] = [
     ("bytes, static data", 400.0 * 1024.0),
@@ -95,7 +98,7 @@ pub(crate) fn time(arguments: &Arguments, log: &str) -> anyhow::Result<()> {
             100.0 * load(most - frames),
             1e3 * piece * cycles / CLOCK_HZ,
         );
-        if load(most - frames) > 1.0 {
+        if cycles <= PROMISED && load(most - frames) > 1.0 {
             over.push(format!(
                 "at {cycles} cycles an instruction the dearest sweep takes longer than a sweep"
             ));

@@ -26,8 +26,6 @@ pub(crate) struct Flown {
     /// Of the host: packets and lines.
     pub(crate) packets: Vec<u8>,
     pub(crate) lines: String,
-    /// Lines of the board's log that are for people.
-    pub(crate) log: Vec<String>,
     sweeps: u32,
     points: usize,
     elapsed_s: f64,
@@ -67,14 +65,7 @@ pub(crate) fn fly(arguments: &Arguments, image: &Path) -> anyhow::Result<Flown> 
         std::fs::write(directory.join("packets.bin"), &board.packets)?;
         std::fs::write(directory.join("flight.txt"), &board.lines)?;
     }
-    let log = board
-        .log
-        .lines()
-        .filter(|line| !line.contains("flying"))
-        .map(str::to_owned)
-        .collect();
     Ok(Flown {
-        log,
         sweeps: lines.sweeps,
         points: lines
             .text
