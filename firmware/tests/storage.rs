@@ -226,6 +226,30 @@ fn power_that_fails_again_and_again_never_loses_what_was_stored() {
 }
 
 #[test]
+fn room_is_made_before_it_is_needed() {
+    let mut flash = Flash::<2>::new();
+    let mut store = Store::open(&mut flash).expect("two halves");
+    assert_eq!(store.make_room(4), Ok(()), "four are left");
+    assert_eq!(store.make_room(5), Err(StorageError::Empty));
+    store.store(&settings(0)).expect("power is on");
+    for (slots, left) in [(3, 3), (4, 3), (3, 3), (4, 3)] {
+        store.make_room(slots).expect("power is on");
+        assert_eq!(store.left(), left);
+        assert_eq!(store.settings(), Ok(&settings(0)));
+    }
+    for number in 1..=3 {
+        store.store(&settings(number)).expect("power is on");
+    }
+    assert_eq!(store.left(), 0);
+    let store = Store::open(&mut flash).expect("two halves");
+    assert_eq!((store.settings(), store.left()), (Ok(&settings(3)), 0));
+    assert_eq!(
+        flash.erases, 2,
+        "once for each time that there was too little room"
+    );
+}
+
+#[test]
 fn worn_words_are_passed_over_and_a_worn_flash_keeps_what_it_has() {
     let mut flash = Flash::<2>::new();
     flash.worn[5] = true;
