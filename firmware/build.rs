@@ -22,6 +22,7 @@ const BOARDS: [Board; 3] = [
             "flight-an500",
             "kernels-an500",
             "lscn-an500",
+            "receiver-an500",
             "sweeps-an500",
         ],
         scripts: &["defmt.x"],

@@ -249,6 +249,11 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         self.planes = PlaneMap::new(self.config.planes);
     }
 
+    /// The newest beacon of a sweep that was heard.
+    pub fn last_beacon(&self) -> Option<&Beacon> {
+        self.last_beacon.as_ref().map(|(_, beacon)| beacon)
+    }
+
     /// Planes of the map.
     pub fn planes(&self) -> &PlaneMap<PLANES> {
         &self.planes

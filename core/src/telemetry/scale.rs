@@ -13,6 +13,7 @@ use super::bits::{BitReader, BitWriter};
 impl BitWriter<'_> {
     /// Appends a quantity in steps of 1 / `per_unit`, rounded half up, as a signed number of `bits`. What is no number or
     /// does not fit makes the string void.
+    #[inline(never)] // called from every field of every message: inlined it costs 15 KB of flash
     pub(super) fn put_linear(&mut self, value: f64, per_unit: f64, bits: u32) {
         let steps = floor(value * per_unit + 0.5);
         // Exact up to 2^53, more than any field has.
@@ -24,6 +25,7 @@ impl BitWriter<'_> {
     }
 
     /// Appends a standard deviation: a step is an eighth of an octave, 0 is 0.0001 or less, 255 is 390 000 or more.
+    #[inline(never)] // called from every field of every message: inlined it costs 15 KB of flash
     pub(super) fn put_sigma(&mut self, sigma: f32) {
         if sigma.is_nan() {
             self.spoil();
@@ -56,11 +58,13 @@ impl BitWriter<'_> {
 
 impl BitReader<'_> {
     /// What [`BitWriter::put_linear`] wrote.
+    #[inline(never)] // called from every field of every message: inlined it costs 15 KB of flash
     pub(super) fn take_linear(&mut self, per_unit: f64, bits: u32) -> Option<f64> {
         Some(self.take_signed(bits)? as f64 / per_unit)
     }
 
     /// What [`BitWriter::put_sigma`] wrote.
+    #[inline(never)] // called from every field of every message: inlined it costs 15 KB of flash
     pub(super) fn take_sigma(&mut self) -> Option<f32> {
         Some(from_log_code(self.take_u8(8)?, SMALLEST, STEPS))
     }

@@ -18,6 +18,30 @@ pub struct Counters {
     pub late_blocks: u32,
     /// Sweeps that ended.
     pub sweeps: u32,
+    /// Paths that became points.
+    pub points: u32,
+    /// Paths that a gate of the reflection point rejected.
+    pub rejected: u32,
+    /// Paths that were none.
+    pub invalid: u32,
+    /// Commands carried out.
+    pub commands: u32,
+    /// Packets from the ground that were damaged.
+    pub uplink_damaged: u32,
+    /// Packets from the ground that were not signed by the key of this link.
+    pub uplink_unsigned: u32,
+    /// Packets from the ground that were heard before, or too late to tell.
+    pub uplink_replayed: u32,
+    /// Packets from the ground for another link.
+    pub uplink_wrong_link: u32,
+    /// Packets from the ground that said nothing known.
+    pub uplink_unknown: u32,
+    /// Records of the sensor stream that were damaged.
+    pub records_damaged: u32,
+    /// Records of the sensor stream that never came, the damaged among them.
+    pub records_lost: u32,
+    /// Records of the sensor stream that came again, or late.
+    pub records_repeated: u32,
 }
 
 pub(super) fn count(counter: &mut u32) {

@@ -15,22 +15,38 @@
 
 mod board;
 mod counters;
+mod downlink;
+mod feed;
+mod lines;
 mod observer;
+mod reports;
+mod uplink;
 
 use cslam_core::block::BeamBlock;
 use cslam_core::cslam::{Beacon, CHANNELS, Cslam, PATHS};
 use cslam_core::geometry::Vector3;
 use cslam_core::localization::ImuSample;
 use cslam_core::ltd::PathEstimator;
+use cslam_core::telemetry::{ConfigReport, Decoder, ResetCause, Uplink};
+
+use reports::Schedule;
 
 use crate::front_end::{Block, Checksum, Content, FrameError, FrontEnd, HEADER_LENGTH, SoftwareCrc};
 
 pub use board::{Best, BoardEstimatorConfig, Map, VOXELS};
 pub use counters::Counters;
+pub use downlink::{Downlink, QUEUE};
+pub use feed::Fed;
+pub use lines::{PointLine, SweepLine};
 pub use observer::{Observer, Stage};
+pub use reports::BoardStatus;
+pub use uplink::Request;
 
-/// Times that the application keeps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Version of the firmware.
+pub const FIRMWARE: [u8; 3] = [0, 1, 0];
+
+/// What the application is set to.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AppConfig {
     /// Blocks of transmit beams in a sweep.
     pub beams: u16,
@@ -40,20 +56,29 @@ pub struct AppConfig {
     pub beacon_patience_ns: u64,
     /// How long after its start a sweep is ended although blocks are missing, ns.
     pub sweep_patience_ns: u64,
-    /// Time between two poses for the ground, ns.
-    pub pose_interval_ns: u64,
+    /// What the ground is told about all of this.
+    pub report: ConfigReport,
+    /// What the program began from.
+    pub reset: ResetCause,
 }
 
 impl Default for AppConfig {
     /// 72 beams and 33 squint symbols twice a second (design README section 7): a beacon comes a millisecond after its sweep and is
-    /// waited for 21 ms, blocks 450 ms; poses at 10 Hz.
+    /// waited for 21 ms, blocks 450 ms.
     fn default() -> Self {
         Self {
             beams: 72,
             squint_symbols: 33,
             beacon_patience_ns: 21_000_000,
             sweep_patience_ns: 450_000_000,
-            pose_interval_ns: 100_000_000,
+            report: ConfigReport {
+                version: 1,
+                firmware: FIRMWARE,
+                map_capacity: VOXELS as u32,
+                voxel_edge_m: Map::DEFAULT_EDGE_M,
+                ..ConfigReport::default()
+            },
+            reset: ResetCause::Unknown,
         }
     }
 }
@@ -78,6 +103,15 @@ pub enum Symbol<'a> {
     Squint(BeamBlock<'a, CHANNELS>),
 }
 
+/// The link to the ground.
+#[derive(Debug)]
+pub struct Ground {
+    /// What goes down.
+    pub downlink: Downlink,
+    /// What comes up.
+    pub uplink: Decoder<Uplink>,
+}
+
 /// A sweep in hand.
 #[derive(Clone, Copy, Debug)]
 struct Open {
@@ -94,10 +128,16 @@ pub struct Application<'m, E, const VOXELS: usize, const STATES: usize, C = Soft
     config: AppConfig,
     front_end: FrontEnd<C>,
     cslam: Cslam<'m, E, VOXELS, STATES>,
+    downlink: Downlink,
+    uplink: Decoder<Uplink>,
+    schedule: Schedule,
+    status: BoardStatus,
+    request: Option<Request>,
     open: Option<Open>,
     last_sweep: Option<u32>,
     now_ns: u64,
-    pose_due_ns: u64,
+    /// Number of the next record of the sensor stream.
+    next_record: u32,
     counters: Counters,
 }
 
@@ -105,15 +145,25 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     Application<'m, E, VOXELS, STATES, C>
 {
     /// An application around a receiver that knows nothing yet, on a link of the front end that has been opened.
-    pub fn new(config: AppConfig, front_end: FrontEnd<C>, cslam: Cslam<'m, E, VOXELS, STATES>) -> Self {
+    pub fn new(
+        config: AppConfig,
+        front_end: FrontEnd<C>,
+        ground: Ground,
+        cslam: Cslam<'m, E, VOXELS, STATES>,
+    ) -> Self {
         Self {
             config,
             front_end,
+            downlink: ground.downlink,
+            uplink: ground.uplink,
+            schedule: Schedule::default(),
+            status: BoardStatus::default(),
+            request: None,
             cslam,
             open: None,
             last_sweep: None,
             now_ns: 0,
-            pose_due_ns: 0,
+            next_record: 0,
             counters: Counters::default(),
         }
     }
@@ -126,6 +176,11 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     /// What became of everything that came in.
     pub fn counters(&self) -> &Counters {
         &self.counters
+    }
+
+    /// What waits for the radio.
+    pub fn downlink(&mut self) -> &mut Downlink {
+        &mut self.downlink
     }
 
     /// The link of the front end: its counters, its session, frames that its hardware gave up.
@@ -225,14 +280,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     pub fn elapse(&mut self, now_ns: u64, observer: &mut impl Observer) {
         self.now_ns = self.now_ns.max(now_ns);
         self.end_if_due(observer);
-        if self.now_ns >= self.pose_due_ns {
-            // A gap skips poses, it does not pile them up.
-            let behind = self.now_ns - self.pose_due_ns;
-            let interval = self.config.pose_interval_ns.max(1);
-            self.pose_due_ns = self
-                .pose_due_ns
-                .saturating_add((behind / interval + 1) * interval);
-        }
+        self.report(observer);
     }
 
     /// Ends the sweep in hand, if there is one.
@@ -244,6 +292,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         if let Some(report) = observer.stage(Stage::Sweep, || self.cslam.end_sweep()) {
             counters::count(&mut self.counters.sweeps);
             observer.swept(&report);
+            observer.stage(Stage::Telemetry, || self.report_sweep(&report));
         }
     }
 
@@ -270,6 +319,12 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             whole: false,
             beacon: false,
         });
+    }
+
+    /// Sends what has waited for more: the stream has ended.
+    pub fn close(&mut self) {
+        self.downlink.close_batch();
+        self.report_health();
     }
 
     fn end_if_due(&mut self, observer: &mut impl Observer) {

@@ -22,3 +22,13 @@ mod record;
 
 pub use error::RecordError;
 pub use record::{Content, LENGTH, Record, UPLINK_MAX};
+
+/// Number of the UAV in a simulated world; its packets are signed with the published key.
+pub const UAV: u8 = 1;
+/// Session on the link of the front end in a simulated world.
+pub const SESSION: u16 = 1;
+
+/// Where the ring of records begins in memory that is shared with the world, bytes.
+pub const RECORDS_AT: usize = 0;
+/// Where the ring of frames begins.
+pub const FRAMES_AT: usize = 4 * 1024 * 1024;

@@ -1,31 +1,72 @@
-//! The sensors' events as the receiver takes them.
+//! The sensors' events as the receiver takes them: records of the sensor stream, beacons signed as the GMT signs them.
 
-use cslam_core::cslam::Beacon;
-use cslam_core::geometry::{Gmt, Rotation, World as WorldFrame};
-use nalgebra::Vector3;
+use cslam_core::telemetry::{BeaconReport, Key, MAX_FRAME, Sender, Uplink};
+use cslam_firmware::front_end::FRAMES_PER_SWEEP;
+use cslam_firmware::sensor_stream::{Content, Record, UAV};
 
-use crate::sensors;
+use crate::sensors::{Beacon, Event, Stamped};
 use crate::world::World;
 
-/// Magnetic field in body axes, uT.
-pub(super) fn field_ut(sample: &sensors::MagnetometerSample) -> Vector3<f32> {
-    sample.field_ut().map(|c| c as f32)
+/// Makes records of events.
+#[derive(Debug)]
+pub struct Recorder {
+    number: u32,
+    gmt: Sender<Uplink>,
 }
 
-/// What a beacon says; `None` when its angles are no attitude.
-pub(super) fn beacon(beacon: &sensors::Beacon) -> Option<Beacon> {
-    let [heading, pitch, roll] = beacon.heading_pitch_roll_rad.map(|c| c as f32);
-    let about =
-        |x: f32, y: f32, z: f32| Rotation::<Gmt, Gmt>::from_rotation_vector(&Vector3::new(x, y, z)).ok();
-    let tilt = about(0.0, pitch, 0.0)?.after(&about(roll, 0.0, 0.0)?);
-    let turn = about(0.0, 0.0, heading)?.after(&tilt);
-    Some(Beacon {
-        sweep: beacon.sweep,
-        position_m: beacon.position_m.into(),
-        sigma_m: beacon.position_sigma_m,
-        attitude: Rotation::<Gmt, WorldFrame>::from_matrix(*turn.matrix()).ok()?,
-        sweeps_per_stop: beacon.sweeps_per_stop,
-    })
+impl Default for Recorder {
+    fn default() -> Self {
+        Self {
+            number: 0,
+            gmt: Sender::new(UAV, &Key::TEST, 0),
+        }
+    }
+}
+
+impl Recorder {
+    /// The record of an event. That of a sweep announces its frames.
+    pub fn record(&mut self, stamped: &Stamped) -> Record {
+        let content = match &stamped.event {
+            Event::Imu(sample) => Content::Imu(*sample),
+            Event::Magnetometer(sample) => Content::Magnetometer(sample.field_ut().map(|c| c as f32)),
+            Event::Timing(sample) => Content::Timing(sample.clock_offset_s),
+            Event::Beacon(said) => Content::Uplink(self.beacon(said)),
+            Event::Sweep { .. } => Content::Frames(FRAMES_PER_SWEEP),
+        };
+        self.next(stamped.uav_time_ns, content)
+    }
+
+    /// The last record.
+    pub fn end(&mut self, time_ns: u64) -> Record {
+        self.next(time_ns, Content::End)
+    }
+
+    fn next(&mut self, time_ns: u64, content: Content) -> Record {
+        let number = self.number;
+        self.number = number.wrapping_add(1);
+        Record {
+            number,
+            time_ns,
+            content,
+        }
+    }
+
+    /// A beacon in its frame; nothing when it says what no frame can say.
+    fn beacon(&mut self, said: &Beacon) -> heapless::Vec<u8, { cslam_firmware::sensor_stream::UPLINK_MAX }> {
+        let report = BeaconReport {
+            sweep: said.sweep,
+            position_m: said.position_m,
+            sigma_m: said.position_sigma_m,
+            heading_pitch_roll_rad: said.heading_pitch_roll_rad,
+            sweeps_per_stop: said.sweeps_per_stop,
+        };
+        let mut frame = [0; MAX_FRAME];
+        let bytes = self
+            .gmt
+            .encode(&Uplink::Beacon(report), &mut frame)
+            .unwrap_or(&[]);
+        heapless::Vec::from_slice(bytes).unwrap_or_default()
+    }
 }
 
 /// Time of the GMT when the UAV's clock shows `at_ns`. The clock is off by microseconds, so one correction does.

@@ -4,13 +4,12 @@ use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::cslam::{self, Outcome, PATHS, PathReport, SweepReport};
 use cslam_core::geometry::Matrix3;
 use cslam_core::localization::Pose;
-use cslam_core::localization::filter::Health;
 use cslam_core::map::PointCloud;
-use cslam_core::telemetry::{
-    Batch, HealthCounters, HealthReport, LinkReport, MAX_FRAME, Message, PointReport, PoseReport, Sender,
-};
+use cslam_core::telemetry::Key;
+use cslam_firmware::sensor_stream::UAV;
 use nalgebra::{Rotation3, UnitQuaternion};
 
+use crate::evaluation::downlink;
 use crate::flight_log::{
     FlightLog, Header, Innovation, LinkEstimate, MapVoxel, MeasuredPath, Measurement, PointRecord,
     PoseEstimate, PoseRecord, PoseTruth, SweepEstimate, SweepRecord, SweepTruth,
@@ -21,13 +20,6 @@ use crate::world::HeardSweep;
 /// A log in the making.
 pub(super) struct Logbook {
     log: FlightLog,
-    sender: Sender,
-    batch: Batch,
-    packets: Vec<u8>,
-    health: HealthCounters,
-    health_due_ns: u64,
-    pose_due: bool,
-    line_of_sight: bool,
     gmt_index: u32,
     last_gmt_m: Option<[f64; 3]>,
 }
@@ -35,20 +27,10 @@ pub(super) struct Logbook {
 /// The GMT has moved on when it is this far from where it was, m.
 const MOVED_M: f64 = 0.5;
 
-/// Time between two health reports, ns.
-const HEALTH_INTERVAL_NS: u64 = 1_000_000_000;
-
 impl Logbook {
-    pub(super) fn new(header: Header, voxel_edge_m: f32, sender: Sender) -> Self {
+    pub(super) fn new(header: Header, voxel_edge_m: f32) -> Self {
         Self {
             log: FlightLog::new(header, f64::from(voxel_edge_m)),
-            sender,
-            batch: Batch::default(),
-            packets: Vec::new(),
-            health: HealthCounters::default(),
-            health_due_ns: 0,
-            pose_due: true,
-            line_of_sight: false,
             gmt_index: 0,
             last_gmt_m: None,
         }
@@ -58,84 +40,8 @@ impl Logbook {
         *self.log.counters.entry(what.to_owned()).or_default() += 1;
     }
 
-    /// Sends a packet to the ground.
-    fn send(&mut self, message: &Message) {
-        let mut frame = [0; MAX_FRAME];
-        match self.sender.encode(message, &mut frame) {
-            Ok(bytes) => {
-                self.packets.extend_from_slice(bytes);
-                self.log.downlink.enter(message, bytes.len() as u64);
-                self.health.packets_sent += 1;
-            }
-            Err(_) => {
-                self.health.packets_dropped += 1;
-                self.count("packets that could not be encoded");
-            }
-        }
-    }
-
-    /// Tells the ground of a sweep, and of the points that have waited long enough.
-    fn downlink(&mut self, report: &SweepReport<PATHS>, gmt_m: [f64; 3]) {
-        let stop = u16::try_from(self.gmt_index).unwrap_or(u16::MAX);
-        self.line_of_sight = report.verdict.is_taken();
-        self.health.sweeps += 1;
-        self.health.blocks += u32::from(report.beams);
-        self.send(&Message::Link(LinkReport::new(report, Some(gmt_m), stop)));
-        for path in &report.paths {
-            match &path.outcome {
-                Outcome::Point(point, insertion) => {
-                    self.health.points += 1;
-                    if insertion.is_some() {
-                        let point = PointReport {
-                            sweep: report.sweep,
-                            stop,
-                            position_m: point.position.to_array(),
-                            sigma_m: point.sigma_m(),
-                            probability: path.probabilities.map_or(1.0, |p| p.first_order),
-                        };
-                        match self.batch.push(report.time_ns, &point) {
-                            Ok(Some(full)) => self.send(&Message::Points(full)),
-                            Ok(None) => {}
-                            Err(_) => self.count("points that could not be sent"),
-                        }
-                    }
-                }
-                Outcome::Rejected(_) => self.health.rejected += 1,
-                Outcome::Input(_) => self.health.invalid += 1,
-                _ => {}
-            }
-        }
-        if let Some(due) = self.batch.due(report.time_ns) {
-            self.send(&Message::Points(due));
-        }
-        if report.time_ns >= self.health_due_ns {
-            self.health_due_ns = report.time_ns + HEALTH_INTERVAL_NS;
-            self.report_health(report.time_ns);
-        }
-    }
-
-    fn report_health(&mut self, time_ns: u64) {
-        self.send(&Message::Health(HealthReport {
-            time_ns,
-            uptime_ms: u32::try_from(time_ns / 1_000_000).unwrap_or(u32::MAX),
-            counters: self.health,
-            ..HealthReport::default()
-        }));
-    }
-
-    /// Enters the pose between sweeps, at a time of the GMT. The ground is told every second one.
-    pub(super) fn pose(
-        &mut self,
-        pose: Option<&Pose>,
-        clock_offset_m: Option<f64>,
-        health: Health,
-        truth: &Truth,
-    ) {
-        if let Some(pose) = pose.filter(|_| self.pose_due) {
-            let report = PoseReport::new(pose, clock_offset_m, health, self.line_of_sight);
-            self.send(&Message::Pose(report));
-        }
-        self.pose_due = !self.pose_due;
+    /// Enters the pose between sweeps, at a time of the GMT.
+    pub(super) fn pose(&mut self, pose: Option<&Pose>, clock_offset_m: Option<f64>, truth: &Truth) {
         self.log.poses.push(PoseRecord {
             time_s: truth.time_s,
             estimate: pose.map(|pose| pose_estimate(pose, clock_offset_m)),
@@ -172,7 +78,6 @@ impl Logbook {
             }
             self.count(&verdict(path));
         }
-        self.downlink(report, gmt_m);
         let estimate = SweepEstimate {
             pose: report
                 .pose
@@ -206,15 +111,9 @@ impl Logbook {
         });
     }
 
-    /// Closes the log with the receiver's map.
-    pub(super) fn close<const N: usize>(mut self, map: &PointCloud<N>) -> (FlightLog, Vec<u8>) {
-        let counters = map.counters();
-        self.health.map_points = map.len() as u32;
-        self.health.map_dropped = counters.dropped.saturating_add(counters.out_of_range);
-        if let Some(rest) = self.batch.close() {
-            self.send(&Message::Points(rest));
-        }
-        self.report_health(self.health_due_ns);
+    /// Closes the log with the receiver's map and the packets that it sent.
+    pub(super) fn close<const N: usize>(mut self, map: &PointCloud<N>, packets: &[u8]) -> FlightLog {
+        self.log.downlink = downlink::decode(packets, UAV, &Key::TEST).traffic;
         self.log.map = map
             .points()
             .map(|point| MapVoxel {
@@ -223,7 +122,7 @@ impl Logbook {
                 hits: u32::from(point.hits),
             })
             .collect();
-        (self.log, self.packets)
+        self.log
     }
 }
 

@@ -13,13 +13,13 @@ use std::thread;
 
 use cslam_core::cslam::{CHANNELS, PATHS, SweepReport};
 use cslam_core::ltd::PathEstimator;
-use cslam_core::telemetry::{Key, Sender};
 use cslam_firmware::app::{Application, Capture, Observer, Symbol, VOXELS};
 
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::sensors::Event;
 use crate::world::{HeardSweep, World};
+pub use events::Recorder;
 use logbook::Logbook;
 
 /// Sweeps that may lie ready: 6.9 MB each.
@@ -27,9 +27,6 @@ const AHEAD: usize = 3;
 
 /// Time between two poses in the log, ns: 20 Hz.
 const POSE_INTERVAL_NS: u64 = 50_000_000;
-
-/// Number of the UAV in its packets, which are signed with the published key.
-pub const UAV: u8 = 1;
 
 /// What the receiver reports of a sweep, until it has been entered into the log.
 #[derive(Default)]
@@ -93,8 +90,7 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     ready: &Receiver<Ready>,
     mut go_on: impl FnMut(&SweepReport<PATHS>) -> bool,
 ) -> Result<(FlightLog, Vec<u8>), InputError> {
-    let sender = Sender::new(UAV, &Key::TEST, 0);
-    let mut logbook = Logbook::new(header, receiver.cslam().map().edge_m(), sender);
+    let mut logbook = Logbook::new(header, receiver.cslam().map().edge_m());
     let mut hand: Option<HeardSweep> = None;
     let mut reports = Reports::default();
     let mut pose_due_ns = 0;
@@ -108,31 +104,24 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
         }
         go_on(&report)
     };
+    let mut recorder = Recorder::default();
+    let mut packets = Vec::new();
     for stamped in world.flight().events() {
         let at = stamped.uav_time_ns;
+        // A record that is refused is in the receiver's counters.
+        let _refused = receiver.record(&recorder.record(&stamped).encode(), &mut reports);
         match stamped.event {
-            Event::Imu(sample) => {
-                receiver.imu(&sample.at(at), &mut reports);
-                if at >= pose_due_ns {
-                    pose_due_ns += POSE_INTERVAL_NS;
-                    // The pose is as old as the last whole inertial step.
-                    let pose = receiver.cslam().pose();
-                    let stamp_ns = pose.as_ref().map_or(at, |pose| pose.time_ns);
-                    let truth = world.flight().truth(events::gmt_time_s(world, stamp_ns));
-                    let clock_offset_m = pose
-                        .as_ref()
-                        .and_then(|pose| receiver.cslam().clock_offset_m(pose));
-                    logbook.pose(pose.as_ref(), clock_offset_m, receiver.cslam().health(), &truth);
-                }
+            Event::Imu(_) if at >= pose_due_ns => {
+                pose_due_ns += POSE_INTERVAL_NS;
+                // The pose is as old as the last whole inertial step.
+                let pose = receiver.cslam().pose();
+                let stamp_ns = pose.as_ref().map_or(at, |pose| pose.time_ns);
+                let truth = world.flight().truth(events::gmt_time_s(world, stamp_ns));
+                let clock_offset_m = pose
+                    .as_ref()
+                    .and_then(|pose| receiver.cslam().clock_offset_m(pose));
+                logbook.pose(pose.as_ref(), clock_offset_m, &truth);
             }
-            Event::Magnetometer(sample) => {
-                receiver.magnetometer(at, &events::field_ut(&sample), &mut reports);
-            }
-            Event::Timing(sample) => receiver.timing(at, sample.clock_offset_s, &mut reports),
-            Event::Beacon(said) => match events::beacon(&said) {
-                Some(beacon) => receiver.beacon(at, &beacon, &mut reports),
-                None => logbook.count("beacons with an impossible attitude"),
-            },
             Event::Sweep { sweep } if sweep < sweeps => {
                 let Ok(heard) = ready.recv() else { break };
                 let mut heard = heard?;
@@ -145,14 +134,30 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
                 hand = Some(heard);
             }
             Event::Sweep { .. } => break,
+            _ => {}
         }
         if !enter(&mut reports, &mut hand, &mut logbook) {
             break;
         }
+        drain(receiver, &mut packets);
     }
     receiver.end(&mut reports);
     enter(&mut reports, &mut hand, &mut logbook);
-    Ok(logbook.close(receiver.cslam().map()))
+    receiver.close();
+    drain(receiver, &mut packets);
+    let log = logbook.close(receiver.cslam().map(), &packets);
+    Ok((log, packets))
+}
+
+/// Takes what waits for the radio.
+fn drain<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
+    receiver: &mut Application<'_, E, VOXELS, STATES>,
+    packets: &mut Vec<u8>,
+) {
+    let downlink = receiver.downlink();
+    let before = packets.len();
+    packets.resize(before + downlink.waiting(), 0);
+    downlink.take(&mut packets[before..]);
 }
 
 /// Hands over all blocks of a sweep.

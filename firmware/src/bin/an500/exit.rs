@@ -6,6 +6,7 @@ use semihosting::process;
 /// Exit code of the emulator.
 #[derive(Clone, Copy)]
 #[repr(i32)]
+#[allow(dead_code, reason = "not every image ends in every way")]
 pub(crate) enum Exit {
     /// The stream has ended and everything that was sent has arrived, or the self-test has passed.
     Done = 0,
@@ -15,7 +16,7 @@ pub(crate) enum Exit {
     Usage = 2,
     /// The ring cannot be used.
     Ring = 3,
-    /// No ring, or no record, for [`crate::PATIENCE_S`] seconds.
+    /// No ring, or no record, for too long.
     Starved = 4,
     /// The stream has ended and records are missing, or packets were not sent.
     Lost = 5,

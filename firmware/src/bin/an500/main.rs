@@ -117,7 +117,7 @@ fn receive<const N: usize>(receiver: &mut Receiver<'_, N>, downlink: &mut Downli
 fn open() -> Result<Ring, RingError> {
     let waiting = Stopwatch::start();
     loop {
-        match Ring::open(Psram::new()) {
+        match Ring::open(Psram::from(0)) {
             Err(RingError::NotReady) if !waiting.has_run_s(PATIENCE_S) => {}
             result => return result,
         }

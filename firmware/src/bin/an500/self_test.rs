@@ -55,8 +55,8 @@ pub(crate) fn run<const N: usize>(receiver: &mut Receiver<'_, N>, downlink: &mut
 
 /// Sends every record through the ring and the receiver; `false` when a step did not do what it must.
 fn pass<const N: usize>(receiver: &mut Receiver<'_, N>, downlink: &mut Downlink) -> Result<bool, RingError> {
-    let mut producer = Producer::<_, SLOT>::create(Psram::new(), SLOTS)?;
-    let mut consumer = Consumer::<_, SLOT>::open(Psram::new())?;
+    let mut producer = Producer::<_, SLOT>::create(Psram::from(0), SLOTS)?;
+    let mut consumer = Consumer::<_, SLOT>::open(Psram::from(0))?;
     let records = records();
     for (index, record) in records.iter().enumerate() {
         if !producer.push(record)? {

@@ -7,8 +7,12 @@
 #![no_main]
 
 mod counts;
-#[path = "../sweeps_an500/files.rs"]
-mod files;
+#[path = "../semihosting/lines.rs"]
+mod lines;
+#[path = "../semihosting/recording.rs"]
+mod recording;
+#[path = "../semihosting/words.rs"]
+mod words;
 
 use core::panic::PanicInfo;
 
@@ -19,7 +23,9 @@ use defmt_semihosting as _;
 use semihosting::process::exit;
 
 use counts::Counts;
-use files::{Lines, Recording, words};
+use lines::Lines;
+use recording::Recording;
+use words::words;
 
 #[entry]
 fn main() -> ! {
@@ -30,7 +36,7 @@ fn main() -> ! {
         usage()
     };
     let config = flight_check::config();
-    match states.to_bytes() {
+    match states.path().to_bytes() {
         b"46" => {
             let Some(place) = cortex_m::singleton!(: Option<Localizer<f32, 46>> = None) else {
                 exit(101)

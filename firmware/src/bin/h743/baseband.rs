@@ -91,7 +91,10 @@ async fn take(
             Either::Second(()) => {
                 // A frame may have begun in this very moment: it may end, no other one may begin.
                 pac::GPIOG.bsrr().write(|w| w.set_br(READY_PIN, true));
-                with_timeout(FRAME, &mut armed).await.ok().map(|(result, ())| result)
+                with_timeout(FRAME, &mut armed)
+                    .await
+                    .ok()
+                    .map(|(result, ())| result)
             }
         };
         match result {

@@ -24,9 +24,9 @@ mod inertial;
 mod memory;
 mod radio;
 mod receiver;
-mod supervise;
 #[path = "../receiver_an500/stack.rs"]
 mod stack;
+mod supervise;
 mod uav_clock;
 
 use cortex_m_rt::entry;
@@ -122,13 +122,27 @@ fn main() -> ! {
     speed.gpio_speed = Speed::High;
     let imu_bus = OnlyDevice {
         bus: Spi::new(
-            chip.SPI4, chip.PE12, chip.PE14, chip.PE13, chip.DMA1_CH0, chip.DMA1_CH1, Irqs, speed,
+            chip.SPI4,
+            chip.PE12,
+            chip.PE14,
+            chip.PE13,
+            chip.DMA1_CH0,
+            chip.DMA1_CH1,
+            Irqs,
+            speed,
         ),
         select: Output::new(chip.PE11, Level::High, Speed::High),
     };
     let control_bus = OnlyDevice {
         bus: Spi::new(
-            chip.SPI5, chip.PF7, chip.PF9, chip.PF8, chip.DMA1_CH2, chip.DMA1_CH3, Irqs, speed,
+            chip.SPI5,
+            chip.PF7,
+            chip.PF9,
+            chip.PF8,
+            chip.DMA1_CH2,
+            chip.DMA1_CH3,
+            Irqs,
+            speed,
         ),
         select: Output::new(chip.PF6, Level::High, Speed::High),
     };
@@ -140,8 +154,21 @@ fn main() -> ! {
     camera.hsync_level = dcmi::HSyncDataInvalidLevel::Low;
     camera.pixclk_polarity = dcmi::PixelClockPolarity::RisingEdge;
     let camera = Dcmi::new_8bit(
-        chip.DCMI, chip.DMA2_CH0, Irqs, chip.PC6, chip.PC7, chip.PC8, chip.PC9, chip.PE4, chip.PD3, chip.PE5,
-        chip.PE6, chip.PG9, chip.PA4, chip.PA6, camera,
+        chip.DCMI,
+        chip.DMA2_CH0,
+        Irqs,
+        chip.PC6,
+        chip.PC7,
+        chip.PC8,
+        chip.PC9,
+        chip.PE4,
+        chip.PD3,
+        chip.PE5,
+        chip.PE6,
+        chip.PG9,
+        chip.PA4,
+        chip.PA6,
+        camera,
     );
     let ready = Output::new(chip.PG12, Level::Low, Speed::High);
 
@@ -169,9 +196,8 @@ fn main() -> ! {
         Some(buffer) => CrcUnit::new(chip.CRC, &mut buffer.samples),
         None => panic!("there are three buffers"),
     };
-    let frames = once(
-        cortex_m::singleton!(: Option<Channel<'static, CriticalSectionRawMutex, FrameBuffer>> = None),
-    );
+    let frames =
+        once(cortex_m::singleton!(: Option<Channel<'static, CriticalSectionRawMutex, FrameBuffer>> = None));
     let (filling, filled) = frames.insert(Channel::new(buffers)).split();
     let link = Link::new(control, sync, clock, filled);
     let board = Board {
@@ -222,7 +248,10 @@ enum Unfit {
 fn prepare(store: &mut Store<SettingsFlash>) -> Result<(Settings, Key), Unfit> {
     let mut settings = store.load().map_err(Unfit::Storage)?;
     if store.refused() > 0 {
-        defmt::warn!("storage: {=u32} damaged records were passed over", store.refused());
+        defmt::warn!(
+            "storage: {=u32} damaged records were passed over",
+            store.refused()
+        );
     }
     let bytes = settings.key.ok_or(Unfit::NoKey)?;
     store.make_room(ROOM).map_err(Unfit::Storage)?;

@@ -1,6 +1,5 @@
 //! The telemetry radio: USART2 at 57 600 baud, both ways by DMA.
 
-
 use cslam_firmware::board::Downlink;
 use cslam_firmware::supervisor::Progress;
 use embassy_stm32::mode::Async;
@@ -66,7 +65,9 @@ pub(crate) async fn send(mut radio: Transmitter) -> ! {
         let Ok(length) = with_timeout(ROUND, DOWN.read(&mut bytes)).await else {
             continue;
         };
-        let Some(bytes) = bytes.get(..length) else { continue };
+        let Some(bytes) = bytes.get(..length) else {
+            continue;
+        };
         if let Err(error) = radio.send(bytes).await {
             defmt::warn!("{}", defmt::Display2Format(&error));
         }
@@ -97,4 +98,3 @@ pub(crate) async fn receive(mut radio: RingBufferedUartRx<'static>) -> ! {
         }
     }
 }
-

@@ -76,7 +76,12 @@ pub(crate) fn application(
         ..AppConfig::default()
     };
     let place = cortex_m::singleton!(: Option<Receiver> = None)?;
-    Some(place.insert(Application::new(config_of_app, front_end, ground, Cslam::new(config, memory))))
+    Some(place.insert(Application::new(
+        config_of_app,
+        front_end,
+        ground,
+        Cslam::new(config, memory),
+    )))
 }
 
 /// Sees the work: where it stands, for a fault record, and every sweep, for a person's eye.

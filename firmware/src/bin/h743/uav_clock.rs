@@ -58,9 +58,7 @@ pub(crate) fn start(
     // Loads the prescaler; the flag that goes with it is no turn.
     timer.egr().write(|w| w.set_ug(true));
     timer.sr().write(|w| w.set_uif(false));
-    timer
-        .ccmr_input(0)
-        .modify(|w| w.set_ccs(0, CcmrInputCcs::TI4));
+    timer.ccmr_input(0).modify(|w| w.set_ccs(0, CcmrInputCcs::TI4));
     timer.ccer().modify(|w| {
         w.set_cce(0, true);
         w.set_cce(2, true);
@@ -120,9 +118,7 @@ impl Sync {
     pub(crate) fn rise_at(&mut self, at_ns: u64) -> u64 {
         let ticks = at_ns / TICK_NS;
         let timer = pac::TIM2;
-        timer
-            .ccmr_output(1)
-            .modify(|w| w.set_ocm(0, Ocm::FORCE_INACTIVE));
+        timer.ccmr_output(1).modify(|w| w.set_ocm(0, Ocm::FORCE_INACTIVE));
         timer.ccr(2).write_value(ticks as u32);
         timer
             .ccmr_output(1)

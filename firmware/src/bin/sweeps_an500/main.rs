@@ -7,7 +7,12 @@
 #![no_main]
 
 mod counter;
-mod files;
+#[path = "../semihosting/lines.rs"]
+mod lines;
+#[path = "../semihosting/recording.rs"]
+mod recording;
+#[path = "../semihosting/words.rs"]
+mod words;
 
 use core::panic::PanicInfo;
 
@@ -20,7 +25,9 @@ use defmt_semihosting as _;
 use semihosting::process::exit;
 
 use counter::{Counter, Stages};
-use files::{Lines, Recording, words};
+use lines::Lines;
+use recording::Recording;
+use words::words;
 
 type Best = Estimator<4, 8, CHANNELS, 72, 3, 8, 8, 360, PATHS, &'static Stages>;
 type Paper = PaperEstimator<4, 8, CHANNELS, 72, PATHS>;
@@ -34,7 +41,7 @@ fn main() -> ! {
         exit(101)
     };
     let config = EstimatorConfig::default();
-    match mode.to_bytes() {
+    match mode.path().to_bytes() {
         b"best" => {
             let Some(estimator) = cortex_m::singleton!(: Best = Best::with_meter(&config, stages)) else {
                 exit(101)

@@ -12,8 +12,10 @@ use cslam_core::localization::hpc;
 use cslam_core::lscn::{Classifier, PaperClassifier, models};
 use cslam_core::ltd::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator};
 
-use cslam_firmware::app::{AppConfig, Application, Map, VOXELS};
+use cslam_core::telemetry::{Decoder, Key};
+use cslam_firmware::app::{AppConfig, Application, Downlink, Ground, Map, VOXELS};
 use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
+use cslam_firmware::sensor_stream::{SESSION, UAV};
 
 use super::{Args, Config, Flown, Mode};
 use crate::flight_log::{FlightLog, Header};
@@ -171,7 +173,12 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
         map: &mut map,
     };
     let cslam: Cslam<'_, E, VOXELS> = Cslam::new(config, memory);
-    let mut receiver = Application::new(AppConfig::default(), FrontEnd::new(SoftwareCrc, 1), cslam);
+    let mut receiver = Application::new(
+        AppConfig::default(),
+        FrontEnd::new(SoftwareCrc, SESSION),
+        ground(),
+        cslam,
+    );
     Ok(raw_flight::fly(
         world,
         &mut receiver,
@@ -181,6 +188,14 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
             swept();
         },
     )?)
+}
+
+/// The link of a simulated UAV, with the published key.
+fn ground() -> Ground {
+    Ground {
+        downlink: Downlink::new(UAV, &Key::TEST, 0),
+        uplink: Decoder::new(UAV, &Key::TEST),
+    }
 }
 
 /// The receiver of a mode, with the stages that were asked to differ.

@@ -1,0 +1,23 @@
+//! How deep the stack was: it was painted before `main`, and what has lost its paint was used.
+
+use core::ptr;
+
+/// What cortex-m-rt paints with (its feature `paint-stack`).
+const PAINT: u32 = 0xcccc_cccc;
+
+unsafe extern "C" {
+    static _stack_start: u32;
+    static _stack_end: u32;
+}
+
+/// Bytes of the stack that were used.
+pub(crate) fn used() -> usize {
+    let top = &raw const _stack_start as usize;
+    let mut at = &raw const _stack_end as usize;
+    // SAFETY: from `_stack_end` up to `_stack_start` lies the stack, whole words of memory that may be read; nothing is in use below
+    // the deepest point it has reached.
+    while at < top && unsafe { ptr::read_volatile(at as *const u32) } == PAINT {
+        at += 4;
+    }
+    top - at
+}

@@ -1,0 +1,49 @@
+//! What `cargo fw` is asked for.
+
+use std::path::PathBuf;
+
+use clap::{Parser, ValueEnum};
+
+/// Flies the firmware on an emulated Cortex-M7 in the loop with the simulated world, and compares it with the host; or puts it on a
+/// board.
+#[derive(Parser, Debug)]
+#[command(name = "cargo fw", version)]
+pub(crate) struct Arguments {
+    /// Board: the emulated one flies, a real one is flashed (by probe-rs) and shows its log
+    #[arg(long, value_enum, default_value_t = Target::Emulated)]
+    pub(crate) board: Target,
+    /// Scene to fly in
+    #[arg(long, default_value = "outdoor")]
+    pub(crate) scene: String,
+    /// Seed of the flight, of its sensors and of its channel
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Simulated time to fly, s: two sweeps a second
+    #[arg(long, default_value_t = 60.0)]
+    pub(crate) seconds: f64,
+    /// Count instructions, stage by stage; slower
+    #[arg(long)]
+    pub(crate) count: bool,
+    /// Longest run of the emulator, s
+    #[arg(long, default_value_t = 1800)]
+    pub(crate) limit_s: u32,
+    /// Directory for what the board sent (packets.bin) and its lines (flight.txt)
+    #[arg(long)]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// Boards.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Target {
+    /// MPS2+ with the AN500 image, in QEMU
+    Emulated,
+    /// STM32H743
+    H743,
+}
+
+impl Arguments {
+    /// Reads the command line; ends the program with a hint when it is wrong.
+    pub(crate) fn read() -> Self {
+        Self::parse()
+    }
+}
