@@ -2,8 +2,7 @@
 
 use embassy_stm32::Config;
 use embassy_stm32::rcc::{
-    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllDiv, PllMul, PllPreDiv, PllSource, SupplyConfig,
-    Sysclk, VoltageScale,
+    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk, VoltageScale,
 };
 use embassy_stm32::time::Hertz;
 
@@ -11,7 +10,6 @@ use embassy_stm32::time::Hertz;
 pub(crate) fn config() -> Config {
     let mut config = Config::default();
     let rcc = &mut config.rcc;
-    rcc.supply_config = SupplyConfig::LDO;
     rcc.voltage_scale = VoltageScale::Scale0;
     rcc.hse = Some(Hse {
         freq: Hertz(8_000_000),

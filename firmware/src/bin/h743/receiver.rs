@@ -35,6 +35,9 @@ const RETRY: Duration = Duration::from_millis(500);
 /// Between two looks at how the board is.
 const STATUS: Duration = Duration::from_secs(1);
 
+/// Bytes of the stack: DTCM without the fault record (memory.x).
+const STACK: usize = 128 * 1024 - 32;
+
 /// The parts of the board that the task has for itself.
 pub(crate) struct Board {
     pub(crate) link: Link,
@@ -169,7 +172,7 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
             status_due = Instant::now() + STATUS;
             app.set_status(BoardStatus {
                 load: busy_ns as f32 / STATUS.as_micros() as f32 * 1e-3,
-                free_stack: stack::free() as u32,
+                free_stack: STACK.saturating_sub(stack::used()) as u32,
                 imu_lost: inertial::LOST.load(Ordering::Relaxed),
                 imu_damaged: inertial::DAMAGED.load(Ordering::Relaxed),
             });

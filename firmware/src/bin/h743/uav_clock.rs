@@ -8,7 +8,7 @@ use core::task::Poll;
 use cslam_firmware::board::{Clock, DataReady};
 use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
-use embassy_stm32::pac::timer::vals::{CcmrInputCcs, Ocm};
+use embassy_stm32::pac::timer::vals::{CcmrInputCcs, OcmGp};
 use embassy_stm32::peripherals::{PA0, PB10, TIM2};
 use embassy_stm32::{Peri, pac};
 use embassy_sync::waitqueue::AtomicWaker;
@@ -118,11 +118,13 @@ impl Sync {
     pub(crate) fn rise_at(&mut self, at_ns: u64) -> u64 {
         let ticks = at_ns / TICK_NS;
         let timer = pac::TIM2;
-        timer.ccmr_output(1).modify(|w| w.set_ocm(0, Ocm::FORCE_INACTIVE));
+        timer
+            .ccmr_output(1)
+            .modify(|w| w.set_ocm(0, OcmGp::FORCE_INACTIVE));
         timer.ccr(2).write_value(ticks as u32);
         timer
             .ccmr_output(1)
-            .modify(|w| w.set_ocm(0, Ocm::ACTIVE_ON_MATCH));
+            .modify(|w| w.set_ocm(0, OcmGp::ACTIVE_ON_MATCH));
         ticks * TICK_NS
     }
 }
