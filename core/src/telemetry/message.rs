@@ -5,6 +5,10 @@ use super::{ConfigReport, Direction, EventReport, HealthReport, LinkReport, Poin
 
 /// What the UAV says.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap to put the larger one on, and one lives at a time"
+)]
 pub enum Message {
     /// Points of the map.
     Points(PointBatch),

@@ -13,7 +13,7 @@ use super::{decode, encode_all, examples};
 fn through<M: Content>(message: M) -> M {
     let packets = decode(&encode_all(&[message])[0]);
     let [packet] = <[_; 1]>::try_from(packets).ok().expect("one packet");
-    packet.ok().expect("sound").message
+    packet.expect("sound").message
 }
 
 /// A number of -1..=1 from any integer.

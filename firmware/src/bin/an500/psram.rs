@@ -47,12 +47,13 @@ impl SharedMemory for Psram {
         let (words, rest) = bytes.as_chunks_mut::<4>();
         let words_end = addresses.start + 4 * words.len();
         for (at, word) in addresses.clone().step_by(4).zip(words) {
-            // SAFETY: `addresses` has shown that the bytes lie in the PSRAM, which exists for the whole run, is mapped, and is no Rust
-            // object: neither the linker script nor any reference covers it. Every word is valid, and aligned where it is read as
-            // one. Volatile, because the host writes here at the same time.
             *word = if aligned {
+                // SAFETY: `addresses` has shown that the bytes lie in the PSRAM, which exists for the whole run, is mapped, and is no
+                // Rust object: neither the linker script nor any reference covers it. The word is aligned, and any is valid.
+                // Volatile, because the host writes here at the same time.
                 unsafe { ptr::read_volatile(at as *const u32) }.to_le_bytes()
             } else {
+                // SAFETY: as above; a byte has no alignment.
                 [0, 1, 2, 3].map(|k| unsafe { ptr::read_volatile((at + k) as *const u8) })
             };
         }
