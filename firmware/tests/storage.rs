@@ -1,6 +1,6 @@
 //! Settings through power that fails at every byte.
 
-use cslam_firmware::storage::{Mode, Mount, SLOT, Settings, StorageError, Store};
+use cslam_firmware::storage::{Mount, SLOT, Settings, StorageError, Store, image};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
@@ -129,7 +129,6 @@ impl<const SECTORS: usize> NorFlash for &mut Flash<SECTORS> {
 fn settings(number: u32) -> Settings {
     Settings {
         uav: 3,
-        mode: if number & 1 == 0 { Mode::Best } else { Mode::Paper },
         mount: Mount::new([-2, 1, 3]).expect("a quarter turn"),
         key: (number & 2 == 0).then_some([number as u8; 32]),
         downlink_counter: 1024 * number,
@@ -223,6 +222,17 @@ fn power_that_fails_again_and_again_never_loses_what_was_stored() {
         }
     }
     assert!(last.is_some());
+}
+
+#[test]
+fn a_board_starts_from_what_it_was_provisioned_with() {
+    let mut flash = Flash::<2>::new();
+    (&mut flash).write(0, &image(&settings(7))).expect("power is on");
+    let mut store = Store::open(&mut flash).expect("two halves");
+    assert_eq!(store.settings(), Ok(&settings(7)));
+    store.store(&settings(8)).expect("power is on");
+    let store = Store::open(&mut flash).expect("two halves");
+    assert_eq!(store.settings(), Ok(&settings(8)));
 }
 
 #[test]

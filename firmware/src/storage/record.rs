@@ -37,6 +37,12 @@ pub(super) fn encode(number: u32, settings: &Settings) -> [u8; SLOT] {
     slot
 }
 
+/// The first record of a store, as whoever provisions a board writes it at the store's beginning.
+#[must_use]
+pub fn image(settings: &Settings) -> [u8; SLOT] {
+    encode(1, settings)
+}
+
 /// Number and settings of a record.
 pub(super) fn decode(slot: &[u8; SLOT]) -> Result<(u32, Settings), RecordError> {
     let [m0, m1, m2, m3, v0, v1, l0, l1, n0, n1, n2, n3, rest @ ..] = slot;
@@ -80,12 +86,12 @@ mod tests {
         assert_eq!(altered(0, b'X'), Err(RecordError::Magic));
         assert_eq!(altered(4, 2), Err(RecordError::Version { found: 2 }));
         assert_eq!(altered(6, 50), Err(RecordError::Length { found: 50 }));
-        // Mode, mount, filler, whether there is a key.
-        for (at, byte) in [(13, 2), (14, 2), (17, 1), (28, 2)] {
+        // Mount, whether there is a key.
+        for (at, byte) in [(13, 2), (14, 0), (26, 2)] {
             assert_eq!(altered(at, byte), Err(RecordError::Content), "byte {at}");
         }
         assert_eq!(
-            altered(29, 7),
+            altered(27, 7),
             Err(RecordError::Content),
             "a key that there is not"
         );

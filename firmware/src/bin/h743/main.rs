@@ -24,7 +24,6 @@ mod inertial;
 mod memory;
 mod radio;
 mod receiver;
-#[path = "../receiver_an500/stack.rs"]
 mod stack;
 mod supervise;
 mod uav_clock;
@@ -33,7 +32,7 @@ use cortex_m_rt::entry;
 use cslam_core::telemetry::Key;
 use cslam_firmware::board::{Inertial, Storage};
 use cslam_firmware::fault::FaultRecord;
-use cslam_firmware::front_end::{Control, FrontEnd};
+use cslam_firmware::front_end::Control;
 use cslam_firmware::icm42688::Icm42688;
 use cslam_firmware::storage::{Settings, Store};
 use defmt_rtt as _;
@@ -86,8 +85,6 @@ unsafe fn UART7() {
     unsafe { BETWEEN.on_interrupt() }
 }
 
-/// Packets that a start may send before the counter must be stored again: a day of them.
-const RESERVE: u32 = 1 << 20;
 /// Records that must fit before an erase, so that none comes in flight.
 const ROOM: u32 = 64;
 
@@ -206,20 +203,21 @@ fn main() -> ! {
         left_behind: left_behind.map(|record| fault::as_event(&record, cause)),
         green: Output::new(chip.PB0, Level::Low, Speed::Low),
         red,
-        session: settings.session,
+        store,
+        settings,
     };
-    let front_end = FrontEnd::new(unit, settings.session);
-    let application = match receiver::application(front_end, &settings, &key, cause) {
+    let application = match receiver::application(unit, &board.settings, &key, cause) {
         Some(application) => application,
         None => panic!("the models in flash are damaged"),
     };
+    let mount = board.settings.mount;
     let watchdog = IndependentWatchdog::new(chip.IWDG1, supervise::WATCHDOG_US);
 
     interrupt::UART8.set_priority(Priority::P4);
     let above = ABOVE.start(interrupt::UART8);
     interrupt::UART7.set_priority(Priority::P8);
     let between = BETWEEN.start(interrupt::UART7);
-    above.spawn(inertial::read(sensor, settings.mount).unwrap());
+    above.spawn(inertial::read(sensor, mount).unwrap());
     between.spawn(baseband::capture(camera, ready, filling, core.SCB).unwrap());
     between.spawn(radio::send(transmitter).unwrap());
     between.spawn(radio::receive(receiver).unwrap());
@@ -243,8 +241,8 @@ enum Unfit {
     NoKey,
 }
 
-/// The settings of this start and the link's key: the session is a new one, and the counters of the downlink are beyond all that was
-/// sent before.
+/// The settings of this start and the link's key: the session is a new one, and counters of the downlink are set aside beyond all that
+/// was sent before.
 fn prepare(store: &mut Store<SettingsFlash>) -> Result<(Settings, Key), Unfit> {
     let mut settings = store.load().map_err(Unfit::Storage)?;
     if store.refused() > 0 {
@@ -257,9 +255,8 @@ fn prepare(store: &mut Store<SettingsFlash>) -> Result<(Settings, Key), Unfit> {
     store.make_room(ROOM).map_err(Unfit::Storage)?;
     let first = settings.downlink_counter;
     settings.session = settings.next_session();
-    settings.downlink_counter = first.saturating_add(RESERVE);
+    settings.downlink_counter = first.saturating_add(receiver::RESERVE);
     store.save(&settings).map_err(Unfit::Storage)?;
-    settings.downlink_counter = first;
     let key = Key::new(bytes);
     if key.is_test() {
         defmt::warn!("the key is the published one: anybody can forge what it signs");

@@ -12,14 +12,15 @@ use cslam_core::telemetry::{Decoder, Event, FaultRecord, Key, Opener, ResetCause
 use cslam_firmware::app::{
     AppConfig, Application, Best, BoardStatus, Downlink, Ground, Map, Observer, Request, Stage, VOXELS,
 };
-use cslam_firmware::board::{Baseband, Clock};
+use cslam_firmware::board::{Baseband, Clock, Storage};
 use cslam_firmware::front_end::{FrontEnd, Header};
-use cslam_firmware::storage::Settings;
+use cslam_firmware::storage::{Settings, Store};
 use embassy_stm32::gpio::Output;
 use embassy_time::{Duration, Instant, with_timeout};
 
 use crate::baseband::{Link, LinkError};
 use crate::checksum::CrcUnit;
+use crate::flash::SettingsFlash;
 use crate::uav_clock::UavClock;
 use crate::{fault, inertial, radio, stack, supervise};
 
@@ -30,13 +31,15 @@ pub(crate) type Receiver = Application<'static, Best, VOXELS, { states(2) }, Crc
 const HOLD_NS: u64 = 20_000_000;
 /// Longest time without looking at everything.
 const ROUND: Duration = Duration::from_millis(2);
+/// Packets of the downlink that are set aside at a time: a day of them.
+pub(crate) const RESERVE: u32 = 1 << 20;
+/// Between two times that the counters of the link are stored. The room made at the start (64 records) lasts ten hours; an erase after
+/// that stops the receiver for two seconds.
+const KEPT: Duration = Duration::from_secs(600);
 /// Between attempts to start the front end.
 const RETRY: Duration = Duration::from_millis(500);
 /// Between two looks at how the board is.
 const STATUS: Duration = Duration::from_secs(1);
-
-/// Bytes of the stack: DTCM without the fault record (memory.x).
-const STACK: usize = 128 * 1024 - 32;
 
 /// The parts of the board that the task has for itself.
 pub(crate) struct Board {
@@ -48,13 +51,15 @@ pub(crate) struct Board {
     pub(crate) green: Output<'static>,
     /// On while the front end is not there.
     pub(crate) red: Output<'static>,
-    /// Session of the front end.
-    pub(crate) session: u16,
+    /// Where the settings are kept.
+    pub(crate) store: Store<SettingsFlash>,
+    /// The settings as they were stored at the start.
+    pub(crate) settings: Settings,
 }
 
 /// The application with every part in its place. `None` when the models in flash are damaged.
 pub(crate) fn application(
-    front_end: FrontEnd<CrcUnit>,
+    unit: CrcUnit,
     settings: &Settings,
     key: &Key,
     reset: ResetCause,
@@ -70,8 +75,13 @@ pub(crate) fn application(
         squint: squint.insert(config.beam_squint().ok()?),
         map: cortex_m::singleton!(: Map = Map::new())?,
     };
+    let front_end = FrontEnd::new(unit, settings.session);
+    // The stored counter is where what was set aside for this start ends.
+    let first = settings.downlink_counter.saturating_sub(RESERVE);
+    let mut downlink = Downlink::new(settings.uav, key, first);
+    downlink.sender().allow(settings.downlink_counter);
     let ground = Ground {
-        downlink: Downlink::new(settings.uav, key, settings.downlink_counter),
+        downlink,
         uplink: Decoder::with(Opener::resume(settings.uav, key, settings.uplink_counter)),
     };
     let config_of_app = AppConfig {
@@ -117,11 +127,13 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
         left_behind,
         green,
         mut red,
-        session,
+        mut store,
+        mut settings,
     } = board;
     let mut watch = Watch { green };
     let mut front_end_due = Some(Instant::now());
     let mut status_due = Instant::now();
+    let mut kept_until = Instant::now() + KEPT;
     let mut busy_ns = 0;
     if let Some(record) = left_behind {
         app.announce(Event::Reset(record));
@@ -131,9 +143,9 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
         if let Some(due) = front_end_due
             && Instant::now() >= due
         {
-            match link.open(session).await {
+            match link.open(settings.session).await {
                 Ok(()) => {
-                    defmt::info!("front end: session {=u16} is open", session);
+                    defmt::info!("front end: session {=u16} is open", settings.session);
                     red.set_low();
                     front_end_due = None;
                 }
@@ -167,12 +179,20 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
         let now_ns = clock.now_ns();
         inertial_samples(app, now_ns.saturating_sub(HOLD_NS), &mut watch);
         talk(app, now_ns, &mut watch);
+        let reboot = app.request() == Some(Request::Reboot);
+        if reboot || Instant::now() >= kept_until || app.downlink().sender().left() < RESERVE / 2 {
+            kept_until = Instant::now() + KEPT;
+            keep(app, &mut settings, &mut store);
+        }
+        if reboot {
+            SCB::sys_reset();
+        }
         busy_ns += clock.now_ns().saturating_sub(began_ns);
         if Instant::now() >= status_due {
             status_due = Instant::now() + STATUS;
             app.set_status(BoardStatus {
                 load: busy_ns as f32 / STATUS.as_micros() as f32 * 1e-3,
-                free_stack: STACK.saturating_sub(stack::used()) as u32,
+                free_stack: stack::free(),
                 imu_lost: inertial::LOST.load(Ordering::Relaxed),
                 imu_damaged: inertial::DAMAGED.load(Ordering::Relaxed),
             });
@@ -192,14 +212,25 @@ fn inertial_samples(app: &mut Receiver, until_ns: u64, watch: &mut Watch) {
     }
 }
 
+/// Stores how far the counters of the link have come: a write of 128 bytes, less than a millisecond.
+fn keep(app: &mut Receiver, settings: &mut Settings, store: &mut Store<SettingsFlash>) {
+    let sender = app.downlink().sender();
+    settings.downlink_counter = sender.counter().saturating_add(RESERVE);
+    settings.uplink_counter = app.uplink_counter();
+    match store.save(settings) {
+        Ok(()) => app.downlink().sender().allow(settings.downlink_counter),
+        Err(error) => {
+            defmt::error!("{}", defmt::Display2Format(&error));
+            app.announce(Event::StorageDamaged(0));
+        }
+    }
+}
+
 /// Both ways of the radio, without waiting.
 fn talk(app: &mut Receiver, now_ns: u64, watch: &mut Watch) {
     let mut bytes = [0; 64];
     while let Ok(length) = radio::UP.try_read(&mut bytes) {
         app.uplink(now_ns, bytes.get(..length).unwrap_or_default(), watch);
-    }
-    if app.request() == Some(Request::Reboot) {
-        SCB::sys_reset();
     }
     app.elapse(now_ns.saturating_sub(HOLD_NS), watch);
     while radio::DOWN.free_capacity() >= bytes.len() {

@@ -31,8 +31,8 @@ pub(crate) async fn supervise(mut watchdog: IndependentWatchdog<'static, IWDG1>,
         watched("capture", &baseband::CAPTURE, 400),
         watched("downlink", &radio::SENDING, 400),
         watched("uplink", &radio::RECEIVING, 400),
-        // The end of a sweep is one piece of work.
-        watched("receiver", &RECEIVER, 1500),
+        // An erase of the settings' flash takes up to four seconds.
+        watched("receiver", &RECEIVER, 5000),
     ];
     let mut supervisor = Supervisor::new(tasks, clock.now_ns());
     watchdog.unleash();
