@@ -7,6 +7,8 @@
     reason = "a helper of a test fails by panicking"
 )]
 
+#[path = "telemetry/attacks.rs"]
+mod attacks;
 #[path = "telemetry/damage.rs"]
 mod damage;
 #[path = "telemetry/examples.rs"]

@@ -55,6 +55,11 @@ enum Command {
     /// Prints the Allan deviation of gyroscope and accelerometer over averaging time, and white noise, bias instability
     /// and bias walk read off it beside the figures that the simulation was given.
     Imu(commands::imu::Args),
+    /// Draw and check the keys of the links between UAVs and ground
+    ///
+    /// Every packet between a UAV and the ground is signed with the key of that UAV. A key file holds the number of the UAV and
+    /// its key; whoever reads it can speak for the UAV and to it. Nothing prints a key. docs/telemetry.md
+    Key(commands::key::Args),
     /// Quantise a float network: the int8 model file that flies
     ///
     /// Reads a network that `cslam train` or PyTorch wrote, sets the scales of its integers by calibration samples, writes the
@@ -102,6 +107,7 @@ pub fn main() -> ExitCode {
         Some(Command::Dataset(args)) => commands::dataset::run(&args),
         Some(Command::Estimate(args)) => commands::estimate::run(&args),
         Some(Command::Imu(args)) => commands::imu::run(&args),
+        Some(Command::Key(args)) => commands::key::run(&args),
         Some(Command::Quantize(args)) => commands::quantize::run(&args),
         Some(Command::Record(args)) => commands::record::run(&args),
         Some(Command::Replay(args)) => commands::replay::run(&args),

@@ -13,6 +13,8 @@ pub mod flight;
 pub mod flight_files;
 pub mod flight_log;
 pub mod input;
+pub mod link_key;
+pub mod link_traffic;
 pub mod localization;
 pub mod lscn;
 pub mod measurement;

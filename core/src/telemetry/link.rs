@@ -129,7 +129,7 @@ pub struct LinkReport {
     pub verdict: SweepVerdict,
     /// Transmit beams that were heard, 255 at most.
     pub beams: u8,
-    /// Signal to noise of the strongest path, dB, up to 127; sent in steps of half a decibel. `None` without a path.
+    /// Signal to noise of the strongest path, dB, -128 to 127.5; sent in steps of half a decibel. `None` without a path.
     pub snr_db: Option<f32>,
     /// Where the GMT was, world frame, m, up to 2147 km; sent in steps of 1 mm. `None` when no beacon told.
     pub gmt_m: Option<[f64; 3]>,
@@ -175,7 +175,7 @@ impl LinkReport {
         to.put(u64::from(self.beams), 8);
         to.put_bit(self.snr_db.is_some());
         if let Some(snr_db) = self.snr_db {
-            to.put_linear(f64::from(snr_db.clamp(-127.0, 127.0)), 2.0, 9);
+            to.put_linear(f64::from(snr_db.clamp(-128.0, 127.5)), 2.0, 9);
         }
         to.put_bit(self.gmt_m.is_some());
         for coordinate in self.gmt_m.iter().flatten() {

@@ -16,8 +16,7 @@ impl BitWriter<'_> {
     #[inline(never)] // called from every field of every message: inlined it costs 15 KB of flash
     pub(super) fn put_linear(&mut self, value: f64, per_unit: f64, bits: u32) {
         let steps = floor(value * per_unit + 0.5);
-        // Exact up to 2^53, more than any field has.
-        if steps.is_finite() && steps.abs() < 9e15 {
+        if steps.is_finite() && steps.abs() < MOST_STEPS {
             self.put_signed(steps as i64, bits);
         } else {
             self.spoil();
@@ -57,10 +56,11 @@ impl BitWriter<'_> {
 }
 
 impl BitReader<'_> {
-    /// What [`BitWriter::put_linear`] wrote.
+    /// What [`BitWriter::put_linear`] wrote; `None` when it could not have.
     #[inline(never)] // called from every field of every message: inlined it costs 15 KB of flash
     pub(super) fn take_linear(&mut self, per_unit: f64, bits: u32) -> Option<f64> {
-        Some(self.take_signed(bits)? as f64 / per_unit)
+        let steps = self.take_signed(bits)? as f64;
+        (steps.abs() < MOST_STEPS).then_some(steps / per_unit)
     }
 
     /// What [`BitWriter::put_sigma`] wrote.
@@ -87,6 +87,8 @@ impl BitReader<'_> {
     }
 }
 
+/// An f64 tells whole numbers apart up to 2^53, a little more than this.
+const MOST_STEPS: f64 = 9e15;
 /// Steps a second and bits of a clock offset.
 pub(super) const CLOCK_OFFSET: (f64, u32) = (1e11, 54);
 

@@ -7,6 +7,7 @@ pub(crate) mod dataset;
 pub(crate) mod estimate;
 pub(crate) mod fly;
 pub(crate) mod imu;
+pub(crate) mod key;
 pub(crate) mod quantize;
 pub(crate) mod record;
 pub(crate) mod replay;

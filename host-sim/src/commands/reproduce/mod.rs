@@ -9,6 +9,7 @@ mod lscn;
 mod map_plot;
 mod maps;
 mod points;
+mod telemetry;
 mod training;
 
 use clap::Subcommand;
@@ -59,6 +60,11 @@ enum What {
     /// every path of the link, thermal noise and 12-bit converter, through the estimator and the classifier that fly, with
     /// the true pose. docs/reproduction.md holds the tables.
     Points(points::Args),
+    /// The link to the ground: bytes a point and a second, and what a bad radio leaves of the map
+    ///
+    /// Flies outdoors from raw samples and counts what goes down, raw points and MAVLink messages beside it; then loses packets,
+    /// lets them overtake each other, and damages bytes. docs/telemetry.md holds the tables.
+    Telemetry(telemetry::Args),
     /// Training curves of the paper's network, K = 9, as a table and a plot
     ///
     /// Trains on the paper's protocol as `reproduce lscn` does; about two minutes of processor time.
@@ -74,6 +80,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         What::Lscn(args) => lscn::run(args),
         What::Maps(args) => maps::run(args),
         What::Points(args) => points::run(args),
+        What::Telemetry(args) => telemetry::run(args),
         What::Training(args) => training::run(args),
     }
 }

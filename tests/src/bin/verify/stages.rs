@@ -90,15 +90,25 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "clippy-host",
         what: "no warning in any target on the host",
         needs: &["toolchain"],
-        work: Work::Steps(&[step(&[
-            "clippy",
-            "--locked",
-            "--workspace",
-            "--all-targets",
-            ALL_TESTS,
-            "--",
-            "-Dwarnings",
-        ])]),
+        work: Work::Steps(&[
+            step(&[
+                "clippy",
+                "--locked",
+                "--workspace",
+                "--all-targets",
+                ALL_TESTS,
+                "--",
+                "-Dwarnings",
+            ]),
+            // Fuzz targets run under a nightly compiler only, but they must not rot.
+            step(&[
+                "clippy",
+                "--locked",
+                "--manifest-path=fuzz/Cargo.toml",
+                "--",
+                "-Dwarnings",
+            ]),
+        ]),
     },
     Stage {
         name: "clippy-chip",

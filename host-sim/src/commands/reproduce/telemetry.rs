@@ -1,0 +1,173 @@
+//! `cslam reproduce telemetry`: what the link to the ground costs, and what it does when the radio is bad.
+
+use std::fs;
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+
+use clap::ValueEnum;
+use cslam_core::telemetry::Key;
+
+use crate::commands::fly::Mode;
+use crate::commands::fly::raw::{Setup, Stages, fly};
+use crate::input::InputError;
+use crate::link_traffic::{Budget, damage, loss, rivals};
+use crate::progress;
+use crate::scene::Scene;
+use crate::table::Table;
+use crate::world::{World, WorldConfig};
+use cslam_firmware::sensor_stream::UAV;
+
+/// Arguments of `cslam reproduce telemetry`.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Which table; all when absent
+    #[arg(value_enum)]
+    what: Option<What>,
+    /// Scene of the flight: outdoor, indoor, street, outdoor_a, city:SEED, or a file
+    #[arg(long, value_name = "NAME|FILE", default_value = "outdoor")]
+    scene: String,
+    /// Seed of the flight and of the radio
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Length of the flight, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 120.0)]
+    duration: f64,
+    /// packets.bin of a flight that was flown already, instead of flying
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "duration"])]
+    packets: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum What {
+    /// Bytes a point and bytes a second over a flight, raw points and MAVLink messages beside them
+    Bytes,
+    /// Lost and overtaken packets: what of the map arrives, and when the receiver is in step again
+    Loss,
+    /// Lost, changed and inserted bytes on a serial line
+    Damage,
+}
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
+    let wanted = |what| args.what.is_none_or(|wanted| wanted == what);
+    if wanted(What::Bytes) {
+        let packets = match &args.packets {
+            Some(file) => {
+                fs::read(file).map_err(|e| InputError::in_file(file, format!("cannot be read: {e}")))?
+            }
+            None => flight(args)?,
+        };
+        let budget = Budget::new(&packets, UAV, &Key::TEST).ok_or_else(|| {
+            let expected = "holds no packet of a simulated flight, version 2, with a time in it";
+            args.packets.as_deref().map_or_else(
+                || InputError::new("the flight sent nothing"),
+                |file| InputError::in_file(file, expected),
+            )
+        })?;
+        print!("{}\n{}", kinds(&budget), points(&budget));
+    }
+    if wanted(What::Loss) {
+        println!("{}", loss::table(&loss::grid(args.seed)));
+    }
+    if wanted(What::Damage) {
+        println!("{}", damage::table(&damage::grid(args.seed)));
+    }
+    Ok(())
+}
+
+/// Everything that a flight from raw samples sends.
+fn flight(args: &Args) -> anyhow::Result<Vec<u8>> {
+    let scene = Scene::load(&args.scene)?;
+    let mut config = WorldConfig::default();
+    config.flight.duration_s = args.duration;
+    let world = World::new(&scene, config, args.seed)?;
+    let setup = Setup {
+        mode: Mode::Best,
+        stages: Stages::default(),
+    };
+    let planned = usize::try_from(world.sweeps())?;
+    let bar = progress::bar(planned as u64, "flying");
+    let (_, packets) = fly(
+        &setup,
+        &args.scene,
+        &world,
+        args.seed,
+        planned,
+        &AtomicBool::new(false),
+        || bar.inc(1),
+    )?;
+    bar.finish_and_clear();
+    Ok(packets)
+}
+
+/// Bytes by kind of message.
+fn kinds(budget: &Budget) -> Table {
+    let mut table = Table::new([
+        "",
+        "packets",
+        "bytes",
+        "bytes a packet",
+        "bytes/s",
+        "of 57 600 baud, %",
+    ]);
+    let mut row = |kind: &str, packets: u64, bytes: u64| {
+        if packets == 0 {
+            return;
+        }
+        let per_s = bytes as f64 / budget.duration_s;
+        table.row([
+            kind.to_owned(),
+            packets.to_string(),
+            bytes.to_string(),
+            format!("{:.1}", bytes as f64 / packets as f64),
+            format!("{per_s:.1}"),
+            format!(
+                "{:.1}",
+                100.0 * per_s * budget.share_of_radio() / budget.bytes_per_s()
+            ),
+        ]);
+    };
+    for kind in &budget.rows {
+        row(kind.kind, kind.packets, kind.bytes);
+    }
+    let sum = |of: fn(&crate::link_traffic::BudgetRow) -> u64| budget.rows.iter().map(of).sum();
+    row("all", sum(|row| row.packets), sum(|row| row.bytes));
+    table
+}
+
+/// A point and everything, ours and others'.
+fn points(budget: &Budget) -> Table {
+    let mut table = Table::new(["", "bytes a point", "bytes/s, all", "signed"]);
+    let decimals = |value: f64| format!("{value:.2}");
+    let obstacle = rivals::OBSTACLE_DISTANCE_3D + rivals::MAVLINK_FRAME;
+    table.row([
+        format!("ours, {} points", budget.points),
+        budget.bytes_per_point().map_or_else(String::new, decimals),
+        format!("{:.0} (peak {})", budget.bytes_per_s(), budget.peak_bytes_per_s),
+        "yes".into(),
+    ]);
+    table.row([
+        "raw PointXYZ, no frame".into(),
+        rivals::POINT_XYZ.to_string(),
+        "-".into(),
+        "no".into(),
+    ]);
+    table.row([
+        "PointXYZ as PCL aligns it, no frame".into(),
+        rivals::POINT_XYZ_ALIGNED.to_string(),
+        "-".into(),
+        "no".into(),
+    ]);
+    table.row([
+        "MAVLink 2 OBSTACLE_DISTANCE_3D".into(),
+        obstacle.to_string(),
+        "-".into(),
+        "no".into(),
+    ]);
+    table.row([
+        "the same signed, with ODOMETRY and SYS_STATUS".into(),
+        (obstacle + rivals::MAVLINK_SIGNATURE).to_string(),
+        format!("{:.0}", budget.mavlink_bytes_per_s()),
+        "yes".into(),
+    ]);
+    table
+}
