@@ -83,9 +83,9 @@ pub(crate) unsafe fn frames() -> &'static mut [FrameBuffer; FRAMES] {
     static mut BUFFERS: MaybeUninit<[FrameBuffer; FRAMES]> = MaybeUninit::uninit();
     // SAFETY: the only reference, by the caller's promise; zeros are a value of plain integers.
     unsafe {
-        let buffers = &mut *(&raw mut BUFFERS);
-        (&raw mut *buffers).write_bytes(0, 1);
-        buffers.assume_init_mut()
+        let place = &raw mut BUFFERS;
+        place.write_bytes(0, 1);
+        (*place).assume_init_mut()
     }
 }
 
