@@ -32,7 +32,10 @@ pub fn sections(file: &[u8]) -> Option<Vec<Section>> {
         if word(at + 8)? & ALLOCATED == 0 || length == 0 {
             continue;
         }
-        let name = file.get(names + word(at)? as usize..)?.split(|byte| *byte == 0).next()?;
+        let name = file
+            .get(names + word(at)? as usize..)?
+            .split(|byte| *byte == 0)
+            .next()?;
         sections.push(Section {
             name: String::from_utf8_lossy(name).into_owned(),
             address,

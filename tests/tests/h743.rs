@@ -20,9 +20,13 @@ fn image() -> &'static [Section] {
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
         let output = Command::new(cargo)
             .current_dir(root())
-            .args(["build", "-q", "--locked", "--profile=firmware"])
+            .args(["build", "-q", "--locked", "--profile=board"])
             .args(["--target=thumbv7em-none-eabihf", "--package=cslam-firmware"])
-            .args(["--features=stm32h743", "--bin=cslam-h743", "--message-format=json"])
+            .args([
+                "--features=stm32h743",
+                "--bin=cslam-h743",
+                "--message-format=json",
+            ])
             .env_remove("RUSTFLAGS")
             .env_remove("CARGO_ENCODED_RUSTFLAGS")
             .output()
@@ -77,9 +81,16 @@ fn table() -> String {
 
 #[test]
 fn it_is_within_the_budgets() {
-    assert!(flash() <= FLASH, "{} bytes of flash, {FLASH} are allowed", flash());
+    assert!(
+        flash() <= FLASH,
+        "{} bytes of flash, {FLASH} are allowed",
+        flash()
+    );
     let data = within(0x2400_0000..0x2408_0000);
-    assert!((1..=STATIC).contains(&data), "{data} bytes of static data, {STATIC} are allowed");
+    assert!(
+        (1..=STATIC).contains(&data),
+        "{data} bytes of static data, {STATIC} are allowed"
+    );
 }
 
 #[test]

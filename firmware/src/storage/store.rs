@@ -142,7 +142,7 @@ impl<F: NorFlash> Store<F> {
             }
             self.next += STEP;
         }
-        let other = end % (2 * self.half);
+        let other = if end > self.half { 0 } else { self.half };
         let counts = |at: u32| (other..other + self.half).contains(&at);
         if self.newest_at.is_some_and(counts) {
             return Err(StorageError::Worn);
