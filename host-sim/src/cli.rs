@@ -50,6 +50,12 @@ enum Command {
     /// sends what it found to the ground. Every measurement has errors of the stated size; the receiver never sees the
     /// truth. With --scene it gets nothing but raw samples and sensors, and finds its own pose. Writes point clouds, trajectories, packets, an MCAP recording, report.json and report.html.
     Fly(commands::fly::Args),
+    /// Ground station: hear UAVs, merge their maps, show them live in a browser
+    ///
+    /// Takes packets over UDP, from a radio on a serial port or from a file, of several UAVs at once; serves a page that needs
+    /// no network; records, and passes on as MAVLink. Runs until Ctrl-C. docs/ground-station.md
+    #[cfg(feature = "ground")]
+    Ground(commands::ground::Args),
     /// Characterise the simulated IMU: Allan deviation of a run at rest
     ///
     /// Prints the Allan deviation of gyroscope and accelerometer over averaging time, and white noise, bias instability
@@ -106,6 +112,8 @@ pub fn main() -> ExitCode {
         Some(Command::Classify(args)) => commands::classify::run(&args),
         Some(Command::Dataset(args)) => commands::dataset::run(&args),
         Some(Command::Estimate(args)) => commands::estimate::run(&args),
+        #[cfg(feature = "ground")]
+        Some(Command::Ground(args)) => commands::ground::run(&args),
         Some(Command::Imu(args)) => commands::imu::run(&args),
         Some(Command::Key(args)) => commands::key::run(&args),
         Some(Command::Quantize(args)) => commands::quantize::run(&args),

@@ -12,6 +12,8 @@ pub mod evaluation;
 pub mod flight;
 pub mod flight_files;
 pub mod flight_log;
+#[cfg(feature = "ground")]
+pub mod ground;
 pub mod input;
 pub mod link_key;
 pub mod link_traffic;

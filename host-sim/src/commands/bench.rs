@@ -15,8 +15,16 @@ use crate::tracer::{DEFAULT_MAX_ORDER, Tracer, for_each_link};
 /// Arguments of `cslam bench`.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
-    /// What to time; everything when absent
+    /// What to time; everything but the ground station when absent
     what: Option<Subject>,
+    /// Ground station: made-up UAVs that send to it
+    #[cfg(feature = "ground")]
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u8).range(1..))]
+    uavs: u8,
+    /// Ground station: for how long they send, s
+    #[cfg(feature = "ground")]
+    #[arg(long, value_name = "S", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..))]
+    seconds: u32,
     /// Print one JSON object a row on stdout instead of the table
     #[arg(long)]
     json: bool,
@@ -28,6 +36,9 @@ enum Subject {
     Trace,
     /// Synthesis of a sweep: 72 beams, 25 paths, every error of the budget
     Synth,
+    /// Ground station: UAVs that send as much as their radios carry; ends with 1 when a packet was lost
+    #[cfg(feature = "ground")]
+    Ground,
 }
 
 /// A line of the table.
@@ -48,6 +59,10 @@ const RECEIVERS: usize = 200;
 const SEED: u64 = 1;
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
+    #[cfg(feature = "ground")]
+    if args.what == Some(Subject::Ground) {
+        return ground(args);
+    }
     let mut rows = Vec::new();
     if args.what.is_none_or(|what| what == Subject::Trace) {
         rows.extend(trace()?);
@@ -67,6 +82,19 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         }
         print!("{table}");
     }
+    Ok(())
+}
+
+/// What became of the packets of many UAVs in a ground station of its own process.
+#[cfg(feature = "ground")]
+fn ground(args: &Args) -> anyhow::Result<()> {
+    let figures = crate::ground::load::run(args.uavs, args.seconds)?;
+    if args.json {
+        println!("{}", serde_json::to_string(&figures)?);
+    } else {
+        println!("{figures}");
+    }
+    anyhow::ensure!(figures.is_whole(), "packets were lost");
     Ok(())
 }
 

@@ -6,6 +6,8 @@ pub(crate) mod classify;
 pub(crate) mod dataset;
 pub(crate) mod estimate;
 pub(crate) mod fly;
+#[cfg(feature = "ground")]
+pub(crate) mod ground;
 pub(crate) mod imu;
 pub(crate) mod key;
 pub(crate) mod quantize;

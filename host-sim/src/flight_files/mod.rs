@@ -5,7 +5,7 @@
 
 mod clouds;
 pub mod ply;
-mod recording;
+pub(crate) mod recording;
 mod tum;
 
 use std::fs::{self, File};

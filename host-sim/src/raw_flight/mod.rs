@@ -38,7 +38,8 @@ impl Observer for Reports {
     }
 }
 
-/// Flies through `world` until its end, or until `interrupted`. `swept` sees the report of each sweep.
+/// Flies through `world` until its end, or until `interrupted`. `swept` sees the report of each sweep, `sent` what goes to the
+/// ground as it goes, with the UAV's time, ns.
 ///
 /// # Errors
 /// [`InputError`] naming a sweep that cannot be synthesised.
@@ -50,6 +51,7 @@ pub fn fly<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     header: Header,
     interrupted: &AtomicBool,
     mut swept: impl FnMut(&SweepReport<PATHS>),
+    sent: impl FnMut(u64, &[u8]),
 ) -> Result<(FlightLog, Vec<u8>), InputError> {
     let sweeps = u32::try_from(header.planned_sweeps)
         .unwrap_or(u32::MAX)
@@ -59,10 +61,11 @@ pub fn fly<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
         let (sender, ready) = sync_channel(AHEAD);
         let halt = &stop;
         scope.spawn(move || synthesise(world, sweeps, halt, &sender));
-        let result = receive(world, receiver, header, sweeps, &ready, |report| {
+        let go_on = |report: &_| {
             swept(report);
             !interrupted.load(Ordering::Relaxed)
-        });
+        };
+        let result = receive(world, receiver, header, sweeps, &ready, go_on, sent);
         // The other thread may wait for room: it finds the channel closed.
         stop.store(true, Ordering::Relaxed);
         drop(ready);
@@ -89,11 +92,13 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     sweeps: u32,
     ready: &Receiver<Ready>,
     mut go_on: impl FnMut(&SweepReport<PATHS>) -> bool,
+    mut sent: impl FnMut(u64, &[u8]),
 ) -> Result<(FlightLog, Vec<u8>), InputError> {
     let mut logbook = Logbook::new(header, receiver.cslam().map().edge_m());
     let mut hand: Option<HeardSweep> = None;
     let mut reports = Reports::default();
     let mut pose_due_ns = 0;
+    let mut now_ns = 0;
     // Enters a sweep that has ended; whether to go on.
     let mut enter = |reports: &mut Reports, hand: &mut Option<HeardSweep>, logbook: &mut Logbook| {
         let Some(report) = reports.0.take() else {
@@ -108,6 +113,7 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     let mut packets = Vec::new();
     for stamped in world.flight().events() {
         let at = stamped.uav_time_ns;
+        now_ns = at;
         // A record that is refused is in the receiver's counters.
         let _refused = receiver.record(&recorder.record(&stamped).encode(), &mut reports);
         match stamped.event {
@@ -139,25 +145,26 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
         if !enter(&mut reports, &mut hand, &mut logbook) {
             break;
         }
-        drain(receiver, &mut packets);
+        sent(at, drain(receiver, &mut packets));
     }
     receiver.end(&mut reports);
     enter(&mut reports, &mut hand, &mut logbook);
     receiver.close();
-    drain(receiver, &mut packets);
+    sent(now_ns, drain(receiver, &mut packets));
     let log = logbook.close(receiver.cslam().map(), &packets);
     Ok((log, packets))
 }
 
-/// Takes what waits for the radio.
-fn drain<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
+/// Takes what waits for the radio, and returns what is new in `packets`.
+fn drain<'a, E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     receiver: &mut Application<'_, E, VOXELS, STATES>,
-    packets: &mut Vec<u8>,
-) {
+    packets: &'a mut Vec<u8>,
+) -> &'a [u8] {
     let downlink = receiver.downlink();
     let before = packets.len();
     packets.resize(before + downlink.waiting(), 0);
     downlink.take(&mut packets[before..]);
+    &packets[before..]
 }
 
 /// Hands over all blocks of a sweep.

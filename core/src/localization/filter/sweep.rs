@@ -60,6 +60,22 @@ pub enum SweepVerdict {
 }
 
 impl SweepVerdict {
+    /// The verdict in words.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::NoSight => "no line of sight",
+            Self::Accepted => "taken",
+            Self::Inflated => "taken, by a vote against the filter",
+            Self::Held => "held until the next sweep agrees",
+            Self::Rejected => "contradicts the filter",
+            Self::Refixed => "set anew",
+            Self::Started => "set for the first time",
+            Self::Waiting => "kept for the start",
+            Self::TooLate => "too late",
+        }
+    }
+
     /// Whether the line of sight corrected the pose, or set it.
     pub fn is_taken(self) -> bool {
         matches!(

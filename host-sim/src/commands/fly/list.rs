@@ -2,7 +2,7 @@
 //! The receiver is exactly the firmware's library half.
 
 use std::path::Path;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use cslam_core::reflection::Form;
 use cslam_core::telemetry::{Key, Sender};
@@ -28,7 +28,12 @@ const UAV: u8 = 1;
 const BUNDLED_SCENE: &str = "outdoor_a";
 
 /// Flies over a list.
-pub(super) fn run(args: &Args, config: &Config, file: &Path) -> anyhow::Result<Flown> {
+pub(super) fn run(
+    args: &Args,
+    config: &Config,
+    file: &Path,
+    interrupted: &AtomicBool,
+) -> anyhow::Result<Flown> {
     // The surfaces behind a list are known for the bundled one, or when they are named.
     let (list_name, mut links, list_scene) = if file.as_os_str() == BUNDLED {
         (BUNDLED_SCENE.to_owned(), paths::bundled()?, Some(BUNDLED_SCENE))
@@ -46,7 +51,7 @@ pub(super) fn run(args: &Args, config: &Config, file: &Path) -> anyhow::Result<F
         return Err(InputError::new("nothing to fly: the path list is empty, or --steps is 0").into());
     }
     super::make_directory(&args.out)?;
-    let flight = fly(&links, config, args)?;
+    let flight = fly(&links, config, args, interrupted)?;
     let heard = downlink::decode(&flight.packets, UAV, &Key::TEST);
     let header = Header {
         mode: args.mode.name().into(),
@@ -74,8 +79,12 @@ struct Flight<'a> {
     answers: Vec<Answer>,
 }
 
-fn fly<'a>(links: &'a [Link], config: &Config, args: &Args) -> anyhow::Result<Flight<'a>> {
-    let interrupted = super::interrupted_flag();
+fn fly<'a>(
+    links: &'a [Link],
+    config: &Config,
+    args: &Args,
+    interrupted: &AtomicBool,
+) -> anyhow::Result<Flight<'a>> {
     let form = if args.mode == Mode::Paper {
         Form::Paper
     } else {

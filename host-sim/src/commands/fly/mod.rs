@@ -1,6 +1,8 @@
 //! `cslam fly`: one whole flight, from raw samples to the map, or over a path list.
 
 mod list;
+#[cfg(feature = "ground")]
+mod live;
 pub(crate) mod raw;
 
 use std::fs;
@@ -56,6 +58,10 @@ pub(crate) struct Args {
     mode: Mode,
     #[command(flatten)]
     stages: raw::Stages,
+    /// Fly at real-time speed and show it live: starts a ground station and serves its page on this address
+    #[cfg(feature = "ground")]
+    #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = "127.0.0.1:8080", conflicts_with = "paths")]
+    live: Option<std::net::SocketAddr>,
     /// Directory for the results, made when missing
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
@@ -122,6 +128,8 @@ impl Default for Args {
             steps: None,
             mode: Mode::Best,
             stages: raw::Stages::default(),
+            #[cfg(feature = "ground")]
+            live: None,
             out: "out".into(),
             ply: Ply::Ascii,
             json: false,
@@ -143,9 +151,27 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         return Ok(());
     }
     let start = Instant::now();
+    let interrupted = interrupted_flag();
+    #[cfg(feature = "ground")]
+    let mut shown = None;
     let mut flown = match (&args.paths, &args.scene) {
-        (Some(file), _) => list::run(args, &config, file)?,
-        (None, scene) => raw::run(args, &config, scene.as_deref().unwrap_or(DEFAULT_SCENE))?,
+        (Some(file), _) => list::run(args, &config, file, &interrupted)?,
+        (None, scene) => {
+            let scene = scene.as_deref().unwrap_or(DEFAULT_SCENE);
+            #[cfg(feature = "ground")]
+            if let Some(http) = args.live {
+                let live = live::Live::start(http, scene, &interrupted)?;
+                let flown = raw::run(args, &config, scene, &interrupted, |at_ns, bytes| {
+                    live.send(at_ns, bytes)
+                })?;
+                shown = Some(live);
+                flown
+            } else {
+                raw::run(args, &config, scene, &interrupted, |_, _| {})?
+            }
+            #[cfg(not(feature = "ground"))]
+            raw::run(args, &config, scene, &interrupted, |_, _| {})?
+        }
     };
     let elapsed_s = start.elapsed().as_secs_f64();
     let evaluation = evaluate(&mut flown.log, flown.scene.as_ref());
@@ -165,6 +191,10 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         println!("{}", table(&report));
     }
     eprintln!("wrote {} to {}", Outputs::NAMES.join(", "), args.out.display());
+    #[cfg(feature = "ground")]
+    if let Some(live) = shown {
+        live.wait()?;
+    }
     Ok(())
 }
 

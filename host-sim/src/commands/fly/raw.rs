@@ -97,8 +97,14 @@ pub(crate) struct Setup {
     pub(crate) stages: Stages,
 }
 
-/// Flies through a scene.
-pub(super) fn run(args: &Args, config: &Config, name: &str) -> anyhow::Result<Flown> {
+/// Flies through a scene until `interrupted`. `sent` gets what goes to the ground as it goes, with the UAV's time, ns.
+pub(super) fn run(
+    args: &Args,
+    config: &Config,
+    name: &str,
+    interrupted: &AtomicBool,
+    sent: impl FnMut(u64, &[u8]),
+) -> anyhow::Result<Flown> {
     let scene = Scene::load(name)?;
     if args.steps == Some(0) {
         return Err(InputError::new("nothing to fly: --steps is 0").into());
@@ -111,10 +117,8 @@ pub(super) fn run(args: &Args, config: &Config, name: &str) -> anyhow::Result<Fl
     };
     let planned = usize::try_from(world.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
     let bar = progress::bar(planned as u64, "flying");
-    let interrupted = super::interrupted_flag();
-    let (log, packets) = fly(&setup, name, &world, args.seed, planned, &interrupted, || {
-        bar.inc(1)
-    })?;
+    let swept = || bar.inc(1);
+    let (log, packets) = fly(&setup, name, &world, args.seed, planned, interrupted, swept, sent)?;
     bar.finish_and_clear();
     Ok(Flown {
         log,
@@ -124,7 +128,11 @@ pub(super) fn run(args: &Args, config: &Config, name: &str) -> anyhow::Result<Fl
 }
 
 /// Flies the methods of a setup through a world, for `planned` sweeps or until `interrupted`: the log and every byte that went
-/// to the ground. `swept` is called after each sweep.
+/// to the ground. `swept` is called after each sweep, `sent` gets what goes to the ground as it goes.
+#[allow(
+    clippy::too_many_arguments,
+    reason = "two callers, and each argument is of another kind"
+)]
 pub(crate) fn fly(
     setup: &Setup,
     scene: &str,
@@ -133,6 +141,7 @@ pub(crate) fn fly(
     planned: usize,
     interrupted: &AtomicBool,
     swept: impl FnMut(),
+    sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<(FlightLog, Vec<u8>)> {
     let header = Header {
         mode: setup.mode.name().into(),
@@ -147,11 +156,11 @@ pub(crate) fn fly(
     match setup.stages.estimator.unwrap_or(setup.mode) {
         Mode::Best => {
             let estimator = Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&estimation);
-            fly_with(receiver, estimator, world, header, interrupted, swept)
+            fly_with(receiver, estimator, world, header, interrupted, swept, sent)
         }
         Mode::Paper => {
             let estimator = PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation);
-            fly_with(receiver, estimator, world, header, interrupted, swept)
+            fly_with(receiver, estimator, world, header, interrupted, swept, sent)
         }
     }
 }
@@ -163,6 +172,7 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
     header: Header,
     interrupted: &AtomicBool,
     mut swept: impl FnMut(),
+    sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<(FlightLog, Vec<u8>)> {
     let mut estimator = Box::new(estimator);
     let mut squint = Box::new(config.beam_squint()?);
@@ -187,6 +197,7 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
         |_| {
             swept();
         },
+        sent,
     )?)
 }
 

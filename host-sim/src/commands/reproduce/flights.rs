@@ -210,7 +210,17 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         let mut values = vec![Vec::new(); FIGURES.len()];
         for (seed, world) in &worlds {
             let planned = usize::try_from(world.sweeps())?;
-            let (mut log, _) = fly(setup, &args.scene, world, *seed, planned, &never, || bar.inc(1))?;
+            let swept = || bar.inc(1);
+            let (mut log, _) = fly(
+                setup,
+                &args.scene,
+                world,
+                *seed,
+                planned,
+                &never,
+                swept,
+                |_, _| {},
+            )?;
             let evaluation = evaluate(&mut log, Some(&scene));
             for (of_figure, figure) in values.iter_mut().zip(&FIGURES) {
                 of_figure.push((figure.of)(&log, &evaluation));

@@ -94,6 +94,7 @@ fn flight(args: &Args) -> anyhow::Result<Vec<u8>> {
         planned,
         &AtomicBool::new(false),
         || bar.inc(1),
+        |_, _| {},
     )?;
     bar.finish_and_clear();
     Ok(packets)

@@ -47,7 +47,7 @@ fn placed((position_m, attitude): Placed) -> Pose {
 }
 
 /// Where a frame stands in the world.
-pub(super) fn transform(child: &str, (position_m, attitude): Placed, time_ns: u64) -> FrameTransforms {
+pub(crate) fn transform(child: &str, (position_m, attitude): Placed, time_ns: u64) -> FrameTransforms {
     FrameTransforms {
         transforms: vec![FrameTransform {
             timestamp: timestamp(time_ns),
@@ -60,7 +60,7 @@ pub(super) fn transform(child: &str, (position_m, attitude): Placed, time_ns: u6
 }
 
 /// A pose of the UAV.
-pub(super) fn pose(at: Placed, time_ns: u64) -> PoseInFrame {
+pub(crate) fn pose(at: Placed, time_ns: u64) -> PoseInFrame {
     PoseInFrame {
         timestamp: timestamp(time_ns),
         frame_id: WORLD.into(),
@@ -69,7 +69,7 @@ pub(super) fn pose(at: Placed, time_ns: u64) -> PoseInFrame {
 }
 
 /// The whole trajectory, estimated or true.
-pub(super) fn path(log: &FlightLog, truth: bool, time_ns: u64) -> PosesInFrame {
+pub(crate) fn path(log: &FlightLog, truth: bool, time_ns: u64) -> PosesInFrame {
     let poses = log.trajectory();
     let poses = poses.iter().filter_map(|record| {
         if truth {
@@ -85,7 +85,7 @@ pub(super) fn path(log: &FlightLog, truth: bool, time_ns: u64) -> PosesInFrame {
 }
 
 /// Every face of the scene: its edges, and itself as triangles, thin as glass.
-pub(super) fn scene(scene: &Scene) -> SceneUpdate {
+pub(crate) fn scene(scene: &Scene) -> SceneUpdate {
     let corner = |v: nalgebra::Vector3<f64>| Point3 {
         x: v.x,
         y: v.y,
@@ -123,7 +123,7 @@ pub(super) fn scene(scene: &Scene) -> SceneUpdate {
 }
 
 /// Accepted reflection points.
-pub(super) fn points(points: &[PointRecord], time_ns: u64) -> PointCloud {
+pub(crate) fn points(points: &[PointRecord], time_ns: u64) -> PointCloud {
     let mut cloud = Cloud::new(
         &[
             "x",
@@ -156,7 +156,7 @@ pub(super) fn points(points: &[PointRecord], time_ns: u64) -> PointCloud {
 }
 
 /// The fused map.
-pub(super) fn map(map: &[MapVoxel], time_ns: u64) -> PointCloud {
+pub(crate) fn map(map: &[MapVoxel], time_ns: u64) -> PointCloud {
     let mut cloud = Cloud::new(&["x", "y", "z", "covariance_trace"], "hits");
     for voxel in map {
         let [x, y, z] = voxel.position_m;

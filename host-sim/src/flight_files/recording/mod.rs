@@ -5,19 +5,16 @@
 //! schema, so its plot panel takes them (`/errors.position_m`, `/innovations/los_delay.test_ratio`). Without compression
 //! and without a wall clock: the same flight gives the same bytes.
 
-mod geometry;
+pub(crate) mod geometry;
+mod recorder;
 mod series;
 
-use std::collections::BTreeMap;
 use std::io::{self, Seek, Write};
-
-use foxglove::Encode;
-use mcap::records::MessageHeader;
-use mcap::{WriteOptions, Writer};
-use serde::Serialize;
 
 use super::Outputs;
 use crate::flight_log::{FlightLog, Measurement, PoseRecord, SweepRecord};
+
+pub(crate) use recorder::Recorder;
 
 /// The accepted points are written anew after this many sweeps.
 const SWEEPS_PER_CLOUD: usize = 4;
@@ -26,8 +23,7 @@ const SWEEPS_PER_CLOUD: usize = 4;
 pub(super) fn write(out: impl Write + Seek, outputs: &Outputs<'_>) -> io::Result<()> {
     let mut recorder = Recorder::new(out).map_err(io::Error::other)?;
     record(&mut recorder, outputs).map_err(io::Error::other)?;
-    recorder.writer.finish().map_err(io::Error::other)?;
-    Ok(())
+    recorder.finish().map_err(io::Error::other)
 }
 
 fn record<W: Write + Seek>(recorder: &mut Recorder<W>, outputs: &Outputs<'_>) -> Result<(), mcap::McapError> {
@@ -133,83 +129,4 @@ fn end_of(log: &FlightLog) -> u64 {
 /// Seconds as whole nanoseconds, rounded half up.
 fn nanoseconds(time_s: f64) -> u64 {
     libm::floor(time_s * 1e9 + 0.5).max(0.0) as u64
-}
-
-/// Channels by topic, with the number of the next message.
-struct Recorder<W: Write + Seek> {
-    writer: Writer<W>,
-    channels: BTreeMap<String, (u16, u32)>,
-}
-
-impl<W: Write + Seek> Recorder<W> {
-    fn new(out: W) -> Result<Self, mcap::McapError> {
-        // The library's name would carry its version, and with it change the bytes.
-        let options = WriteOptions::new().compression(None).profile("").library("cslam");
-        Ok(Self {
-            writer: options.create(out)?,
-            channels: BTreeMap::new(),
-        })
-    }
-
-    /// Writes one of Foxglove's well-known messages.
-    fn message<M: Encode>(&mut self, topic: &str, time_ns: u64, message: &M) -> Result<(), mcap::McapError> {
-        let mut bytes = Vec::with_capacity(message.encoded_len().unwrap_or(0));
-        message
-            .encode(&mut bytes)
-            .map_err(|e| io::Error::other(e.to_string()))?;
-        let schema = || {
-            let schema = M::get_schema().unwrap_or_else(|| foxglove::Schema::new("", "", &[][..]));
-            (schema.name, schema.encoding, schema.data.into_owned())
-        };
-        self.put(topic, &M::get_message_encoding(), schema, time_ns, &bytes)
-    }
-
-    /// Writes a JSON object.
-    fn json(
-        &mut self,
-        topic: &str,
-        name: &str,
-        schema: &str,
-        time_ns: u64,
-        object: &impl Serialize,
-    ) -> Result<(), mcap::McapError> {
-        let bytes = serde_json::to_vec(object).map_err(io::Error::from)?;
-        let schema = || {
-            (
-                name.to_owned(),
-                "jsonschema".to_owned(),
-                schema.as_bytes().to_vec(),
-            )
-        };
-        self.put(topic, "json", schema, time_ns, &bytes)
-    }
-
-    fn put(
-        &mut self,
-        topic: &str,
-        encoding: &str,
-        schema: impl FnOnce() -> (String, String, Vec<u8>),
-        time_ns: u64,
-        bytes: &[u8],
-    ) -> Result<(), mcap::McapError> {
-        if !self.channels.contains_key(topic) {
-            let (name, schema_encoding, data) = schema();
-            let schema_id = self.writer.add_schema(&name, &schema_encoding, &data)?;
-            let channel_id = self
-                .writer
-                .add_channel(schema_id, topic, encoding, &BTreeMap::new())?;
-            self.channels.insert(topic.to_owned(), (channel_id, 0));
-        }
-        let Some((channel_id, sequence)) = self.channels.get_mut(topic) else {
-            return Ok(());
-        };
-        let header = MessageHeader {
-            channel_id: *channel_id,
-            sequence: *sequence,
-            log_time: time_ns,
-            publish_time: time_ns,
-        };
-        *sequence += 1;
-        self.writer.write_to_known_channel(&header, bytes)
-    }
 }

@@ -12,9 +12,9 @@ Usage: cargo verify [--only STAGE]... [--list] [--help]
   --list         print the stages and what they do
   --help         print this
 
-The first stages install what is missing: the compiler's targets and components with rustup, QEMU and chromium with
-apt-get, the log decoder with cargo install, Python packages with pip. Nothing is skipped: a stage that cannot run has
-failed.
+The first stages install what is missing: the compiler's targets and components with rustup, QEMU, chromium and node with
+apt-get, the log decoder with cargo install, Python packages with pip, JavaScript packages with npm. Nothing is skipped:
+a stage that cannot run has failed.
 Exit code: 0 when every stage has passed, 1 when one has not, 2 for a wrong argument.
 ";
 

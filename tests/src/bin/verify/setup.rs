@@ -1,5 +1,8 @@
 //! What the checks need, installed when it is missing.
 
+use std::path::Path;
+use std::{fs, io};
+
 use crate::command::{output_of, status, tool};
 
 /// The chip's target.
@@ -29,7 +32,7 @@ pub(crate) fn toolchain() -> Result<(), String> {
 /// A compiler of the system may have it all as well.
 fn toolchain_without_rustup() -> Result<(), String> {
     let library = output_of("rustc", &["--print", "target-libdir", "--target", TARGET]);
-    let has_target = library.is_some_and(|folder| std::path::Path::new(folder.trim()).is_dir());
+    let has_target = library.is_some_and(|folder| Path::new(folder.trim()).is_dir());
     let has = |program| output_of(program, &["--version"]).is_some();
     if has_target && has("cargo-clippy") && has("rustfmt") {
         Ok(())
@@ -101,8 +104,7 @@ pub(crate) fn browser() -> Result<(), String> {
 const PYTHON: &str = "target/verify-python";
 /// The packages, and a line that loads them all.
 const REQUIREMENTS: &str = "tests/tools/requirements.txt";
-const IMPORTS: &str =
-    "import evo, mcap, mcap_protobuf, open3d, plyfile, safetensors; print(f'open3d {open3d.__version__}')";
+const IMPORTS: &str = "import evo, mcap, mcap_protobuf, open3d, plyfile, pymavlink, safetensors; print(f'open3d {open3d.__version__}')";
 
 /// The tools that read a flight's files: evo, Open3D, plyfile and the mcap reader, in an environment of their own.
 pub(crate) fn python() -> Result<(), String> {
@@ -121,6 +123,47 @@ pub(crate) fn python() -> Result<(), String> {
     }
     let version = loads().ok_or("the Python packages were installed and do not load")?;
     println!("{}", version.trim());
+    Ok(())
+}
+
+/// Where the checks' JavaScript packages are installed, from the workspace's root: what is copied from where.
+const NODE: [(&str, &str); 2] = [
+    ("tests/tools/browser", "target/verify-node/browser"),
+    ("host-sim/assets/ground/vendor", "target/verify-node/vendor"),
+];
+
+/// What drives the browser, and what three.js was built with: the committed build must be what the sources give.
+pub(crate) fn node() -> Result<(), String> {
+    let version = || output_of("node", &["--version"]);
+    for (program, package) in [("node", "nodejs"), ("npm", "npm")] {
+        if output_of(program, &["--version"]).is_none() {
+            let elsewhere = "Debian, Fedora, Arch: nodejs and npm; version 20 or newer";
+            install_package(program, package, elsewhere)?;
+        }
+    }
+    let version = version().ok_or("node was installed and does not run")?;
+    println!("node {}", version.trim());
+    for (from, to) in NODE {
+        let lock = |folder: &str| fs::read(Path::new(folder).join("package-lock.json")).ok();
+        let is_there = Path::new(to).join("node_modules").is_dir() && lock(from) == lock(to);
+        copy_files(from, to).map_err(|error| format!("{from} cannot be copied to {to}: {error}"))?;
+        if !is_there {
+            let quiet = ["--no-audit", "--no-fund", "--ignore-scripts"];
+            install("npm", &[&["ci", "--prefix", to], &quiet[..]].concat())?;
+        }
+    }
+    install("node", &["target/verify-node/vendor/build.mjs", "--check"])
+}
+
+/// Copies the files of a folder, not its folders.
+fn copy_files(from: &str, to: &str) -> io::Result<()> {
+    fs::create_dir_all(to)?;
+    for entry in fs::read_dir(from)? {
+        let file = entry?.path();
+        if let (true, Some(name)) = (file.is_file(), file.file_name()) {
+            fs::copy(&file, Path::new(to).join(name))?;
+        }
+    }
     Ok(())
 }
 

@@ -42,7 +42,8 @@ const fn refused(arguments: &'static [&'static str], reason: &'static str) -> St
 
 const THUMB: &str = "--target=thumbv7em-none-eabihf";
 /// Features of the tests' package: the verify driver and the emulated tests.
-const ALL_TESTS: &str = "--features=cslam-tests/verify,cslam-tests/emulated,cslam-tests/outputs";
+const ALL_TESTS: &str =
+    "--features=cslam-tests/verify,cslam-tests/emulated,cslam-tests/outputs,cslam-tests/ground";
 const EMULATED_BOARD: &str = "--features=qemu-an500";
 /// The emulated board with the rivals of the networks' table.
 const ALL_BOARD: &str = "--features=qemu-an500,rivals";
@@ -71,7 +72,7 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "python",
-        what: "evo, Open3D, plyfile and the mcap reader load, or pip installs them under target/",
+        what: "evo, Open3D, plyfile, pymavlink and the mcap reader load, or pip installs them under target/",
         needs: &[],
         work: Work::SetUp(setup::python),
     },
@@ -80,6 +81,12 @@ pub(crate) const STAGES: &[Stage] = &[
         what: "chromium is there, or the package manager installs it",
         needs: &[],
         work: Work::SetUp(setup::browser),
+    },
+    Stage {
+        name: "node",
+        what: "node and npm are there, the browser's driver is installed under target/, three.js is what its sources give",
+        needs: &[],
+        work: Work::SetUp(setup::node),
     },
     Stage {
         name: "fmt",
@@ -287,6 +294,33 @@ pub(crate) const STAGES: &[Stage] = &[
             ALL_TESTS,
             "--test=outputs",
         ])]),
+    },
+    Stage {
+        name: "ground",
+        what: "the ground station's page in a browser while UAVs fly, its MAVLink by pymavlink, 100 UAVs at full rate",
+        needs: &["toolchain", "python", "browser", "node"],
+        work: Work::Steps(&[
+            step(&[
+                "test",
+                "--locked",
+                "--workspace",
+                ALL_TESTS,
+                "--test=ground",
+                "--",
+                "--nocapture",
+            ]),
+            step(&[
+                "run",
+                "--release",
+                "--locked",
+                "--package=cslam-host-sim",
+                "--bin=cslam",
+                "--",
+                "bench",
+                "ground",
+                "--seconds=15",
+            ]),
+        ]),
     },
     Stage {
         name: "kernels",

@@ -1,0 +1,177 @@
+//! What is sent when: a heartbeat and the estimator's status once a second, everything else when it comes.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::net::{SocketAddr, UdpSocket};
+
+use super::axes::{covariance_frd, covariance_ned, quaternion_ned_frd, rotation, to_ned, world_to_frd};
+use super::frame::Framer;
+use super::messages::{
+    EstimatorStatus, Heartbeat, Message, Obstacle, Odometry, StatusText, estimator_flags as flags,
+};
+use crate::ground::model::{self, Heard, Pose};
+use crate::ground::uav::STALE_AFTER_S;
+
+/// Time between two heartbeats, s.
+const HEARTBEAT_S: f64 = 1.0;
+
+/// What is remembered of a UAV.
+#[derive(Clone, Debug, Default)]
+struct Known {
+    pose: Option<Pose>,
+    seen_s: f64,
+    next_obstacle: u16,
+}
+
+/// A MAVLink output over UDP.
+#[derive(Debug)]
+pub struct Out {
+    socket: UdpSocket,
+    to: SocketAddr,
+    framer: Framer,
+    uavs: BTreeMap<u8, Known>,
+    heartbeat_due_s: f64,
+    /// Frames that the operating system did not take.
+    refused: u64,
+}
+
+impl Out {
+    /// An output to an address.
+    ///
+    /// # Errors
+    /// Those of the operating system.
+    pub fn new(to: SocketAddr) -> io::Result<Self> {
+        let any: SocketAddr = if to.is_ipv4() {
+            ([0, 0, 0, 0], 0).into()
+        } else {
+            ([0_u16; 8], 0).into()
+        };
+        Ok(Self {
+            socket: UdpSocket::bind(any)?,
+            to,
+            framer: Framer::default(),
+            uavs: BTreeMap::new(),
+            heartbeat_due_s: 0.0,
+            refused: 0,
+        })
+    }
+
+    /// Frames that the operating system did not take.
+    pub fn refused(&self) -> u64 {
+        self.refused
+    }
+
+    /// MAVLink counts systems from 1.
+    fn system(uav: u8) -> u8 {
+        uav.max(1)
+    }
+
+    fn send(&mut self, uav: u8, message: &Message) {
+        let frame = self.framer.frame(Self::system(uav), message);
+        // Nobody may listen yet: that is no trouble of the station.
+        if self.socket.send_to(&frame, self.to).is_err() {
+            self.refused += 1;
+        }
+    }
+
+    /// Passes a packet on.
+    pub fn hear(&mut self, heard: &Heard, now_s: f64) {
+        let known = self.uavs.entry(heard.uav).or_default();
+        known.seen_s = now_s;
+        let messages: Vec<Message> = match &heard.message {
+            model::Message::Pose(pose) => {
+                known.pose = Some(*pose);
+                odometry(pose)
+                    .map(|odometry| Message::Odometry(Box::new(odometry)))
+                    .into_iter()
+                    .collect()
+            }
+            model::Message::Points { points } => {
+                let seen = |point: &model::Point| {
+                    known.next_obstacle = known.next_obstacle.wrapping_add(1);
+                    obstacle(known.pose.as_ref()?, point, known.next_obstacle).map(Message::Obstacle)
+                };
+                points.iter().filter_map(seen).collect()
+            }
+            model::Message::Event(event) => vec![Message::StatusText(StatusText {
+                severity: event.severity,
+                text: event.text.clone(),
+            })],
+            _ => Vec::new(),
+        };
+        for message in &messages {
+            self.send(heard.uav, message);
+        }
+    }
+
+    /// Sends what is due at a time of the station.
+    pub fn elapse(&mut self, now_s: f64) {
+        if now_s < self.heartbeat_due_s {
+            return;
+        }
+        self.heartbeat_due_s = now_s + HEARTBEAT_S;
+        let due: Vec<(u8, bool, Option<Pose>)> = self
+            .uavs
+            .iter()
+            .map(|(uav, known)| (*uav, now_s - known.seen_s <= STALE_AFTER_S, known.pose))
+            .collect();
+        for (uav, is_fresh, pose) in due {
+            let is_active = is_fresh && pose.is_some_and(|pose| !pose.flags.starting);
+            self.send(uav, &Message::Heartbeat(Heartbeat { is_active }));
+            if let Some(pose) = pose {
+                self.send(uav, &Message::EstimatorStatus(estimator_status(&pose, is_fresh)));
+            }
+        }
+    }
+}
+
+/// A pose in MAVLink's axes; `None` before the filter has started.
+fn odometry(pose: &Pose) -> Option<Odometry> {
+    let attitude = rotation(pose.quaternion_wb).filter(|_| !pose.flags.starting)?;
+    let quality = match () {
+        () if pose.flags.lost || pose.flags.attitude_lost => -1,
+        () if pose.flags.contested => 10,
+        () if pose.flags.dead_reckoning || pose.flags.inertial_missing => 30,
+        () => 100,
+    };
+    Some(Odometry {
+        time_us: (pose.time_s * 1e6) as u64,
+        position_m: to_ned(pose.position_m),
+        quaternion: quaternion_ned_frd(&attitude),
+        velocity_m_per_s: world_to_frd(&attitude, pose.velocity_m_per_s),
+        position_covariance: covariance_ned(&pose.position.matrix()),
+        attitude_covariance: covariance_ned(&pose.attitude.matrix()),
+        velocity_covariance: covariance_frd(&attitude, &pose.velocity.matrix()),
+        reset_counter: pose.resets,
+        quality,
+    })
+}
+
+/// Where a reflection point lies as the UAV sees it.
+fn obstacle(pose: &Pose, point: &model::Point, id: u16) -> Option<Obstacle> {
+    let attitude = rotation(pose.quaternion_wb).filter(|_| !pose.flags.starting)?;
+    let away = std::array::from_fn(|i| point.position_m[i] - pose.position_m[i]);
+    Some(Obstacle {
+        time_ms: (pose.time_s * 1e3) as u32,
+        position_m: world_to_frd(&attitude, away),
+        id,
+    })
+}
+
+fn estimator_status(pose: &Pose, is_fresh: bool) -> EstimatorStatus {
+    let [east, north, up] = pose.position.sigma;
+    let usable = is_fresh && pose.flags.is_sound();
+    let velocity = flags::VELOCITY_HORIZONTAL | flags::VELOCITY_VERTICAL;
+    let position = flags::POSITION_HORIZONTAL | flags::POSITION_VERTICAL;
+    let good = match usable {
+        false => 0,
+        true if pose.flags.dead_reckoning => flags::ATTITUDE | velocity,
+        true => flags::ATTITUDE | velocity | position,
+    };
+    EstimatorStatus {
+        time_us: (pose.time_s * 1e6) as u64,
+        flags: good,
+        horizontal_m: libm::hypot(east, north),
+        vertical_m: up,
+    }
+}

@@ -1,0 +1,118 @@
+//! The page: a small web server on a thread of its own, with everything a browser needs in the program itself.
+//!
+//! A page that opens its websocket gets the whole state, in portions, and from then on what changes, ten times a second. The state
+//! is a set of numbered slots, so a portion that crosses a change does no harm. A page that is too slow to follow gets the whole
+//! state again instead of a queue that grows.
+
+mod assets;
+mod guard;
+mod messages;
+pub(super) mod ply;
+mod socket;
+
+use std::net::{SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
+use std::time::Duration;
+
+use axum::Router;
+use axum::extract::State;
+use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
+use axum::response::IntoResponse;
+use axum::routing::get;
+use tokio::sync::broadcast;
+
+use super::hub::Hub;
+use crate::input::InputError;
+
+/// Updates that a page may lag behind.
+const MOST_UPDATES: usize = 64;
+
+/// What the handlers share.
+#[derive(Clone)]
+struct Page {
+    hub: Arc<Hub>,
+    updates: broadcast::Sender<axum::extract::ws::Message>,
+    /// Open websockets.
+    open: Arc<AtomicUsize>,
+}
+
+/// Takes the address of the page.
+///
+/// # Errors
+/// [`InputError`] naming the address when it is in use or not this machine's.
+pub fn bind(address: SocketAddr) -> Result<TcpListener, InputError> {
+    let refused = |e: std::io::Error| {
+        InputError::new(format!(
+            "--http {address}: cannot be listened on ({e}); choose another port"
+        ))
+    };
+    let listener = TcpListener::bind(address).map_err(refused)?;
+    listener.set_nonblocking(true).map_err(refused)?;
+    Ok(listener)
+}
+
+/// Serves the page until the hub is stopped.
+///
+/// # Errors
+/// Those of the operating system.
+pub fn serve(listener: TcpListener, hub: Arc<Hub>) -> anyhow::Result<()> {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()?;
+    let address = listener.local_addr()?;
+    runtime.block_on(async move {
+        let page = Page {
+            hub: Arc::clone(&hub),
+            updates: broadcast::channel(MOST_UPDATES).0,
+            open: Arc::default(),
+        };
+        let ticks = tokio::spawn(socket::tell(page.clone()));
+        let router = Router::new()
+            .route("/ws", get(socket::open))
+            .route("/status.json", get(status))
+            .route("/scene.json", get(scene))
+            .route("/map.ply", get(map))
+            .fallback(assets::get)
+            .layer(axum::middleware::from_fn_with_state(address, guard::check))
+            .with_state(page);
+        let listener = tokio::net::TcpListener::from_std(listener)?;
+        let stopped = async {
+            while !hub.is_stopped() {
+                tokio::time::sleep(Duration::from_millis(50)).await;
+            }
+        };
+        let result = tokio::select! {
+            served = async { axum::serve(listener, router).await } => served,
+            () = stopped => Ok(()),
+        };
+        ticks.abort();
+        Ok(result?)
+    })
+}
+
+/// The same figures as on the page, for scripts.
+async fn status(State(page): State<Page>) -> impl IntoResponse {
+    let hub = &page.hub;
+    let now_s = hub.now_s();
+    let status = messages::Status::new(&hub.station(), now_s, hub.outputs().to_vec(), |_| true);
+    ([(CONTENT_TYPE, "application/json")], status.json())
+}
+
+/// The scene behind the map; `null` when there is none.
+async fn scene(State(page): State<Page>) -> impl IntoResponse {
+    let scene = page.hub.scene().unwrap_or("null").to_owned();
+    ([(CONTENT_TYPE, "application/json")], scene)
+}
+
+/// The merged map as a file.
+async fn map(State(page): State<Page>) -> impl IntoResponse {
+    // A copy, so that the packets that come in meanwhile need not wait for the writing.
+    let points: Vec<_> = page.hub.station().cloud().points().copied().collect();
+    let bytes = tokio::task::spawn_blocking(move || ply::write(&points)).await;
+    let headers = [
+        (CONTENT_TYPE, "application/octet-stream"),
+        (CONTENT_DISPOSITION, "attachment; filename=\"map.ply\""),
+    ];
+    (headers, bytes.unwrap_or_default())
+}
