@@ -67,7 +67,7 @@ fn table() -> String {
         named.map(|section| section.length).sum::<u32>()
     };
     format!(
-        "flash, all: {}\nflash, code: {}\nflash, constants: {}\nAXI SRAM, static data: {}\nSRAM1 and SRAM2, frames: {}\nSRAM3, other DMAs: {}\nDTCM, fault record: {}\nDTCM, stack: {}\n",
+        "flash, all: {}\nflash, code: {}\nflash, constants: {}\nAXI SRAM, static data: {}\nSRAM1 and SRAM2, frames: {}\nSRAM3, other DMAs: {}\nDTCM, fault record: {}\n",
         flash(),
         length(".text"),
         length(".rodata"),
@@ -75,7 +75,6 @@ fn table() -> String {
         within(0x3000_0000..0x3004_0000),
         within(0x3004_0000..0x3004_8000),
         within(0x2000_0000..0x2002_0000),
-        128 * 1024 - within(0x2000_0000..0x2002_0000),
     )
 }
 
