@@ -165,6 +165,23 @@ pub(crate) const STAGES: &[Stage] = &[
         ])]),
     },
     Stage {
+        name: "telemetry",
+        what: "a point of the outdoor flight costs the ground link less than 8 bytes, everything included",
+        needs: &["toolchain"],
+        work: Work::Steps(&[step(&[
+            "run",
+            "--release",
+            "--locked",
+            "--package=cslam-host-sim",
+            "--bin=cslam",
+            "--",
+            "reproduce",
+            "telemetry",
+            "bytes",
+            "--check",
+        ])]),
+    },
+    Stage {
         name: "accuracy",
         what: "path estimation gives the committed figures, byte for byte, and every figure asked for is reached",
         needs: &["toolchain"],
