@@ -1,6 +1,6 @@
 //! Settings through power that fails at every byte.
 
-use cslam_firmware::storage::{Mount, SLOT, Settings, StorageError, Store, image};
+use cslam_firmware::storage::{Mount, SLOT, Settings, StorageError, Store};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
@@ -222,17 +222,6 @@ fn power_that_fails_again_and_again_never_loses_what_was_stored() {
         }
     }
     assert!(last.is_some());
-}
-
-#[test]
-fn a_board_starts_from_what_it_was_provisioned_with() {
-    let mut flash = Flash::<2>::new();
-    (&mut flash).write(0, &image(&settings(7))).expect("power is on");
-    let mut store = Store::open(&mut flash).expect("two halves");
-    assert_eq!(store.settings(), Ok(&settings(7)));
-    store.store(&settings(8)).expect("power is on");
-    let store = Store::open(&mut flash).expect("two halves");
-    assert_eq!(store.settings(), Ok(&settings(8)));
 }
 
 #[test]

@@ -16,6 +16,6 @@ mod settings;
 mod store;
 
 pub use error::{RecordError, StorageError};
-pub use record::{SLOT, VERSION, image};
+pub use record::{SLOT, VERSION};
 pub use settings::{Mount, Settings};
 pub use store::Store;

@@ -37,12 +37,6 @@ pub(super) fn encode(number: u32, settings: &Settings) -> [u8; SLOT] {
     slot
 }
 
-/// The first record of a store, as whoever provisions a board writes it at the store's beginning.
-#[must_use]
-pub fn image(settings: &Settings) -> [u8; SLOT] {
-    encode(1, settings)
-}
-
 /// Number and settings of a record.
 pub(super) fn decode(slot: &[u8; SLOT]) -> Result<(u32, Settings), RecordError> {
     let [m0, m1, m2, m3, v0, v1, l0, l1, n0, n1, n2, n3, rest @ ..] = slot;
