@@ -19,6 +19,7 @@ const BOARDS: [Board; 3] = [
         memory: "memory/mps2-an500.x",
         binaries: &[
             "cslam-an500",
+            "faults-an500",
             "flight-an500",
             "kernels-an500",
             "lscn-an500",

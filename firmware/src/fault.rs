@@ -6,6 +6,8 @@
 
 use core::fmt;
 
+use cslam_core::telemetry::{self, Event, ResetCause};
+
 use crate::front_end::SoftwareCrc;
 
 /// Words of a record.
@@ -63,6 +65,28 @@ impl FaultRecord {
         ];
         let [a, b, c, d, e, f, g] = content;
         [a, b, c, d, e, f, g, checksum(&content)]
+    }
+
+    /// What the chip began from, as the ground is told.
+    #[must_use]
+    pub fn reset_cause(&self) -> ResetCause {
+        match self.cause {
+            Cause::Panic => ResetCause::Panic,
+            Cause::HardFault => ResetCause::Fault,
+            Cause::Hang => ResetCause::Watchdog,
+        }
+    }
+
+    /// The record as the ground is told.
+    #[must_use]
+    pub fn to_event(&self) -> Event {
+        Event::Reset(telemetry::FaultRecord {
+            cause: self.reset_cause(),
+            program_counter: self.program_counter,
+            link_register: self.link_register,
+            stage: self.stage,
+            uptime_ms: self.uptime_ms,
+        })
     }
 
     /// The record that was left behind, if there is one. Clear the memory then, or the next start finds it again.

@@ -4,7 +4,9 @@
 //! [`fly`] hands the events of a [`World`] to the [`Application`] that flies on a board, and keeps a [`FlightLog`]. The world's
 //! sweeps are synthesised ahead on a thread of their own while the receiver works; the log does not depend on it.
 
+mod board;
 mod events;
+mod frames;
 mod logbook;
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,7 +21,9 @@ use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::sensors::Event;
 use crate::world::{HeardSweep, World};
+pub use board::{BoardReceiver, ground, with_board_receiver};
 pub use events::Recorder;
+pub use frames::{FrameBytes, FrontEndLink};
 use logbook::Logbook;
 
 /// Sweeps that may lie ready: 6.9 MB each.

@@ -65,13 +65,25 @@ impl<R> Board<R> {
         arguments: &[&str],
         ring: impl FnOnce(RingFile) -> R,
     ) -> Self {
+        static IMAGE: OnceLock<PathBuf> = OnceLock::new();
+        let image = IMAGE.get_or_init(|| build("cslam-an500"));
+        Self::start_image(image, patience, arguments, ring)
+    }
+
+    /// The same of another image.
+    pub(crate) fn start_image(
+        image: &Path,
+        patience: Duration,
+        arguments: &[&str],
+        ring: impl FnOnce(RingFile) -> R,
+    ) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let psram = folder.path().join("psram");
         let ring = ring(RingFile::make(&psram));
         let log = File::create(folder.path().join("log")).expect("a log file");
         let child = Command::new(runner())
             .arg("mps2-an500")
-            .arg(image())
+            .arg(image)
             .args(arguments)
             .env("CSLAM_RING_FILE", &psram)
             .env("CSLAM_UART1_FILE", folder.path().join("uart1"))
@@ -198,23 +210,20 @@ pub(crate) fn runner() -> PathBuf {
     root().join("firmware/tools/qemu-run.sh")
 }
 
-/// The image for the board, built once a run: cargo decides whether there is anything to do, so it is never stale.
-fn image() -> &'static Path {
-    static IMAGE: OnceLock<PathBuf> = OnceLock::new();
-    IMAGE.get_or_init(|| {
-        let output = emulated_board("build", "cslam-an500")
-            .args(["--message-format", "json-render-diagnostics"])
-            .stderr(Stdio::inherit())
-            .output()
-            .expect("cargo starts");
-        assert!(output.status.success(), "the image for the board does not build");
-        let text = String::from_utf8(output.stdout).expect("cargo writes UTF-8");
-        let messages = text
-            .lines()
-            .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok());
-        let executable = messages
-            .filter_map(|message| message["executable"].as_str().map(PathBuf::from))
-            .next_back();
-        executable.expect("cargo names the executable")
-    })
+/// Builds an image for the board: cargo decides whether there is anything to do, so it is never stale.
+pub(crate) fn build(name: &str) -> PathBuf {
+    let output = emulated_board("build", name)
+        .args(["--message-format", "json-render-diagnostics"])
+        .stderr(Stdio::inherit())
+        .output()
+        .expect("cargo starts");
+    assert!(output.status.success(), "the image for the board does not build");
+    let text = String::from_utf8(output.stdout).expect("cargo writes UTF-8");
+    let messages = text
+        .lines()
+        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok());
+    let executable = messages
+        .filter_map(|message| message["executable"].as_str().map(PathBuf::from))
+        .next_back();
+    executable.expect("cargo names the executable")
 }

@@ -8,6 +8,7 @@
 
 mod board;
 mod compare;
+mod faults;
 mod golden;
 mod ring_file;
 mod stream;

@@ -201,14 +201,6 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
     )?)
 }
 
-/// The link of a simulated UAV, with the published key.
-fn ground() -> Ground {
-    Ground {
-        downlink: Downlink::new(UAV, &Key::TEST, 0),
-        uplink: Decoder::new(UAV, &Key::TEST),
-    }
-}
-
 /// The receiver of a mode, with the stages that were asked to differ.
 fn receiver_config(setup: &Setup) -> anyhow::Result<Receiver<'static>> {
     let of_mode = match setup.mode {

@@ -5,19 +5,16 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::Context;
-use cslam_firmware::front_end::{
-    Block, Checksum, FRAME_LENGTH, FRAMES_PER_SWEEP, HEADER_LENGTH, Header, Kind, SAMPLE_BYTES, SoftwareCrc,
-    Status, write_samples,
-};
-use cslam_firmware::sensor_stream::SESSION;
-use cslam_host_sim::raw_flight::Recorder;
+use cslam_core::ltd::Iq;
+use cslam_firmware::front_end::{HEADER_LENGTH, read_samples};
+use cslam_host_sim::raw_flight::{BoardReceiver, FrontEndLink, Recorder, with_board_receiver};
 use cslam_host_sim::scene::Scene;
 use cslam_host_sim::sensors::Event;
-use cslam_host_sim::world::{HeardSweep, World, WorldConfig};
+use cslam_host_sim::world::{World, WorldConfig};
 
 use crate::arguments::Arguments;
 use crate::board::{Board, Left};
-use crate::host::{self, Lines, Receiver};
+use crate::host::{self, Lines};
 
 /// What came of a flight.
 pub(crate) struct Flown {
@@ -57,7 +54,7 @@ pub(crate) fn fly(arguments: &Arguments, image: &Path) -> anyhow::Result<Flown> 
     let mut board = Board::start(image, arguments.count, arguments.limit_s)?;
     let mut packets = Vec::new();
     let mut lines = Lines::default();
-    host::with_receiver(|receiver| both(&world, &mut board, receiver, &mut lines, &mut packets))?;
+    with_board_receiver(|receiver| both(&world, &mut board, receiver, &mut lines, &mut packets))?;
     let board = board.wait()?;
     if let Some(directory) = &arguments.out {
         std::fs::create_dir_all(directory)
@@ -83,12 +80,13 @@ pub(crate) fn fly(arguments: &Arguments, image: &Path) -> anyhow::Result<Flown> 
 fn both(
     world: &World<'_>,
     board: &mut Board,
-    receiver: &mut Receiver<'_>,
+    receiver: &mut BoardReceiver<'_>,
     lines: &mut Lines,
     packets: &mut Vec<u8>,
 ) -> anyhow::Result<()> {
     let mut recorder = Recorder::default();
-    let mut link = Link::new();
+    let mut link = FrontEndLink::default();
+    let mut samples = Box::new([[Iq::ZERO; 512]; 32]);
     let mut now_ns = 0;
     let terminal = std::io::stderr().is_terminal();
     for stamped in world.flight().events() {
@@ -100,9 +98,11 @@ fn both(
             if terminal {
                 eprint!("\rsweep {sweep} of {}", world.sweeps());
             }
-            link.sweep(world.sweep(sweep)?, now_ns, |frame, header, samples| {
+            link.sweep(&mut world.sweep(sweep)?, now_ns, |frame| {
                 board.frame(frame)?;
-                receiver.frame(header, samples, lines)?;
+                let (header, payload) = frame.split_at(HEADER_LENGTH);
+                read_samples(payload.try_into()?, &mut samples);
+                receiver.frame(header.try_into()?, &mut samples, lines)?;
                 host::drain(receiver, packets);
                 Ok(())
             })?;
@@ -120,76 +120,4 @@ fn both(
     host::drain(receiver, packets);
     lines.map(receiver.cslam().map());
     Ok(())
-}
-
-/// The front end's end of its link.
-struct Link {
-    sequence: u32,
-    frame: Box<[u8; FRAME_LENGTH]>,
-}
-
-impl Link {
-    fn new() -> Self {
-        Self {
-            sequence: 0,
-            frame: Box::new([0; FRAME_LENGTH]),
-        }
-    }
-
-    /// Makes the frames of a sweep: its begin, its beams, its squint symbols.
-    fn sweep(
-        &mut self,
-        mut heard: HeardSweep,
-        sweep_ns: u64,
-        mut each: impl FnMut(&[u8; FRAME_LENGTH], &[u8; HEADER_LENGTH], &mut Block) -> anyhow::Result<()>,
-    ) -> anyhow::Result<()> {
-        let begin = Header {
-            kind: Kind::Begin,
-            session: SESSION,
-            sequence: 0,
-            sweep: heard.number,
-            index: FRAMES_PER_SWEEP - 1,
-            exponent: 0,
-            sweep_ns,
-            offset_ns: 0,
-            payload_checksum: 0,
-            dropped: 0,
-            status: Status::default(),
-        };
-        let mut nothing = Box::new([[cslam_core::ltd::Iq::ZERO; 512]; 32]);
-        self.put(begin, &mut nothing, &mut each)?;
-        let beams = heard.beams.blocks.iter_mut().map(|block| (Kind::Beam, block));
-        let squint = heard.squint.blocks.iter_mut().map(|block| (Kind::Squint, block));
-        for (kind, block) in beams.chain(squint) {
-            let view = block.view();
-            let header = Header {
-                kind,
-                index: view.beam,
-                exponent: i16::try_from(view.exponent)?,
-                payload_checksum: SoftwareCrc.samples(view.samples),
-                ..begin
-            };
-            self.put(header, view.samples, &mut each)?;
-        }
-        Ok(())
-    }
-
-    fn put(
-        &mut self,
-        header: Header,
-        samples: &mut Block,
-        each: &mut impl FnMut(&[u8; FRAME_LENGTH], &[u8; HEADER_LENGTH], &mut Block) -> anyhow::Result<()>,
-    ) -> anyhow::Result<()> {
-        let header = Header {
-            sequence: self.sequence,
-            ..header
-        };
-        self.sequence = self.sequence.wrapping_add(1);
-        let bytes = header.encode();
-        let (head, payload) = self.frame.split_at_mut(HEADER_LENGTH);
-        head.copy_from_slice(&bytes);
-        let payload: &mut [u8; SAMPLE_BYTES] = payload.try_into()?;
-        write_samples(samples, payload);
-        each(&self.frame, &bytes, samples)
-    }
 }
