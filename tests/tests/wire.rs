@@ -1,0 +1,364 @@
+//! Faults on the wires of the whole receiver: frames of the front end, and records of sensors and beacon, are damaged, dropped,
+//! repeated, swapped and held back at 0.1, 1 and 10 %. Every counter must be exact, no point may be wrong, and the first whole sweep
+//! after the last fault must be heard whole.
+
+use std::collections::BTreeSet;
+
+use cslam_core::cslam::{PATHS, SweepReport};
+use cslam_core::ltd::Iq;
+use cslam_core::telemetry::Key;
+use cslam_firmware::app::Observer;
+use cslam_firmware::front_end::{HEADER_LENGTH, read_samples};
+use cslam_firmware::sensor_stream::{LENGTH, UAV};
+use cslam_host_sim::evaluation::{Surfaces, downlink};
+use cslam_host_sim::random::Stream;
+use cslam_host_sim::raw_flight::{BoardReceiver, FrameBytes, FrontEndLink, Recorder, with_board_receiver};
+use cslam_host_sim::scene::Scene;
+use cslam_host_sim::sensors::Event;
+use cslam_host_sim::world::{World, WorldConfig};
+
+/// Length of the flight, and when faults begin and end: the filter has started by then, s.
+const FLIGHT_S: f64 = 30.0;
+const FAULTS_S: [f64; 2] = [12.0, 25.0];
+/// A point is wrong when it is this far from every surface, m.
+const WRONG_M: f64 = 0.5;
+
+/// What happens to a frame or a record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Fault {
+    None,
+    Flip,
+    Drop,
+    Repeat,
+    /// Comes after the next one.
+    Swap,
+}
+
+/// Draws faults at a rate, each kind a quarter of it.
+struct Faults {
+    rate: f64,
+    stream: Stream,
+}
+
+impl Faults {
+    fn draw(&mut self) -> Fault {
+        let u = self.stream.uniform();
+        match (u / self.rate * 4.0) as u32 {
+            0 => Fault::Flip,
+            1 => Fault::Drop,
+            2 => Fault::Repeat,
+            3 => Fault::Swap,
+            _ => Fault::None,
+        }
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        ((self.stream.uniform() * n as f64) as usize).min(n - 1)
+    }
+}
+
+/// Keeps what a flight came to.
+#[derive(Default)]
+struct Log {
+    /// Number, time and beams of each sweep.
+    sweeps: Vec<(u32, u64, u16)>,
+}
+
+impl Observer for Log {
+    fn swept(&mut self, report: &SweepReport<PATHS>) {
+        self.sweeps.push((report.sweep, report.time_ns, report.beams));
+    }
+}
+
+/// What was done to one wire, and so what its counters must say.
+#[derive(Default, Debug)]
+struct Expected {
+    damaged: u32,
+    repeated: u32,
+    /// Numbers of those that came whole.
+    whole: BTreeSet<u32>,
+}
+
+impl Expected {
+    fn lost(&self) -> u32 {
+        self.whole
+            .last()
+            .map_or(0, |last| last + 1 - self.whole.len() as u32)
+    }
+}
+
+/// Figures of a flight.
+struct Flown {
+    points: usize,
+    wrong: usize,
+    worst_m: f64,
+    log: Log,
+}
+
+/// Flies with faults at a rate and checks the counters.
+fn fly(rate: f64) -> Flown {
+    let scene = Scene::load("outdoor").expect("built in");
+    let mut config = WorldConfig::default();
+    config.flight.duration_s = FLIGHT_S;
+    let world = World::new(&scene, config, 1).expect("a flight");
+    let mut packets = Vec::new();
+    let mut log = Log::default();
+    with_board_receiver(|receiver| {
+        let mut wires = Wires {
+            faults: Faults {
+                rate: rate.max(1e-9),
+                stream: Stream::new(7, (rate * 1e6) as u64),
+            },
+            receiver,
+            log: &mut log,
+            packets: &mut packets,
+            samples: Box::new([[Iq::ZERO; 512]; 32]),
+            frames: Expected::default(),
+            records: Expected::default(),
+            late_record: None,
+        };
+        wires.fly(&world);
+        Ok(())
+    })
+    .expect("a receiver");
+    let heard = downlink::decode(&packets, UAV, &Key::TEST);
+    assert!(heard.refused.is_empty(), "{:?}", heard.refused);
+    let surfaces = Surfaces::new(&scene);
+    let off_m: Vec<f64> = heard
+        .points
+        .iter()
+        .filter_map(|point| Some(surfaces.nearest(point.position_m.map(f64::from))?.1))
+        .collect();
+    Flown {
+        points: off_m.len(),
+        wrong: off_m.iter().filter(|off| **off > WRONG_M).count(),
+        worst_m: off_m.iter().copied().fold(0.0, f64::max),
+        log,
+    }
+}
+
+struct Wires<'a, 'm> {
+    faults: Faults,
+    receiver: &'a mut BoardReceiver<'m>,
+    log: &'a mut Log,
+    packets: &'a mut Vec<u8>,
+    samples: Box<[[Iq; 512]; 32]>,
+    frames: Expected,
+    records: Expected,
+    late_record: Option<[u8; LENGTH]>,
+}
+
+impl Wires<'_, '_> {
+    fn fly(&mut self, world: &World<'_>) {
+        let mut recorder = Recorder::default();
+        let mut link = FrontEndLink::default();
+        let mut held: Vec<Box<FrameBytes>> = Vec::new();
+        let mut hold = 0;
+        let mut sequence = 0;
+        for stamped in world.flight().events() {
+            let at_s = stamped.uav_time_ns as f64 * 1e-9;
+            let faulty = (FAULTS_S[0]..FAULTS_S[1]).contains(&at_s);
+            let record = recorder.record(&stamped);
+            let fault = if faulty { self.faults.draw() } else { Fault::None };
+            self.record(record.number, record.encode(), fault);
+            if let Event::Sweep { sweep } = stamped.event {
+                let mut heard = world.sweep(sweep).expect("a sweep");
+                let mut frames = Vec::new();
+                link.sweep(&mut heard, stamped.uav_time_ns, |frame| {
+                    frames.push(Box::new(*frame));
+                    Ok(())
+                })
+                .expect("frames");
+                // A stall: the rest of the sweep comes 0.2 s late.
+                let stalled = faulty && self.faults.stream.uniform() < self.faults.rate;
+                let whole = if stalled { frames.len() / 2 } else { frames.len() };
+                held = frames.split_off(whole);
+                hold = 200;
+                self.frames(frames, &mut sequence, faulty);
+            } else if !held.is_empty() {
+                hold -= 1;
+                if hold == 0 {
+                    let late = std::mem::take(&mut held);
+                    self.frames(late, &mut sequence, faulty);
+                }
+            }
+            self.drain();
+        }
+        self.receiver.end(self.log);
+        self.receiver.close();
+        self.drain();
+        self.check();
+    }
+
+    /// A record through its wire.
+    fn record(&mut self, number: u32, mut bytes: [u8; LENGTH], fault: Fault) {
+        let mut deliver = |bytes: &[u8; LENGTH]| {
+            let _counted = self.receiver.record(bytes, self.log);
+        };
+        match fault {
+            Fault::Drop => {}
+            Fault::Flip => {
+                let bit = self.faults.below(8 * LENGTH);
+                bytes[bit / 8] ^= 1 << (bit % 8);
+                self.records.damaged += 1;
+                deliver(&bytes);
+            }
+            Fault::Swap if self.late_record.is_none() => {
+                self.late_record = Some(bytes);
+                return;
+            }
+            Fault::Repeat => {
+                deliver(&bytes);
+                deliver(&bytes);
+                self.records.repeated += 1;
+                self.records.whole.insert(number);
+            }
+            _ => {
+                deliver(&bytes);
+                self.records.whole.insert(number);
+            }
+        }
+        if let Some(late) = self.late_record.take() {
+            let came = self.records.whole.last().copied();
+            let _counted = self.receiver.record(&late, self.log);
+            if came == Some(number) {
+                // A newer one has been used: it is late, and stays among the lost.
+                self.records.repeated += 1;
+            } else {
+                self.records.whole.insert(number - 1);
+            }
+        }
+    }
+
+    /// Frames through their wire.
+    fn frames(&mut self, frames: Vec<Box<FrameBytes>>, sequence: &mut u32, faulty: bool) {
+        let mut late: Option<(u32, Box<FrameBytes>)> = None;
+        for mut frame in frames {
+            let number = *sequence;
+            *sequence += 1;
+            match if faulty { self.faults.draw() } else { Fault::None } {
+                Fault::Drop => {}
+                Fault::Flip => {
+                    // A begin has no samples that could be damaged.
+                    let bytes = if frame[5] == 1 { HEADER_LENGTH } else { frame.len() };
+                    let bit = self.faults.below(8 * bytes);
+                    frame[bit / 8] ^= 1 << (bit % 8);
+                    self.frames.damaged += 1;
+                    self.frame(&frame);
+                }
+                Fault::Repeat => {
+                    self.frame(&frame);
+                    self.frame(&frame);
+                    self.frames.repeated += 1;
+                    self.frames.whole.insert(number);
+                }
+                Fault::Swap if late.is_none() => {
+                    late = Some((number, frame));
+                    continue;
+                }
+                _ => {
+                    self.frame(&frame);
+                    self.frames.whole.insert(number);
+                }
+            }
+            if let Some((number, frame)) = late.take() {
+                self.frame(&frame);
+                self.frames.whole.insert(number);
+            }
+        }
+        if let Some((number, frame)) = late {
+            self.frame(&frame);
+            self.frames.whole.insert(number);
+        }
+    }
+
+    fn frame(&mut self, frame: &FrameBytes) {
+        let (header, payload) = frame.split_at(HEADER_LENGTH);
+        read_samples(payload.try_into().expect("as long"), &mut self.samples);
+        let header = header.try_into().expect("as long");
+        let _counted = self.receiver.frame(header, &mut self.samples, self.log);
+    }
+
+    fn drain(&mut self) {
+        let downlink = self.receiver.downlink();
+        let before = self.packets.len();
+        self.packets.resize(before + downlink.waiting(), 0);
+        downlink.take(&mut self.packets[before..]);
+    }
+
+    /// Every counter is exact.
+    fn check(&mut self) {
+        let link = self.receiver.front_end().counters();
+        assert_eq!(link.damaged(), self.frames.damaged, "damaged frames");
+        assert_eq!(link.repeated, self.frames.repeated, "repeated frames");
+        assert_eq!(
+            link.ok + link.late,
+            self.frames.whole.len() as u32,
+            "whole frames"
+        );
+        assert_eq!(link.lost, self.frames.lost(), "lost frames");
+        assert_eq!([link.foreign, link.stale, link.overrun, link.cut], [0; 4]);
+        let counters = self.receiver.counters();
+        assert_eq!(counters.records_damaged, self.records.damaged, "damaged records");
+        assert_eq!(
+            counters.records_repeated, self.records.repeated,
+            "repeated records"
+        );
+        assert_eq!(counters.records_lost, self.records.lost(), "lost records");
+        assert_eq!(
+            self.receiver.downlink().sent_and_dropped()[1],
+            0,
+            "dropped packets"
+        );
+    }
+}
+
+/// Flies and checks what holds at every rate.
+fn ride(rate: f64) {
+    let flown = fly(rate);
+    println!(
+        "faults at {} %: {} points, {} of them further than {WRONG_M} m from every surface, worst {:.2} m; {} sweeps",
+        100.0 * rate,
+        flown.points,
+        flown.wrong,
+        flown.worst_m,
+        flown.log.sweeps.len()
+    );
+    assert_eq!(flown.wrong, 0, "a wrong point was sent");
+    assert!(flown.points > 5, "hardly a point was sent");
+    // Sweeps that began after the last fault are whole, from the first on.
+    let end_ns = (FAULTS_S[1] * 1e9) as u64;
+    let after: Vec<_> = flown
+        .log
+        .sweeps
+        .iter()
+        .filter(|(_, at_ns, _)| *at_ns > end_ns)
+        .collect();
+    assert!(after.len() >= 9, "{after:?}");
+    assert!(after.iter().all(|(_, _, beams)| *beams == 72), "{after:?}");
+    let numbers: Vec<u32> = flown.log.sweeps.iter().map(|(number, ..)| *number).collect();
+    assert!(
+        numbers.windows(2).all(|pair| pair[1] == pair[0] + 1),
+        "a sweep is missing: {numbers:?}"
+    );
+}
+
+#[test]
+fn without_faults() {
+    ride(0.0);
+}
+
+#[test]
+fn one_in_a_thousand() {
+    ride(0.001);
+}
+
+#[test]
+fn one_in_a_hundred() {
+    ride(0.01);
+}
+
+#[test]
+fn one_in_ten() {
+    ride(0.1);
+}
