@@ -30,6 +30,7 @@ pub mod report;
 pub mod scene;
 pub mod seeded;
 pub mod sensors;
+pub mod settings_image;
 pub mod sigmf;
 pub mod solve;
 pub mod statistics;

@@ -57,6 +57,15 @@ pub fn create(file: &Path, uav: u8) -> Result<LinkKey, InputError> {
 /// # Errors
 /// [`InputError`] naming the line, never its content; also when others than the owner may read the file.
 pub fn read(file: &Path) -> Result<LinkKey, InputError> {
+    let (uav, bytes) = read_bytes(file)?;
+    Ok(LinkKey {
+        uav,
+        key: Key::new(bytes),
+    })
+}
+
+/// Reads a key file for the one place that the bytes themselves are for, the settings of a UAV.
+pub(crate) fn read_bytes(file: &Path) -> Result<(u8, [u8; Key::LENGTH]), InputError> {
     let text = fs::read_to_string(file)
         .map_err(|e| InputError::in_file(file, format!("cannot be read as a key file: {e}")))?;
     check_private(file)?;
@@ -77,15 +86,14 @@ pub fn read(file: &Path) -> Result<LinkKey, InputError> {
     if lines.any(|line| !line.trim().is_empty()) {
         return Err(InputError::at_line(file, 4, "nothing follows the key"));
     }
-    let key = Key::new(key);
-    if key.is_test() {
+    if Key::new(key).is_test() {
         return Err(InputError::at_line(
             file,
             3,
             "this key is published: it proves nothing",
         ));
     }
-    Ok(LinkKey { uav, key })
+    Ok((uav, key))
 }
 
 fn decode(digits: &str) -> Option<[u8; Key::LENGTH]> {
@@ -100,7 +108,7 @@ fn decode(digits: &str) -> Option<[u8; Key::LENGTH]> {
 }
 
 /// A new file that only its owner may read and write.
-fn private(file: &Path) -> io::Result<File> {
+pub(crate) fn private(file: &Path) -> io::Result<File> {
     let mut options = OpenOptions::new();
     options.write(true).create_new(true);
     #[cfg(unix)]

@@ -91,6 +91,7 @@ fn the_board_passes_its_self_test() {
     let run = Board::start(&[], |_| ()).wait();
     assert_eq!(run.exit, Exit::Code(0), "the board's log:\n{}", run.log);
     assert!(run.log.contains("self-test passed"), "{}", run.log);
+    // The sweep, its point, the counters.
     assert_eq!(compare::messages(&run.uart1).len(), 3);
 }
 

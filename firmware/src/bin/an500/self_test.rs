@@ -83,8 +83,12 @@ fn pass<const N: usize>(receiver: &mut Receiver<'_, N>, downlink: &mut Downlink)
 /// A point, a line of sight, a NaN, a damaged record, the end.
 fn records() -> [[u8; SLOT]; 5] {
     let reflected = path(POINT_M, distance_m(GMT_M, POINT_M) + distance_m(POINT_M, UAV_M));
-    let line_of_sight = path(GMT_M, distance_m(GMT_M, UAV_M));
+    let line_of_sight = PathRecord {
+        path: 1,
+        ..path(GMT_M, distance_m(GMT_M, UAV_M))
+    };
     let not_a_number = PathRecord {
+        path: 2,
         c_tau_m: f32::NAN,
         ..reflected
     };

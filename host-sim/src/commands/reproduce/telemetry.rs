@@ -10,7 +10,7 @@ use cslam_core::telemetry::Key;
 use crate::commands::fly::Mode;
 use crate::commands::fly::raw::{Setup, Stages, fly};
 use crate::input::InputError;
-use crate::link_traffic::{Budget, damage, loss, rivals};
+use crate::link_traffic::{BAUD, Budget, damage, loss, rivals};
 use crate::progress;
 use crate::scene::Scene;
 use crate::table::Table;
@@ -35,6 +35,9 @@ pub(crate) struct Args {
     /// packets.bin of a flight that was flown already, instead of flying
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "duration"])]
     packets: Option<PathBuf>,
+    /// Fail when a point costs more than 8 bytes or the fullest second more than half of a 57 600 baud radio
+    #[arg(long)]
+    check: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -63,7 +66,10 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
                 |file| InputError::in_file(file, expected),
             )
         })?;
-        print!("{}\n{}", kinds(&budget), points(&budget));
+        println!("{}\n{}", kinds(&budget), points(&budget));
+        if args.check {
+            check(&budget)?;
+        }
     }
     if wanted(What::Loss) {
         println!("{}", loss::table(&loss::grid(args.seed)));
@@ -98,6 +104,26 @@ fn flight(args: &Args) -> anyhow::Result<Vec<u8>> {
     )?;
     bar.finish_and_clear();
     Ok(packets)
+}
+
+/// Most bytes of a point, and most of the radio that a second may take.
+const POINT_BYTES: f64 = 8.0;
+const RADIO_SHARE: f64 = 0.5;
+
+/// Whether the link is as cheap as is asked for.
+fn check(budget: &Budget) -> anyhow::Result<()> {
+    let point = budget.bytes_per_point();
+    if point.is_none_or(|bytes| bytes > POINT_BYTES) {
+        anyhow::bail!("a point costs {point:?} bytes, asked for are {POINT_BYTES} at most");
+    }
+    let most = RADIO_SHARE * BAUD / 10.0;
+    if budget.peak_bytes_per_s as f64 > most {
+        anyhow::bail!(
+            "a second took {} bytes, asked for are {most} at most",
+            budget.peak_bytes_per_s
+        );
+    }
+    Ok(())
 }
 
 /// Bytes by kind of message.

@@ -47,6 +47,7 @@ const ALL_TESTS: &str =
 const EMULATED_BOARD: &str = "--features=qemu-an500";
 /// The emulated board with the rivals of the networks' table.
 const ALL_BOARD: &str = "--features=qemu-an500,rivals";
+const REAL_BOARD: &str = "--features=stm32h743";
 const LINK_CHECK: &str = "--features=link-check";
 
 /// Every stage, in order.
@@ -136,6 +137,15 @@ pub(crate) const STAGES: &[Stage] = &[
                 "--locked",
                 THUMB,
                 "-p=cslam-firmware",
+                REAL_BOARD,
+                "--",
+                "-Dwarnings",
+            ]),
+            step(&[
+                "clippy",
+                "--locked",
+                THUMB,
+                "-p=cslam-firmware",
                 LINK_CHECK,
                 "--",
                 "-Dwarnings",
@@ -152,6 +162,23 @@ pub(crate) const STAGES: &[Stage] = &[
             "--workspace",
             "--no-fail-fast",
             "--features=cslam-tests/verify",
+        ])]),
+    },
+    Stage {
+        name: "telemetry",
+        what: "a point of the outdoor flight costs the ground link less than 8 bytes, everything included",
+        needs: &["toolchain"],
+        work: Work::Steps(&[step(&[
+            "run",
+            "--release",
+            "--locked",
+            "--package=cslam-host-sim",
+            "--bin=cslam",
+            "--",
+            "reproduce",
+            "telemetry",
+            "bytes",
+            "--check",
         ])]),
     },
     Stage {
@@ -230,6 +257,20 @@ pub(crate) const STAGES: &[Stage] = &[
                 "board `qemu-an500` needs a chip's target",
             ),
         ]),
+    },
+    Stage {
+        name: "h743",
+        what: "the image for the STM32H743 links, fits the budgets and lies where it should; committed sizes",
+        needs: &["toolchain"],
+        work: Work::Steps(&[step(&[
+            "test",
+            "--locked",
+            "--workspace",
+            ALL_TESTS,
+            "--test=h743",
+            "--",
+            "--nocapture",
+        ])]),
     },
     Stage {
         name: "panic-free",
