@@ -9,8 +9,8 @@ struct Board {
     feature: &'static str,
     memory: &'static str,
     binaries: &'static [&'static str],
-    /// The binaries log by defmt, whose tables need a linker script of their own.
-    logs: bool,
+    /// Linker scripts that crates bring: tables of defmt, names of the chip's interrupts.
+    scripts: &'static [&'static str],
 }
 
 const BOARDS: [Board; 3] = [
@@ -25,20 +25,20 @@ const BOARDS: [Board; 3] = [
             "receiver-an500",
             "sweeps-an500",
         ],
-        logs: true,
+        scripts: &["defmt.x"],
     },
     Board {
         feature: "stm32h743",
         memory: "../memory.x",
         binaries: &["cslam-h743"],
-        logs: true,
+        scripts: &["defmt.x", "device.x"],
     },
     // Not a board: the memory map of one, to link the flight path against.
     Board {
         feature: "link-check",
         memory: "../memory.x",
         binaries: &["panic-free"],
-        logs: false,
+        scripts: &[],
     },
 ];
 
@@ -70,8 +70,8 @@ fn link(board: &Board) {
         println!("cargo::rustc-link-arg-bin={binary}=-T{}", script.display());
         // Sections need not start on a page of the host's loader.
         println!("cargo::rustc-link-arg-bin={binary}=--nmagic");
-        if board.logs {
-            println!("cargo::rustc-link-arg-bin={binary}=-Tdefmt.x");
+        for script in board.scripts {
+            println!("cargo::rustc-link-arg-bin={binary}=-T{script}");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Settings through power that fails at every byte.
 
-use cslam_firmware::storage::{Mode, Mount, SLOT, Settings, StorageError, Store};
+use cslam_firmware::storage::{Mount, SLOT, Settings, StorageError, Store};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
@@ -129,7 +129,6 @@ impl<const SECTORS: usize> NorFlash for &mut Flash<SECTORS> {
 fn settings(number: u32) -> Settings {
     Settings {
         uav: 3,
-        mode: if number & 1 == 0 { Mode::Best } else { Mode::Paper },
         mount: Mount::new([-2, 1, 3]).expect("a quarter turn"),
         key: (number & 2 == 0).then_some([number as u8; 32]),
         downlink_counter: 1024 * number,
@@ -223,6 +222,30 @@ fn power_that_fails_again_and_again_never_loses_what_was_stored() {
         }
     }
     assert!(last.is_some());
+}
+
+#[test]
+fn room_is_made_before_it_is_needed() {
+    let mut flash = Flash::<2>::new();
+    let mut store = Store::open(&mut flash).expect("two halves");
+    assert_eq!(store.make_room(4), Ok(()), "four are left");
+    assert_eq!(store.make_room(5), Err(StorageError::Empty));
+    store.store(&settings(0)).expect("power is on");
+    for (slots, left) in [(3, 3), (4, 3), (3, 3), (4, 3)] {
+        store.make_room(slots).expect("power is on");
+        assert_eq!(store.left(), left);
+        assert_eq!(store.settings(), Ok(&settings(0)));
+    }
+    for number in 1..=3 {
+        store.store(&settings(number)).expect("power is on");
+    }
+    assert_eq!(store.left(), 0);
+    let store = Store::open(&mut flash).expect("two halves");
+    assert_eq!((store.settings(), store.left()), (Ok(&settings(3)), 0));
+    assert_eq!(
+        flash.erases, 2,
+        "once for each time that there was too little room"
+    );
 }
 
 #[test]

@@ -5,15 +5,14 @@
 
 use std::convert::Infallible;
 
-use cslam_firmware::storage::{Mode, Mount, SLOT, Settings, StorageError, Store};
+use cslam_firmware::storage::{Mount, SLOT, Settings, StorageError, Store};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
 /// Settings for a UAV that has never flown with this key.
 #[must_use]
-pub fn settings(uav: u8, key: [u8; 32], mode: Mode, mount: Mount) -> Settings {
+pub fn settings(uav: u8, key: [u8; 32], mount: Mount) -> Settings {
     Settings {
         uav,
-        mode,
         mount,
         key: Some(key),
         ..Settings::default()
@@ -72,7 +71,7 @@ mod tests {
     #[test]
     fn a_receiver_finds_its_settings_in_the_image() {
         let mount = Mount::new([-2, 1, 3]).expect("a rotation");
-        let settings = settings(7, [0xc5; 32], Mode::Paper, mount);
+        let settings = settings(7, [0xc5; 32], mount);
         let image = image(&settings).expect("no faults");
         let mut flash = [0xff; 2 * SLOT];
         flash[..SLOT].copy_from_slice(&image);

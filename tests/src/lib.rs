@@ -1,6 +1,7 @@
 //! Cross-crate tests are in `tests/`, the verify driver (`cargo verify`) in `src/bin/verify`.
 
 pub mod cost;
+pub mod elf;
 
 use std::path::Path;
 use std::process::Command;

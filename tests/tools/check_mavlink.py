@@ -56,14 +56,20 @@ def check_odometry(system, m):
     must(near(rotate(m.q, (0, 0, 1))[2], 1, 1e-3), "the belly looks down")
     speed = 0.05 * radius
     must(near(m.vx, speed, 0.02) and near(m.vy, 0, 0.02) and near(m.vz, 0, 0.02), f"velocity {m.vx, m.vy, m.vz}")
-    # Row by row from the diagonal: x at 0, y at 6, z at 11, roll, pitch, yaw at 15, 18, 20. Sigma 0.1 m, 0.003 rad, 0.05 m/s;
-    # correlations of 0.1 (east, north) and -0.1 (north, up) of the quantised sigmas.
-    pose, velocity = m.pose_covariance, m.velocity_covariance
+    # Row by row from the diagonal: x at 0, y at 6, z at 11, roll, pitch, yaw at 15, 18, 20. The quantised sigmas are 0.1024 m,
+    # 0.0512 m/s and 0.00293 rad, the correlation of east and north 13/127 and of north and up -13/127.
+    pose, velocity, shared = m.pose_covariance, m.velocity_covariance, 13 / 127
     for index in (0, 6, 11):
-        must(near(pose[index], 0.01, 0.001) and near(velocity[index], 0.0025, 0.0003), f"variance {index}: {pose[index]}")
+        must(near(pose[index], 0.010486, 1e-5), f"variance {index}: {pose[index]}")
+    # The velocity's are turned into the body: what east and north share is forward's gain and right's loss.
+    turned = shared * math.sin(2 * heading)
+    for index, factor in ((0, 1 + turned), (6, 1 - turned), (11, 1)):
+        must(near(velocity[index], 0.0026214 * factor, 1e-5), f"velocity variance {index}: {velocity[index]} at {heading}")
     for index in (15, 18, 20):
-        must(near(pose[index], 9e-6, 1e-6), f"attitude variance {index}: {pose[index]}")
-    must(near(pose[1], 0.001, 2e-4) and near(pose[2], 0.001, 2e-4), f"covariances {pose[1], pose[2]}")
+        must(near(pose[index], 8.61e-6, 2e-8), f"attitude variance {index}: {pose[index]}")
+    # North with east as before; north with up is minus what it is with down, and east with up was none.
+    covariances = (pose[1], pose[2], pose[7])
+    must(all(near(a, b, 1e-5) for a, b in zip(covariances, (0.0010734, 0.0010734, 0))), f"covariances {covariances}")
     must(m.reset_counter == 0 and m.quality == 100, f"reset counter, quality {m.reset_counter, m.quality}")
 
 

@@ -32,6 +32,12 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         }
     }
 
+    /// One more than the highest counter that the ground has used: what a board keeps over a reset, so that nothing older is taken
+    /// then.
+    pub fn uplink_counter(&self) -> u32 {
+        self.uplink.opener().next()
+    }
+
     /// What a command has asked of the board, once.
     pub fn request(&mut self) -> Option<Request> {
         self.request.take()

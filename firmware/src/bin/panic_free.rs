@@ -8,10 +8,12 @@
 //! A board's own image cannot pass, because its runtime and its log keep panics; what flies is checked here: ring,
 //! record, path, solver, map and packet encoder as [`Receiver::step`] puts them together, packets of every kind, both ways, path
 //! estimation from samples to paths in both modes, with its front end, localization from samples and paths to the pose,
-//! and link states from a model file and measured paths to the gate into the map.
+//! link states from a model file and measured paths to the gate into the map, and the drivers of the library half.
 #![no_std]
 #![no_main]
 
+#[path = "panic_free/drivers.rs"]
+mod drivers;
 #[path = "panic_free/flight.rs"]
 mod flight;
 #[path = "panic_free/localization.rs"]
@@ -110,6 +112,7 @@ fn main() -> ! {
     if let (Some(path), Some(ends)) = (path, ends) {
         black_box(classify(black_box(&[0; 4096]), &ends, &black_box([path; 9])));
     }
+    drivers::drive();
     loop {
         cortex_m::asm::nop();
     }

@@ -6,10 +6,12 @@
 
 mod driver;
 mod error;
+mod fifo;
 pub mod packet;
 mod registers;
 mod timebase;
 
-pub use driver::{BURST, Icm42688, ImuCounters, Samples};
+pub use driver::Icm42688;
 pub use error::ImuError;
+pub use fifo::{BURST, Fifo, ImuCounters, Next, Samples, TRANSFER};
 pub use packet::{PACKET_LEN, PacketError, RawSample};

@@ -17,5 +17,5 @@ mod store;
 
 pub use error::{RecordError, StorageError};
 pub use record::{SLOT, VERSION};
-pub use settings::{Mode, Mount, Settings};
+pub use settings::{Mount, Settings};
 pub use store::Store;

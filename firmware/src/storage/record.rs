@@ -80,12 +80,12 @@ mod tests {
         assert_eq!(altered(0, b'X'), Err(RecordError::Magic));
         assert_eq!(altered(4, 2), Err(RecordError::Version { found: 2 }));
         assert_eq!(altered(6, 50), Err(RecordError::Length { found: 50 }));
-        // Mode, mount, filler, whether there is a key.
-        for (at, byte) in [(13, 2), (14, 2), (17, 1), (28, 2)] {
+        // Mount, whether there is a key.
+        for (at, byte) in [(13, 2), (14, 0), (26, 2)] {
             assert_eq!(altered(at, byte), Err(RecordError::Content), "byte {at}");
         }
         assert_eq!(
-            altered(29, 7),
+            altered(27, 7),
             Err(RecordError::Content),
             "a key that there is not"
         );

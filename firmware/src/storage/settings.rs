@@ -7,17 +7,6 @@ use nalgebra::Vector3;
 
 use super::error::RecordError;
 
-/// Which methods fly (design README section 3).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Mode {
-    /// The best ones.
-    #[default]
-    Best,
-    /// The paper's.
-    Paper,
-}
-
 /// How the inertial sensor sits in the UAV: each axis of the body (forward, left, up) is an axis of the sensor, or its
 /// opposite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,8 +65,6 @@ impl Mount {
 pub struct Settings {
     /// Number of the UAV on its link.
     pub uav: u8,
-    /// Which methods fly.
-    pub mode: Mode,
     /// How the inertial sensor sits.
     pub mount: Mount,
     /// Secret of the link; `None` when there is none yet.
@@ -95,7 +82,6 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             uav: 1,
-            mode: Mode::Best,
             mount: Mount::default(),
             key: None,
             downlink_counter: 0,
@@ -109,7 +95,6 @@ impl fmt::Debug for Settings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Settings")
             .field("uav", &self.uav)
-            .field("mode", &self.mode)
             .field("mount", &self.mount)
             .field("has_key", &self.key.is_some())
             .field("downlink_counter", &self.downlink_counter)
@@ -120,7 +105,7 @@ impl fmt::Debug for Settings {
 }
 
 /// Bytes of settings in a record.
-pub(super) const CONTENT: usize = 49;
+pub(super) const CONTENT: usize = 47;
 
 impl Settings {
     /// The next session of the front end: never 0, which a front end shows that has just started.
@@ -133,11 +118,7 @@ impl Settings {
         let mut bytes = [0; CONTENT];
         let mut rest = bytes.as_mut_slice();
         let [x, y, z] = self.mount.0.map(i8::cast_unsigned);
-        let mode = match self.mode {
-            Mode::Best => 0,
-            Mode::Paper => 1,
-        };
-        put(&mut rest, [self.uav, mode, x, y, z, 0]);
+        put(&mut rest, [self.uav, x, y, z]);
         put(&mut rest, self.session.to_le_bytes());
         put(&mut rest, self.downlink_counter.to_le_bytes());
         put(&mut rest, self.uplink_counter.to_le_bytes());
@@ -148,12 +129,7 @@ impl Settings {
 
     pub(super) fn decode(bytes: &[u8; CONTENT]) -> Result<Self, RecordError> {
         let mut rest = bytes.as_slice();
-        let [uav, mode, x, y, z, zero] = take(&mut rest);
-        let mode = match mode {
-            0 => Mode::Best,
-            1 => Mode::Paper,
-            _ => return Err(RecordError::Content),
-        };
+        let [uav, x, y, z] = take(&mut rest);
         let mount = Mount::new([x, y, z].map(u8::cast_signed)).ok_or(RecordError::Content)?;
         let session = u16::from_le_bytes(take(&mut rest));
         let downlink_counter = u32::from_le_bytes(take(&mut rest));
@@ -165,12 +141,8 @@ impl Settings {
             1 => Some(key),
             _ => return Err(RecordError::Content),
         };
-        if zero != 0 {
-            return Err(RecordError::Content);
-        }
         Ok(Self {
             uav,
-            mode,
             mount,
             key,
             downlink_counter,

@@ -82,6 +82,25 @@ impl<F: NorFlash> Store<F> {
         self.refused
     }
 
+    /// Slots that are left in this half; some of them may turn out to be damaged.
+    pub const fn left(&self) -> u32 {
+        (self.end() - self.next) / STEP
+    }
+
+    /// Goes over to the other half when fewer than `slots` slots are left in this one. The erase takes seconds, so a receiver does this
+    /// before it flies.
+    ///
+    /// # Errors
+    /// As [`Store::store`]; also when there is nothing to take along.
+    pub fn make_room(&mut self, slots: u32) -> Result<(), StorageError<F::Error>> {
+        if self.left() >= slots {
+            return Ok(());
+        }
+        let settings = self.settings()?.clone();
+        self.next = self.end();
+        self.store(&settings)
+    }
+
     /// Stores settings. On an error the settings before are still there.
     ///
     /// # Errors
@@ -105,17 +124,25 @@ impl<F: NorFlash> Store<F> {
         Err(StorageError::Worn)
     }
 
+    /// End of the half that is written to.
+    const fn end(&self) -> u32 {
+        if self.next > self.half {
+            2 * self.half
+        } else {
+            self.half
+        }
+    }
+
     /// Offset of a blank slot; the other half is erased when this one has none.
     fn vacant(&mut self) -> Result<u32, StorageError<F::Error>> {
-        let begin = if self.next > self.half { self.half } else { 0 };
-        let end = begin + self.half;
+        let end = self.end();
         while self.next < end {
             if matches!(self.look(self.next), Slot::Blank) {
                 return Ok(self.next);
             }
             self.next += STEP;
         }
-        let other = end % (2 * self.half);
+        let other = if end > self.half { 0 } else { self.half };
         let counts = |at: u32| (other..other + self.half).contains(&at);
         if self.newest_at.is_some_and(counts) {
             return Err(StorageError::Worn);

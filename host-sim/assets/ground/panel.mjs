@@ -137,16 +137,16 @@ export class Panel {
     const place = (values) => values.map((v) => v.toFixed(2)).join(', ');
     figures($('pose'), pose ? [
       ['position east, north, up', `${place(pose.position)} m`],
-      ['its standard deviation', `${pose.sigma[0].toFixed(3)} m`],
-      ['attitude, standard deviation', `${((pose.sigma[1] * 180) / Math.PI).toFixed(2)} deg`],
-      ['velocity, standard deviation', `${pose.sigma[2].toFixed(3)} m/s`],
+      ['\u03c3 of position', `${pose.sigma[0].toFixed(3)} m`],
+      ['\u03c3 of attitude', `${((pose.sigma[1] * 180) / Math.PI).toFixed(2)} deg`],
+      ['\u03c3 of velocity', `${pose.sigma[2].toFixed(3)} m/s`],
       ['GMT', pose.gmt ? `${place(pose.gmt)} m` : 'unknown'],
       ['clock against the GMT', uav.pose?.clock_offset_s == null ? 'unknown' : `${(uav.pose.clock_offset_s * 1e9).toFixed(1)} ns`],
       ['jumps of the pose', String(pose.resets)],
     ] : [['pose', 'none yet']]);
     const { losses } = uav;
     figures($('packets'), [
-      ...Object.entries(uav.packets).map(([kind, count]) => [kind, whole(count)]),
+      ...Object.entries(uav.packets).map(([kind, count]) => [`packets: ${kind}`, whole(count)]),
       ['bytes', whole(uav.bytes)],
       ['lost on the way', whole(losses.lost), losses.lost ? 'warn' : ''],
       ['came late', whole(losses.late)],

@@ -7,7 +7,6 @@ use clap::Subcommand;
 use cslam_core::telemetry::Key;
 use cslam_firmware::storage::Mount;
 
-use crate::commands::fly::Mode;
 use crate::input::InputError;
 use crate::link_key::{self, LinkKey};
 use crate::settings_image;
@@ -43,9 +42,6 @@ enum What {
         file: PathBuf,
         /// The image, which must not exist
         out: PathBuf,
-        /// Whose methods fly
-        #[arg(long, value_enum, default_value_t = Mode::Best)]
-        mode: Mode,
         /// Body axes forward, left, up as axes of the inertial sensor: 1, 2, 3 for its x, y, z, negative for the opposite
         #[arg(
             long,
@@ -61,18 +57,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let (file, LinkKey { uav, key }) = match &args.what {
         What::New { file, uav } => (file, link_key::create(file, *uav)?),
         What::Check { file } => (file, link_key::read(file)?),
-        What::Image {
-            file,
-            out,
-            mode,
-            mount,
-        } => {
+        What::Image { file, out, mount } => {
             let (uav, bytes) = link_key::read_bytes(file)?;
-            let mode = match mode {
-                Mode::Best => cslam_firmware::storage::Mode::Best,
-                Mode::Paper => cslam_firmware::storage::Mode::Paper,
-            };
-            let settings = settings_image::settings(uav, bytes, mode, read_mount(mount)?);
+            let settings = settings_image::settings(uav, bytes, read_mount(mount)?);
             write(out, &settings_image::image(&settings)?)?;
             let key = Key::new(bytes);
             (out, LinkKey { uav, key })

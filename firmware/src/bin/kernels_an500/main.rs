@@ -15,6 +15,7 @@ use cortex_m_rt::entry;
 use cslam_core::ltd::kernels::{Kernels, Native, Portable};
 use cslam_core::ltd::{Channel, Correlator, Detector, Iq, Workspace};
 use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_firmware::front_end::{Checksum, SoftwareCrc};
 use cslam_firmware::front_end_check::{self as check, BLOCKS, Block, CHANNELS, SUBSET};
 use defmt_semihosting as _;
 use semihosting::process::exit;
@@ -42,6 +43,9 @@ fn main() -> ! {
     count("empty", || ());
     costs("", &native, block, work);
     irregular_costs(&native, block, work);
+    black_box(report("", "checksum of a frame, 64 KiB", || {
+        SoftwareCrc.samples(black_box(block))
+    }));
     costs("portable ", &portable, block, work);
 
     let mut equal = true;

@@ -21,13 +21,7 @@ pub(crate) fn flash() -> anyhow::Result<()> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
         .current_dir(root())
-        .args([
-            "run",
-            "--profile",
-            "firmware",
-            "--target",
-            "thumbv7em-none-eabihf",
-        ])
+        .args(["run", "--profile", "board", "--target", "thumbv7em-none-eabihf"])
         .args([
             "-p",
             "cslam-firmware",

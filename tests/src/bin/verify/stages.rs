@@ -47,6 +47,7 @@ const ALL_TESTS: &str =
 const EMULATED_BOARD: &str = "--features=qemu-an500";
 /// The emulated board with the rivals of the networks' table.
 const ALL_BOARD: &str = "--features=qemu-an500,rivals";
+const REAL_BOARD: &str = "--features=stm32h743";
 const LINK_CHECK: &str = "--features=link-check";
 
 /// Every stage, in order.
@@ -128,6 +129,15 @@ pub(crate) const STAGES: &[Stage] = &[
                 THUMB,
                 "-p=cslam-firmware",
                 ALL_BOARD,
+                "--",
+                "-Dwarnings",
+            ]),
+            step(&[
+                "clippy",
+                "--locked",
+                THUMB,
+                "-p=cslam-firmware",
+                REAL_BOARD,
                 "--",
                 "-Dwarnings",
             ]),
@@ -247,6 +257,20 @@ pub(crate) const STAGES: &[Stage] = &[
                 "board `qemu-an500` needs a chip's target",
             ),
         ]),
+    },
+    Stage {
+        name: "h743",
+        what: "the image for the STM32H743 links, fits the budgets and lies where it should; committed sizes",
+        needs: &["toolchain"],
+        work: Work::Steps(&[step(&[
+            "test",
+            "--locked",
+            "--workspace",
+            ALL_TESTS,
+            "--test=h743",
+            "--",
+            "--nocapture",
+        ])]),
     },
     Stage {
         name: "panic-free",

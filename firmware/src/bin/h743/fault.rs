@@ -1,0 +1,115 @@
+//! The end of a program: what went wrong is written where a reset does not clear it, then the chip resets.
+
+use core::mem::MaybeUninit;
+use core::panic::PanicInfo;
+use core::sync::atomic::{AtomicU8, Ordering};
+
+use cortex_m::peripheral::SCB;
+use cortex_m_rt::{ExceptionFrame, exception};
+use cslam_core::telemetry::{self, ResetCause};
+use cslam_firmware::fault::{Cause, FaultRecord, WORDS};
+use cslam_firmware::supervisor::Hung;
+use embassy_stm32::pac;
+
+/// Stage that the receiver is at, for the record.
+pub(crate) static STAGE: AtomicU8 = AtomicU8::new(0);
+
+/// At the top of the DTCM, above the stack: not cached, not cleared at the start, out of reach of a stack that is too deep.
+#[unsafe(link_section = ".fault")]
+static mut RECORD: MaybeUninit<[u32; WORDS]> = MaybeUninit::uninit();
+
+/// Takes the record that the program before this one left behind.
+pub(crate) fn take() -> Option<FaultRecord> {
+    let place = (&raw mut RECORD).cast::<[u32; WORDS]>();
+    // SAFETY: the place is only used here, at the start, and by `end`, which does not return: never by two at a time. Whatever it holds is a
+    // value of integers; volatile, because it was written by another run of the program.
+    let words = unsafe { place.read_volatile() };
+    // SAFETY: as above.
+    unsafe { place.write_volatile([0; WORDS]) };
+    FaultRecord::from_words(&words)
+}
+
+/// Writes the record and resets.
+fn end(record: &FaultRecord) -> ! {
+    let place = (&raw mut RECORD).cast::<[u32; WORDS]>();
+    cortex_m::interrupt::disable();
+    // SAFETY: interrupts are off and this does not return, so nobody else uses the place.
+    unsafe { place.write_volatile(record.to_words()) };
+    cortex_m::asm::dsb();
+    SCB::sys_reset()
+}
+
+fn record(cause: Cause) -> FaultRecord {
+    FaultRecord {
+        cause,
+        program_counter: 0,
+        link_register: 0,
+        status: 0,
+        stage: STAGE.load(Ordering::Relaxed),
+        // The time driver runs as soon as anything does that can fail.
+        uptime_ms: embassy_time::Instant::now().as_millis() as u32,
+    }
+}
+
+/// Ends the program because a task hangs.
+pub(crate) fn hang(hung: Hung) -> ! {
+    defmt::error!("{}", defmt::Display2Format(&hung));
+    end(&FaultRecord {
+        program_counter: u32::from(hung.index),
+        ..record(Cause::Hang)
+    })
+}
+
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    defmt::error!("{}", defmt::Display2Format(info));
+    end(&record(Cause::Panic))
+}
+
+/// defmt's own panics have been logged by defmt already.
+#[defmt::panic_handler]
+fn defmt_panic() -> ! {
+    end(&record(Cause::Panic))
+}
+
+// SAFETY: may be entered with the memory in any state; reads the frame that the hardware has pushed and a register of the processor,
+// writes the record and resets.
+#[exception]
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    // SAFETY: a register that reading does not change.
+    let status = unsafe { (*SCB::PTR).cfsr.read() };
+    end(&FaultRecord {
+        program_counter: frame.pc(),
+        link_register: frame.lr(),
+        status,
+        ..record(Cause::HardFault)
+    })
+}
+
+/// Why the chip began anew, by its own flags, which are cleared.
+pub(crate) fn reset_cause(record: Option<&FaultRecord>) -> ResetCause {
+    let flags = pac::RCC.rsr().read();
+    pac::RCC.rsr().modify(|w| w.set_rmvf(true));
+    match record.map(|record| record.cause) {
+        Some(Cause::Panic) => ResetCause::Panic,
+        Some(Cause::HardFault) => ResetCause::Fault,
+        Some(Cause::Hang) => ResetCause::Watchdog,
+        None if flags.iwdg1rstf() => ResetCause::Watchdog,
+        None if flags.porrstf() => ResetCause::PowerOn,
+        None if flags.borrstf() => ResetCause::BrownOut,
+        None if flags.sftrstf() => ResetCause::Command,
+        None if flags.pinrstf() => ResetCause::Pin,
+        None => ResetCause::Unknown,
+    }
+}
+
+/// The record as the ground is told.
+pub(crate) fn as_event(record: &FaultRecord, cause: ResetCause) -> telemetry::FaultRecord {
+    telemetry::FaultRecord {
+        cause,
+        program_counter: record.program_counter,
+        link_register: record.link_register,
+        stage: record.stage,
+        uptime_ms: record.uptime_ms,
+    }
+}

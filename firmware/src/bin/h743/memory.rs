@@ -1,0 +1,102 @@
+//! Where things lie, and what the caches may do with it.
+//!
+//! | memory | holds | cache |
+//! |---|---|---|
+//! | flash bank 1 | code, constants | instructions and constants |
+//! | flash bank 2, last two sectors | settings | none (MPU) |
+//! | DTCM | stack; at its top the fault record | needs none |
+//! | AXI SRAM | all static data: the receiver | write-back |
+//! | SRAM1 + SRAM2 | three buffers of frames, written by DMA | write-back, thrown away around each DMA |
+//! | SRAM3 | buffers of the small DMAs: both SPIs, UART | none (MPU) |
+//!
+//! Code runs from flash: the kernels' loops fit the instruction cache, and what interrupts them is short. ITCM stays free.
+
+use core::mem::MaybeUninit;
+use core::slice;
+
+use cortex_m::peripheral::{CPUID, MPU, SCB};
+use cslam_firmware::front_end::{Block, FRAME_LENGTH, HEADER_LENGTH};
+
+/// Buffers of frames: one that the DMA fills, one that is worked on, one between them.
+pub(crate) const FRAMES: usize = 3;
+/// Words of a frame.
+const FRAME_WORDS: usize = FRAME_LENGTH / 4;
+
+/// A frame as the DMA writes it. A whole number of cache lines that begins on one, so that throwing lines away touches nothing
+/// else.
+#[repr(C, align(32))]
+pub(crate) struct FrameBuffer {
+    pub(crate) header: [u8; HEADER_LENGTH],
+    pub(crate) samples: Block,
+}
+
+const _: () = assert!(size_of::<FrameBuffer>() == FRAME_LENGTH && FRAME_LENGTH.is_multiple_of(32));
+
+impl FrameBuffer {
+    /// The buffer as the DMA sees it.
+    pub(crate) fn words(&mut self) -> &mut [u32] {
+        // SAFETY: the buffer is FRAME_WORDS words long (asserted above), aligned to 32 bytes, has no padding, and every bit pattern is a
+        // value of it; the borrow of the whole ends with that of the words.
+        unsafe { slice::from_raw_parts_mut((&raw mut *self).cast::<u32>(), FRAME_WORDS) }
+    }
+
+    /// Throws away what the cache holds of the buffer: before the DMA writes, so that no old line is written back over the
+    /// new frame, and after it, since the processor may have fetched lines on its own account.
+    pub(crate) fn forget_cached(&mut self, scb: &mut SCB) {
+        // SAFETY: the buffer is whole cache lines, so nothing else loses what was written to it, and what the buffer itself loses is about to
+        // be, or has just been, overwritten by the DMA.
+        unsafe { scb.invalidate_dcache_by_address(&raw const *self as usize, size_of::<Self>()) };
+    }
+}
+
+/// Sets up MPU and caches. Call it once, before any DMA.
+pub(crate) fn set_up(mpu: &mut MPU, scb: &mut SCB, cpuid: &mut CPUID) {
+    /// Normal memory, not cached, shared, no code, any access.
+    const UNCACHED: u32 = 1 << 28 | 3 << 24 | 1 << 19 | 1 << 18;
+    /// SRAM3, and the two sectors of the settings: address and logarithm of the size.
+    const REGIONS: [(u32, u32); 2] = [(0x3004_0000, 15), (crate::flash::BASE, 18)];
+    cortex_m::asm::dmb();
+    // SAFETY: the MPU is off while its regions are written. They take nothing away: all memory stays as it is by default but that both
+    // regions are not cached, and nothing has been cached of them yet.
+    unsafe {
+        mpu.ctrl.write(0);
+        for (number, (address, size)) in (0u32..).zip(REGIONS) {
+            mpu.rnr.write(number);
+            mpu.rbar.write(address);
+            mpu.rasr.write(UNCACHED | (size - 1) << 1 | 1);
+        }
+        // On, with the default map behind the regions.
+        mpu.ctrl.write(1 << 2 | 1);
+    }
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
+    scb.enable_icache();
+    scb.enable_dcache(cpuid);
+}
+
+/// The buffers of frames.
+///
+/// # Safety
+/// Call it once.
+pub(crate) unsafe fn frames() -> &'static mut [FrameBuffer; FRAMES] {
+    #[unsafe(link_section = ".sram12")]
+    static mut BUFFERS: MaybeUninit<[FrameBuffer; FRAMES]> = MaybeUninit::uninit();
+    // SAFETY: the only reference, by the caller's promise; zeros are a value of plain integers.
+    unsafe {
+        let place = &raw mut BUFFERS;
+        place.write_bytes(0, 1);
+        (*place).assume_init_mut()
+    }
+}
+
+/// A place in SRAM3 for a value through which a DMA goes. Only for the one static that the macro makes.
+macro_rules! in_sram3 {
+    ($type:ty = $value:expr) => {{
+        #[unsafe(link_section = ".sram3")]
+        static mut PLACE: core::mem::MaybeUninit<$type> = core::mem::MaybeUninit::uninit();
+        // SAFETY: whoever uses the macro does so in code that runs once, so this is the only reference. The value is written before it is
+        // read: the section is not initialised.
+        unsafe { (*(&raw mut PLACE)).write($value) }
+    }};
+}
+pub(crate) use in_sram3;

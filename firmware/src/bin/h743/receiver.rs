@@ -1,0 +1,243 @@
+//! The application's task: everything that comes in goes to it in order of time, everything it says goes to the radio.
+
+use core::sync::atomic::Ordering;
+
+use cortex_m::peripheral::SCB;
+use cslam_core::cslam::{Config, Cslam, LinkStates, Memory, PATHS, SweepReport};
+use cslam_core::localization::bsm::BeamSquint;
+use cslam_core::localization::filter::states;
+use cslam_core::lscn::{Classifier, models};
+use cslam_core::ltd::EstimatorConfig;
+use cslam_core::telemetry::{Decoder, Event, FaultRecord, Key, Opener, ResetCause};
+use cslam_firmware::app::{
+    AppConfig, Application, Best, BoardStatus, Downlink, Ground, Map, Observer, Request, Stage, VOXELS,
+};
+use cslam_firmware::board::{Baseband, Clock, Storage};
+use cslam_firmware::front_end::{FrontEnd, Header};
+use cslam_firmware::storage::{Settings, Store};
+use embassy_stm32::gpio::Output;
+use embassy_time::{Duration, Instant, with_timeout};
+
+use crate::baseband::{Link, LinkError};
+use crate::checksum::CrcUnit;
+use crate::flash::SettingsFlash;
+use crate::uav_clock::UavClock;
+use crate::{fault, inertial, radio, stack, supervise};
+
+/// The application of this board.
+pub(crate) type Receiver = Application<'static, Best, VOXELS, { states(2) }, CrcUnit>;
+
+/// Inertial samples wait this long for a sweep that may have begun before them, ns: a frame takes 1.64 ms to come.
+const HOLD_NS: u64 = 20_000_000;
+/// Longest time without looking at everything.
+const ROUND: Duration = Duration::from_millis(2);
+/// Packets of the downlink that are set aside at a time: a day of them.
+pub(crate) const RESERVE: u32 = 1 << 20;
+/// Between two times that the counters of the link are stored. The room made at the start (64 records) lasts ten hours; an erase after
+/// that stops the receiver for two seconds.
+const KEPT: Duration = Duration::from_secs(600);
+/// Between attempts to start the front end.
+const RETRY: Duration = Duration::from_millis(500);
+/// Between two looks at how the board is.
+const STATUS: Duration = Duration::from_secs(1);
+
+/// The parts of the board that the task has for itself.
+pub(crate) struct Board {
+    pub(crate) link: Link,
+    pub(crate) clock: UavClock,
+    /// What the program before this one left behind.
+    pub(crate) left_behind: Option<FaultRecord>,
+    /// Blinks with every sweep.
+    pub(crate) green: Output<'static>,
+    /// On while the front end is not there.
+    pub(crate) red: Output<'static>,
+    /// Where the settings are kept.
+    pub(crate) store: Store<SettingsFlash>,
+    /// The settings as they were stored at the start.
+    pub(crate) settings: Settings,
+}
+
+/// The application with every part in its place. `None` when the models in flash are damaged.
+pub(crate) fn application(
+    unit: CrcUnit,
+    settings: &Settings,
+    key: &Key,
+    reset: ResetCause,
+) -> Option<&'static mut Receiver> {
+    let geometric = Classifier::new(
+        models::geometric().ok()?,
+        models::geometric_without_departure().ok()?,
+    );
+    let config = Config::best(LinkStates::Geometric(geometric.ok()?));
+    let squint = cortex_m::singleton!(: Option<BeamSquint> = None)?;
+    let memory = Memory {
+        estimator: cortex_m::singleton!(: Best = Best::new(&EstimatorConfig::default()))?,
+        squint: squint.insert(config.beam_squint().ok()?),
+        map: cortex_m::singleton!(: Map = Map::new())?,
+    };
+    let front_end = FrontEnd::new(unit, settings.session);
+    // The stored counter is where what was set aside for this start ends.
+    let first = settings.downlink_counter.saturating_sub(RESERVE);
+    let mut downlink = Downlink::new(settings.uav, key, first);
+    downlink.sender().allow(settings.downlink_counter);
+    let ground = Ground {
+        downlink,
+        uplink: Decoder::with(Opener::resume(settings.uav, key, settings.uplink_counter)),
+    };
+    let config_of_app = AppConfig {
+        reset,
+        ..AppConfig::default()
+    };
+    let place = cortex_m::singleton!(: Option<Receiver> = None)?;
+    Some(place.insert(Application::new(
+        config_of_app,
+        front_end,
+        ground,
+        Cslam::new(config, memory),
+    )))
+}
+
+/// Sees the work: where it stands, for a fault record, and every sweep, for a person's eye.
+struct Watch {
+    green: Output<'static>,
+}
+
+impl Observer for Watch {
+    fn stage<R>(&mut self, stage: Stage, work: impl FnOnce() -> R) -> R {
+        let before = fault::STAGE.swap(stage as u8, Ordering::Relaxed);
+        let result = work();
+        fault::STAGE.store(before, Ordering::Relaxed);
+        // A sweep's end is several stages: each is progress.
+        supervise::RECEIVER.mark();
+        result
+    }
+
+    fn swept(&mut self, report: &SweepReport<PATHS>) {
+        self.green.toggle();
+        defmt::info!("sweep {=u32}: {=usize} paths", report.sweep, report.paths.len());
+    }
+}
+
+/// Flies as long as the board runs.
+#[embassy_executor::task]
+pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
+    let Board {
+        mut link,
+        clock,
+        left_behind,
+        green,
+        mut red,
+        mut store,
+        mut settings,
+    } = board;
+    let mut watch = Watch { green };
+    let mut front_end_due = Some(Instant::now());
+    let mut status_due = Instant::now();
+    let mut kept_until = Instant::now() + KEPT;
+    let mut busy_ns = 0;
+    if let Some(record) = left_behind {
+        app.announce(Event::Reset(record));
+    }
+    loop {
+        supervise::RECEIVER.mark();
+        if let Some(due) = front_end_due
+            && Instant::now() >= due
+        {
+            match link.open(settings.session).await {
+                Ok(()) => {
+                    defmt::info!("front end: session {=u16} is open", settings.session);
+                    red.set_low();
+                    front_end_due = None;
+                }
+                Err(error) => {
+                    defmt::error!("{}", defmt::Display2Format(&error));
+                    red.set_high();
+                    front_end_due = Some(Instant::now() + RETRY);
+                }
+            }
+        }
+        let frame = with_timeout(ROUND, link.frame()).await;
+        let began_ns = clock.now_ns();
+        match frame {
+            Ok(Ok(filled)) => {
+                // A sweep needs the motion up to its beginning, and no further.
+                if let Ok(header) = Header::decode(filled.header) {
+                    inertial_samples(app, header.sweep_ns, &mut watch);
+                }
+                if let Err(error) = app.frame(filled.header, filled.samples, &mut watch) {
+                    defmt::warn!("{}", defmt::Display2Format(&error));
+                }
+                link.release();
+            }
+            Ok(Err(LinkError::Cut(frames))) => {
+                defmt::warn!("{}", LinkError::Cut(frames));
+                (0..frames).for_each(|_| app.front_end().cut());
+            }
+            Ok(Err(error @ LinkError::Control(_))) => defmt::warn!("{}", defmt::Display2Format(&error)),
+            Err(_nothing_came) => {}
+        }
+        let now_ns = clock.now_ns();
+        inertial_samples(app, now_ns.saturating_sub(HOLD_NS), &mut watch);
+        talk(app, now_ns, &mut watch);
+        let reboot = app.request() == Some(Request::Reboot);
+        if reboot || Instant::now() >= kept_until || app.downlink().sender().left() < RESERVE / 2 {
+            kept_until = Instant::now() + KEPT;
+            keep(app, &mut settings, &mut store);
+        }
+        if reboot {
+            SCB::sys_reset();
+        }
+        busy_ns += clock.now_ns().saturating_sub(began_ns);
+        if Instant::now() >= status_due {
+            status_due = Instant::now() + STATUS;
+            app.set_status(BoardStatus {
+                load: busy_ns as f32 / STATUS.as_micros() as f32 * 1e-3,
+                free_stack: stack::free(),
+                imu_lost: inertial::LOST.load(Ordering::Relaxed),
+                imu_damaged: inertial::DAMAGED.load(Ordering::Relaxed),
+            });
+            busy_ns = 0;
+        }
+    }
+}
+
+/// Inertial samples up to a time.
+fn inertial_samples(app: &mut Receiver, until_ns: u64, watch: &mut Watch) {
+    while let Ok(sample) = inertial::SAMPLES.try_peek() {
+        if sample.time_ns > until_ns {
+            return;
+        }
+        let _the_one_just_seen = inertial::SAMPLES.try_receive();
+        app.imu(&sample, watch);
+    }
+}
+
+/// Stores how far the counters of the link have come: a write of 128 bytes, less than a millisecond.
+fn keep(app: &mut Receiver, settings: &mut Settings, store: &mut Store<SettingsFlash>) {
+    let sender = app.downlink().sender();
+    settings.downlink_counter = sender.counter().saturating_add(RESERVE);
+    settings.uplink_counter = app.uplink_counter();
+    match store.save(settings) {
+        Ok(()) => app.downlink().sender().allow(settings.downlink_counter),
+        Err(error) => {
+            defmt::error!("{}", defmt::Display2Format(&error));
+            app.announce(Event::StorageDamaged(0));
+        }
+    }
+}
+
+/// Both ways of the radio, without waiting.
+fn talk(app: &mut Receiver, now_ns: u64, watch: &mut Watch) {
+    let mut bytes = [0; 64];
+    while let Ok(length) = radio::UP.try_read(&mut bytes) {
+        app.uplink(now_ns, bytes.get(..length).unwrap_or_default(), watch);
+    }
+    app.elapse(now_ns.saturating_sub(HOLD_NS), watch);
+    while radio::DOWN.free_capacity() >= bytes.len() {
+        let taken = app.downlink().take(&mut bytes);
+        if taken == 0 {
+            return;
+        }
+        let _all = radio::DOWN.try_write(bytes.get(..taken).unwrap_or_default());
+    }
+}

@@ -1,0 +1,86 @@
+//! What the library half does for a board, whatever its devices answer: FIFO, settings, mount, supervision, fault record.
+//!
+//! Of the asynchronous drivers only what they do between two transfers: a future that is polled after its end panics by design, and the compiler does not see
+//! that no executor does so.
+
+use core::hint::black_box;
+
+use cslam_core::geometry::Vector3;
+use cslam_core::localization::ImuSample;
+use cslam_firmware::board::Storage;
+use cslam_firmware::fault::{FaultRecord, WORDS};
+use cslam_firmware::icm42688::{Fifo, Samples, TRANSFER};
+use cslam_firmware::storage::{Mount, Settings, Store};
+use cslam_firmware::supervisor::{Progress, Supervisor, Watched};
+use embedded_storage::nor_flash::{self, NorFlash, NorFlashErrorKind, ReadNorFlash};
+
+/// A flash of which the compiler knows nothing.
+struct Opaque;
+
+impl nor_flash::ErrorType for Opaque {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for Opaque {
+    const READ_SIZE: usize = 4;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        black_box((offset, bytes));
+        black_box(Ok(()))
+    }
+
+    fn capacity(&self) -> usize {
+        black_box(0)
+    }
+}
+
+impl NorFlash for Opaque {
+    const WRITE_SIZE: usize = 32;
+    const ERASE_SIZE: usize = 128 * 1024;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        black_box((from, to));
+        black_box(Ok(()))
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        black_box((offset, bytes));
+        black_box(Ok(()))
+    }
+}
+
+/// Uses all of it.
+pub(crate) fn drive() {
+    if let Ok(mut store) = Store::open(Opaque) {
+        let settings = store.load().unwrap_or_default();
+        black_box(store.make_room(black_box(1)).is_ok());
+        let next = Settings {
+            session: settings.next_session(),
+            ..settings
+        };
+        black_box((store.save(&next).is_ok(), store.refused(), store.left()));
+    }
+    let mount = Mount::new(black_box([1, 2, 3])).unwrap_or_default();
+    black_box(mount.to_body(&black_box(ImuSample {
+        time_ns: 0,
+        rate_rad_per_s: Vector3::zeros(),
+        specific_force_m_per_s2: Vector3::zeros(),
+    })));
+    let mut fifo = Fifo::new();
+    let mut samples = Samples::new();
+    while black_box(fifo.request()) > 0 {
+        black_box(fifo.answer(&black_box([0; TRANSFER]), black_box(0), &mut samples));
+        black_box((fifo.counters(), samples.as_slice()));
+    }
+    let record = FaultRecord::from_words(&black_box([0; WORDS]));
+    black_box(record.map(|record| record.to_words()));
+    let progress = Progress::new();
+    let tasks = [Watched {
+        name: "task",
+        progress: &progress,
+        deadline_ns: black_box(0),
+    }];
+    let mut supervisor = Supervisor::new(tasks, black_box(0));
+    progress.mark();
+    black_box(supervisor.check(black_box(0)).is_ok());
+}
