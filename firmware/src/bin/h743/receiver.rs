@@ -38,6 +38,8 @@ pub(crate) const RESERVE: u32 = 1 << 20;
 const KEPT: Duration = Duration::from_secs(600);
 /// Between attempts to start the front end.
 const RETRY: Duration = Duration::from_millis(500);
+/// No frame for this long, and a new session is opened: a front end that has restarted sends none of its own accord.
+const SILENCE: Duration = Duration::from_secs(3);
 /// Between two looks at how the board is.
 const STATUS: Duration = Duration::from_secs(1);
 
@@ -151,6 +153,7 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
     } = board;
     let mut watch = Watch { green };
     let mut front_end_due = Some(Instant::now());
+    let mut last_frame = Instant::now();
     let mut status_due = Instant::now();
     let mut kept_until = Instant::now() + KEPT;
     let mut busy_ns = 0;
@@ -167,6 +170,7 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
                     defmt::info!("front end: session {=u16} is open", settings.session);
                     red.set_low();
                     front_end_due = None;
+                    last_frame = Instant::now();
                 }
                 Err(error) => {
                     defmt::error!("{}", defmt::Display2Format(&error));
@@ -175,10 +179,20 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
                 }
             }
         }
+        if front_end_due.is_none() && last_frame.elapsed() >= SILENCE {
+            settings.session = settings.next_session();
+            app.front_end().reopen(settings.session);
+            defmt::warn!(
+                "front end: no frame for 3 s: does it hear the GMT? opening session {=u16}",
+                settings.session
+            );
+            front_end_due = Some(Instant::now());
+        }
         let frame = with_timeout(ROUND, link.frame()).await;
         let began_ns = clock.now_ns();
         match frame {
             Ok(Ok(filled)) => {
+                last_frame = Instant::now();
                 // A sweep needs the motion up to its beginning, and no further.
                 if let Ok(header) = Header::decode(filled.header) {
                     inertial_samples(app, header.sweep_ns, &mut watch);
