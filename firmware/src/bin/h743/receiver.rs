@@ -58,6 +58,10 @@ pub(crate) struct Board {
 }
 
 /// The application with every part in its place. `None` when the models in flash are damaged.
+///
+/// Each large part is built by a function of its own, never inlined: what it needs on the stack on the way to its place is given back
+/// before the next one is built. In `main`, which never ends, it would stay there for ever.
+#[inline(never)]
 pub(crate) fn application(
     unit: CrcUnit,
     settings: &Settings,
@@ -69,11 +73,10 @@ pub(crate) fn application(
         models::geometric_without_departure().ok()?,
     );
     let config = Config::best(LinkStates::Geometric(geometric.ok()?));
-    let squint = cortex_m::singleton!(: Option<BeamSquint> = None)?;
     let memory = Memory {
-        estimator: cortex_m::singleton!(: Best = Best::new(&EstimatorConfig::default()))?,
-        squint: squint.insert(config.beam_squint().ok()?),
-        map: cortex_m::singleton!(: Map = Map::new())?,
+        estimator: estimator()?,
+        squint: squint(&config)?,
+        map: map()?,
     };
     let front_end = FrontEnd::new(unit, settings.session);
     // The stored counter is where what was set aside for this start ends.
@@ -95,6 +98,22 @@ pub(crate) fn application(
         ground,
         Cslam::new(config, memory),
     )))
+}
+
+#[inline(never)]
+fn estimator() -> Option<&'static mut Best> {
+    cortex_m::singleton!(: Best = Best::new(&EstimatorConfig::default()))
+}
+
+#[inline(never)]
+fn squint(config: &Config<'_>) -> Option<&'static mut BeamSquint> {
+    let place = cortex_m::singleton!(: Option<BeamSquint> = None)?;
+    Some(place.insert(config.beam_squint().ok()?))
+}
+
+#[inline(never)]
+fn map() -> Option<&'static mut Map> {
+    cortex_m::singleton!(: Map = Map::new())
 }
 
 /// Sees the work: where it stands, for a fault record, and every sweep, for a person's eye.
