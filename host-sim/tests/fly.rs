@@ -75,7 +75,7 @@ fn a_path_list_flies_and_writes_everything() {
     assert_eq!(u64::from(counters.map_points), vertices(&out.join("map.ply")));
     let bytes_per_point = report["telemetry"]["bytes_per_point"].as_f64().expect("known");
     assert!(
-        bytes_per_point > 4.0 && bytes_per_point < 9.0,
+        bytes_per_point > 4.0 && bytes_per_point < 8.0,
         "{bytes_per_point} bytes a point"
     );
     let rmse_m = report["map"]["point_rmse_m"].as_f64().expect("known");

@@ -6,17 +6,23 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 use cslam_tests::cost::{counts, rises};
-use cslam_tests::elf::{Section, sections};
+use cslam_tests::elf::{Section, code, frame, sections};
 use cslam_tests::root;
 
 /// Bytes that the design allows (README section 6).
 const FLASH: u32 = 512 * 1024;
 const STATIC: u32 = 400 * 1024;
 
-/// Builds the image, once for all tests.
+/// Sections of the image.
 fn image() -> &'static [Section] {
     static SECTIONS: OnceLock<Vec<Section>> = OnceLock::new();
-    SECTIONS.get_or_init(|| {
+    SECTIONS.get_or_init(|| sections(file()).expect("an ELF file"))
+}
+
+/// Builds the image, once for all tests.
+fn file() -> &'static [u8] {
+    static FILE: OnceLock<Vec<u8>> = OnceLock::new();
+    FILE.get_or_init(|| {
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
         let output = Command::new(cargo)
             .current_dir(root())
@@ -42,8 +48,7 @@ fn image() -> &'static [Section] {
             .find(|part| part.ends_with("/cslam-h743"))
             .expect("cargo names the image")
             .into();
-        let file = std::fs::read(path).expect("the image");
-        sections(&file).expect("an ELF file")
+        std::fs::read(path).expect("the image")
     })
 }
 
@@ -99,6 +104,18 @@ fn it_takes_no_more_than_committed() {
     let committed = std::fs::read_to_string(root().join("tests/golden/h743_size.txt")).expect("the table");
     let rises = rises(&counts(&committed), &counts(&measured));
     assert!(rises.is_empty(), "{}", rises.join("\n"));
+}
+
+/// `main` never ends, so whatever it has on the stack while it builds the receiver would stay there in flight.
+#[test]
+fn main_leaves_the_stack_to_the_flight() {
+    let main = code(file(), "__cortex_m_rt_main").expect("the image has a main");
+    let bytes = frame(main);
+    println!("main's frame: {bytes} bytes");
+    assert!(
+        (1..=4096).contains(&bytes),
+        "{bytes} bytes of stack are held by main"
+    );
 }
 
 #[test]

@@ -159,6 +159,9 @@ try {
   const started = Date.now();
   await points(big, 999_999);
   console.error(`a million points on the page after ${((Date.now() - started) / 1000).toFixed(1)} s`);
+  // They are uploaded once, with the frames that show them first.
+  const shown = Number((await marks(big)).frames);
+  await big.waitForFunction((n) => Number(document.body.dataset.frames) > n + 2, shown);
   const upload = await big.evaluate(() => new Promise((resolve) => {
     // Bytes that go to the graphics memory while the map changes a little.
     let bytes = 0;

@@ -12,7 +12,7 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// How long a point waits by default, ns: 8 s. At one point a second or more that makes a point cost less than 8 bytes.
+    /// How long a point waits by default, ns: 8 s. From a dozen points on, one costs less than 8 bytes.
     pub const LIMIT_NS: u64 = 8_000_000_000;
 
     /// An empty batch whose points wait no longer than `limit_ns`.

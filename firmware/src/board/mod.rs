@@ -9,7 +9,7 @@
 //! | [`Imu`] | [`Inertial`]: [`Icm42688`](crate::icm42688::Icm42688) over any [`embedded_hal_async::spi::SpiDevice`] |
 //! | [`Baseband`] | the board's DMA, with [`Control`](crate::front_end::Control) over any SPI device for the registers |
 //! | [`Downlink`] | anything that is [`embedded_io_async::Write`] |
-//! | [`Storage`] | [`Store`](crate::storage::Store) over any [`embedded_storage::nor_flash::NorFlash`] |
+//! | [`Storage`] | [`Store`] over any [`embedded_storage::nor_flash::NorFlash`] |
 
 // Futures of a board run on its one executor and need not be `Send`.
 #![allow(async_fn_in_trait)]

@@ -25,6 +25,9 @@ pub use error::ReceiveError;
 /// The map that a board has room for: about 120 KiB of static memory.
 pub type BoardMap = PointCloud<4096>;
 
+/// Points wait until a batch is full: a list of measurements has no clock, and nobody who watches.
+const PATIENCE_NS: u64 = u64::MAX;
+
 /// What one call did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -84,7 +87,7 @@ impl<'m, const N: usize> Receiver<'m, N> {
             gates,
             map,
             sender,
-            batch: Batch::default(),
+            batch: Batch::new(PATIENCE_NS),
             sweeps: Sweeps::default(),
             answer: None,
             counters: Counters::default(),

@@ -150,7 +150,7 @@ export class Panel {
       ['bytes', whole(uav.bytes)],
       ['lost on the way', whole(losses.lost), losses.lost ? 'warn' : ''],
       ['came late', whole(losses.late)],
-      ['restarts of the numbering', whole(losses.jumps)],
+      ['restarts of the UAV', whole(losses.restarts), losses.restarts ? 'warn' : ''],
     ]);
     const { health } = uav;
     const silent = health ? this.clock() - health.seen_s : 0;

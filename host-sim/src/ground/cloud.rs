@@ -299,7 +299,8 @@ mod tests {
         assert_eq!(cloud.take_changed(2), [1, 2]);
         assert_eq!(cloud.take_changed(9), [0]);
         assert!(cloud.take_changed(9).is_empty());
+        cloud.insert(1, &at(9.5, 0.5), 0.0);
         cloud.insert(1, &at(3.5, 0.5), 0.0);
-        assert_eq!(cloud.take_changed(9), [1]);
+        assert_eq!(cloud.take_changed(9), [1, 2]);
     }
 }

@@ -14,9 +14,6 @@ use super::model::{Config, Event, Health, Heard, Link, Message, Point, Pose, Pos
 /// Sources whose half frames are remembered.
 const MOST_SOURCES: usize = 1024;
 
-/// Numbers that a UAV may skip at a reset: a gap as long as that is no loss.
-pub const RESERVED: u32 = 512;
-
 /// A frame of a source in the making.
 #[derive(Clone, Debug, Default)]
 struct Stream {

@@ -9,7 +9,6 @@ use super::decode::{Ears, Told};
 use super::hub::Hub;
 use super::inputs::{Said, Source};
 use super::mavlink;
-use super::model::{Heard, Message};
 use super::record::Recording;
 
 /// How long nothing may come before heartbeats and the wish to end are looked at.
@@ -80,7 +79,7 @@ impl Engine {
         hub.station().input(&source.input, bytes.len());
         self.ears.push(source, bytes, |told| match told {
             Told::Packet(heard, frame) => {
-                time_s = clock_s(heard).or(time_s);
+                time_s = heard.message.time_s().or(time_s);
                 hub.station().hear(heard, frame.len(), now_s);
                 if let Some(mavlink) = mavlink {
                     mavlink.hear(heard, now_s);
@@ -126,16 +125,5 @@ impl Engine {
             recording.finish(&cloud, time_ns)?;
         }
         Ok(())
-    }
-}
-
-/// Time of the UAV's clock that a packet tells, s.
-fn clock_s(heard: &Heard) -> Option<f64> {
-    match &heard.message {
-        Message::Pose(pose) => Some(pose.time_s),
-        Message::Link(link) => Some(link.time_s),
-        Message::Health(health) => Some(health.time_s),
-        Message::Event(event) => Some(event.time_s),
-        Message::Points { .. } | Message::Config(_) => None,
     }
 }

@@ -30,7 +30,7 @@ use std::sync::mpsc::SyncSender;
 use std::thread::{self, JoinHandle};
 
 use cloud::Size;
-use decode::{Ears, RESERVED};
+use decode::Ears;
 use engine::Engine;
 use hub::Hub;
 use inputs::{Said, Udp};
@@ -122,7 +122,7 @@ impl Running {
                 .map(|to| format!("recording to {}", to.display())),
         );
         outputs.extend(options.mavlink.map(|to| format!("MAVLink to {to}")));
-        let station = Station::new(options.size, RESERVED);
+        let station = Station::new(options.size);
         let hub = Arc::new(Hub::new(station, outputs, scene.as_ref().map(edges)));
         let engine = Engine::new(
             Arc::clone(&hub),

@@ -36,6 +36,19 @@ pub enum Message {
     Config(Config),
 }
 
+impl Message {
+    /// Time of the UAV's clock that it tells, s.
+    pub fn time_s(&self) -> Option<f64> {
+        match self {
+            Self::Pose(pose) => Some(pose.time_s),
+            Self::Link(link) => Some(link.time_s),
+            Self::Health(health) => Some(health.time_s),
+            Self::Event(event) => Some(event.time_s),
+            Self::Points { .. } | Self::Config(_) => None,
+        }
+    }
+}
+
 /// A reflection point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Point {

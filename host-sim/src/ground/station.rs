@@ -29,26 +29,23 @@ pub struct Station {
     /// Frames that were refused, by reason.
     refused: BTreeMap<&'static str, u64>,
     inputs: BTreeMap<String, Input>,
-    /// Numbers that a sender may skip at a reset.
-    reserved: u32,
 }
 
 impl Station {
-    /// A station that has heard nothing. `reserved` is how many packet numbers a UAV may skip at a reset.
-    pub fn new(size: Size, reserved: u32) -> Self {
+    /// A station that has heard nothing.
+    pub fn new(size: Size) -> Self {
         Self {
             cloud: Cloud::new(size),
             uavs: BTreeMap::new(),
             refused: BTreeMap::new(),
             inputs: BTreeMap::new(),
-            reserved,
         }
     }
 
     /// Takes in a packet that took `bytes` bytes on the wire, at a time of the station, s.
     pub fn hear(&mut self, heard: &Heard, bytes: usize, now_s: f64) {
         let uav = self.uavs.entry(heard.uav).or_default();
-        uav.hear(heard, bytes, self.reserved, now_s);
+        uav.hear(heard, bytes, now_s);
         if let Message::Points { points } = &heard.message {
             for point in points {
                 self.cloud.insert(heard.uav, point, now_s as f32);

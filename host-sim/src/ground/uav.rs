@@ -15,6 +15,9 @@ pub const MOST_EVENTS: usize = 64;
 /// A UAV is stale when it has not been heard for so long, s: poses come ten times a second.
 pub const STALE_AFTER_S: f64 = 2.0;
 
+/// A clock that goes back by so much began anew, s.
+const RESTARTED_S: f64 = 1.0;
+
 /// Something with the station's time at which it came, s.
 #[derive(Clone, Debug, PartialEq)]
 pub struct At<T> {
@@ -35,6 +38,8 @@ pub struct Uav {
     pub bytes: u64,
     /// Points that came.
     pub points: u64,
+    /// Latest time of its clock, s.
+    pub clock_s: f64,
     /// What was lost on the way.
     pub losses: Losses,
     /// Last pose.
@@ -68,11 +73,19 @@ impl Uav {
     }
 
     /// Takes in a packet of `bytes` bytes, points excepted.
-    pub(super) fn hear(&mut self, heard: &Heard, bytes: usize, reserved: u32, now_s: f64) {
+    pub(super) fn hear(&mut self, heard: &Heard, bytes: usize, now_s: f64) {
         self.seen_s = now_s;
         self.changed = true;
         self.bytes += bytes as u64;
-        self.losses.count(heard.counter, reserved);
+        self.losses.count(heard.counter);
+        if let Some(time_s) = heard.message.time_s() {
+            // Packets that overtake each other are not so far apart.
+            if time_s < self.clock_s - RESTARTED_S {
+                self.losses.restart();
+                self.clock_s = time_s;
+            }
+            self.clock_s = self.clock_s.max(time_s);
+        }
         *self.kinds.entry(kind(&heard.message)).or_default() += 1;
         match &heard.message {
             Message::Points { points } => self.points += points.len() as u64,

@@ -16,6 +16,7 @@ use core::slice;
 
 use cortex_m::peripheral::{CPUID, MPU, SCB};
 use cslam_firmware::front_end::{Block, FRAME_LENGTH, HEADER_LENGTH};
+use embassy_stm32::pac;
 
 /// Buffers of frames: one that the DMA fills, one that is worked on, one between them.
 pub(crate) const FRAMES: usize = 3;
@@ -49,12 +50,18 @@ impl FrameBuffer {
     }
 }
 
-/// Sets up MPU and caches. Call it once, before any DMA.
+/// Turns the memories on, sets up MPU and caches. Call it once, before anything uses SRAM1 to SRAM3.
 pub(crate) fn set_up(mpu: &mut MPU, scb: &mut SCB, cpuid: &mut CPUID) {
     /// Normal memory, not cached, shared, no code, any access.
     const UNCACHED: u32 = 1 << 28 | 3 << 24 | 1 << 19 | 1 << 18;
     /// SRAM3, and the two sectors of the settings: address and logarithm of the size.
     const REGIONS: [(u32, u32); 2] = [(0x3004_0000, 15), (crate::flash::BASE, 18)];
+    // The memories of that bus have clocks of their own, which are off after a reset.
+    pac::RCC.ahb2enr().modify(|w| {
+        w.set_sram1en(true);
+        w.set_sram2en(true);
+        w.set_sram3en(true);
+    });
     cortex_m::asm::dmb();
     // SAFETY: the MPU is off while its regions are written. They take nothing away: all memory stays as it is by default but that both
     // regions are not cached, and nothing has been cached of them yet.

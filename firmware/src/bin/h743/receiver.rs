@@ -38,6 +38,8 @@ pub(crate) const RESERVE: u32 = 1 << 20;
 const KEPT: Duration = Duration::from_secs(600);
 /// Between attempts to start the front end.
 const RETRY: Duration = Duration::from_millis(500);
+/// No frame for this long, and a new session is opened: a front end that has restarted sends none of its own accord.
+const SILENCE: Duration = Duration::from_secs(3);
 /// Between two looks at how the board is.
 const STATUS: Duration = Duration::from_secs(1);
 
@@ -58,6 +60,10 @@ pub(crate) struct Board {
 }
 
 /// The application with every part in its place. `None` when the models in flash are damaged.
+///
+/// Each large part is built by a function of its own, never inlined: what it needs on the stack on the way to its place is given back
+/// before the next one is built. In `main`, which never ends, it would stay there for ever.
+#[inline(never)]
 pub(crate) fn application(
     unit: CrcUnit,
     settings: &Settings,
@@ -69,11 +75,10 @@ pub(crate) fn application(
         models::geometric_without_departure().ok()?,
     );
     let config = Config::best(LinkStates::Geometric(geometric.ok()?));
-    let squint = cortex_m::singleton!(: Option<BeamSquint> = None)?;
     let memory = Memory {
-        estimator: cortex_m::singleton!(: Best = Best::new(&EstimatorConfig::default()))?,
-        squint: squint.insert(config.beam_squint().ok()?),
-        map: cortex_m::singleton!(: Map = Map::new())?,
+        estimator: estimator()?,
+        squint: squint(&config)?,
+        map: map()?,
     };
     let front_end = FrontEnd::new(unit, settings.session);
     // The stored counter is where what was set aside for this start ends.
@@ -95,6 +100,22 @@ pub(crate) fn application(
         ground,
         Cslam::new(config, memory),
     )))
+}
+
+#[inline(never)]
+fn estimator() -> Option<&'static mut Best> {
+    cortex_m::singleton!(: Best = Best::new(&EstimatorConfig::default()))
+}
+
+#[inline(never)]
+fn squint(config: &Config<'_>) -> Option<&'static mut BeamSquint> {
+    let place = cortex_m::singleton!(: Option<BeamSquint> = None)?;
+    Some(place.insert(config.beam_squint().ok()?))
+}
+
+#[inline(never)]
+fn map() -> Option<&'static mut Map> {
+    cortex_m::singleton!(: Map = Map::new())
 }
 
 /// Sees the work: where it stands, for a fault record, and every sweep, for a person's eye.
@@ -132,6 +153,7 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
     } = board;
     let mut watch = Watch { green };
     let mut front_end_due = Some(Instant::now());
+    let mut last_frame = Instant::now();
     let mut status_due = Instant::now();
     let mut kept_until = Instant::now() + KEPT;
     let mut busy_ns = 0;
@@ -148,6 +170,7 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
                     defmt::info!("front end: session {=u16} is open", settings.session);
                     red.set_low();
                     front_end_due = None;
+                    last_frame = Instant::now();
                 }
                 Err(error) => {
                     defmt::error!("{}", defmt::Display2Format(&error));
@@ -156,10 +179,20 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
                 }
             }
         }
+        if front_end_due.is_none() && last_frame.elapsed() >= SILENCE {
+            settings.session = settings.next_session();
+            app.front_end().reopen(settings.session);
+            defmt::warn!(
+                "front end: no frame for 3 s: does it hear the GMT? opening session {=u16}",
+                settings.session
+            );
+            front_end_due = Some(Instant::now());
+        }
         let frame = with_timeout(ROUND, link.frame()).await;
         let began_ns = clock.now_ns();
         match frame {
             Ok(Ok(filled)) => {
+                last_frame = Instant::now();
                 // A sweep needs the motion up to its beginning, and no further.
                 if let Ok(header) = Header::decode(filled.header) {
                     inertial_samples(app, header.sweep_ns, &mut watch);
