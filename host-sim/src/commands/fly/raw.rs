@@ -12,10 +12,9 @@ use cslam_core::localization::hpc;
 use cslam_core::lscn::{Classifier, PaperClassifier, models};
 use cslam_core::ltd::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator};
 
-use cslam_core::telemetry::{Decoder, Key};
-use cslam_firmware::app::{AppConfig, Application, Downlink, Ground, Map, VOXELS};
+use cslam_firmware::app::{AppConfig, Application, Map, VOXELS};
 use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
-use cslam_firmware::sensor_stream::{SESSION, UAV};
+use cslam_firmware::sensor_stream::SESSION;
 
 use super::{Args, Config, Flown, Mode};
 use crate::flight_log::{FlightLog, Header};
@@ -186,7 +185,7 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
     let mut receiver = Application::new(
         AppConfig::default(),
         FrontEnd::new(SoftwareCrc, SESSION),
-        ground(),
+        raw_flight::ground(),
         cslam,
     );
     Ok(raw_flight::fly(

@@ -5,20 +5,22 @@ use std::{fs, io};
 
 use crate::command::{output_of, status, tool};
 
-/// The chip's target.
-const TARGET: &str = "thumbv7em-none-eabihf";
+/// The chips' targets: a Cortex-M7's, and that of its successors.
+const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "thumbv8m.main-none-eabihf"];
 /// Parts of the compiler that the checks call.
 const COMPONENTS: [&str; 2] = ["rustfmt", "clippy"];
 /// Reads the log of an image built with the `defmt` of Cargo.lock.
 const DECODER: [&str; 5] = ["install", "--locked", "defmt-print", "--version", "1.2.0"];
 
-/// The compiler's components and the chip's target, by rustup.
+/// The compiler's components and the chips' targets, by rustup.
 pub(crate) fn toolchain() -> Result<(), String> {
     let Some(targets) = output_of("rustup", &["target", "list", "--installed"]) else {
         return toolchain_without_rustup();
     };
-    if !targets.lines().any(|line| line.trim() == TARGET) {
-        install("rustup", &["target", "add", TARGET])?;
+    for target in TARGETS {
+        if !targets.lines().any(|line| line.trim() == target) {
+            install("rustup", &["target", "add", target])?;
+        }
     }
     let components = output_of("rustup", &["component", "list", "--installed"]).unwrap_or_default();
     for component in COMPONENTS {
@@ -31,14 +33,16 @@ pub(crate) fn toolchain() -> Result<(), String> {
 
 /// A compiler of the system may have it all as well.
 fn toolchain_without_rustup() -> Result<(), String> {
-    let library = output_of("rustc", &["--print", "target-libdir", "--target", TARGET]);
-    let has_target = library.is_some_and(|folder| Path::new(folder.trim()).is_dir());
+    let has_target = |target| {
+        let library = output_of("rustc", &["--print", "target-libdir", "--target", target]);
+        library.is_some_and(|folder| Path::new(folder.trim()).is_dir())
+    };
     let has = |program| output_of(program, &["--version"]).is_some();
-    if has_target && has("cargo-clippy") && has("rustfmt") {
+    if TARGETS.into_iter().all(has_target) && has("cargo-clippy") && has("rustfmt") {
         Ok(())
     } else {
         Err(format!(
-            "rustup is missing, and with it the target {TARGET}; install it from https://rustup.rs"
+            "rustup is missing, and with it a target of {TARGETS:?}; install it from https://rustup.rs"
         ))
     }
 }

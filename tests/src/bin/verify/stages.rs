@@ -48,7 +48,9 @@ const EMULATED_BOARD: &str = "--features=qemu-an500";
 /// The emulated board with the rivals of the networks' table.
 const ALL_BOARD: &str = "--features=qemu-an500,rivals";
 const REAL_BOARD: &str = "--features=stm32h743";
-const LINK_CHECK: &str = "--features=link-check";
+const LINK_CHECK: &str = "--features=link-check,cslam-core/armv7em";
+/// The same without the kernels in assembly, for processors that do not have their instructions.
+const LINK_CHECK_PORTABLE: &str = "--features=link-check";
 
 /// Every stage, in order.
 pub(crate) const STAGES: &[Stage] = &[
@@ -274,16 +276,44 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "panic-free",
-        what: "the flight path links for the STM32H743 without a reachable panic",
+        what: "the flight path links for the STM32H743, and for Armv8-M, without a reachable panic",
         needs: &["toolchain"],
+        work: Work::Steps(&[
+            step(&[
+                "build",
+                "--locked",
+                "--profile=firmware",
+                THUMB,
+                "-p=cslam-firmware",
+                LINK_CHECK,
+                "--bin=panic-free",
+            ]),
+            step(&[
+                "build",
+                "--locked",
+                "--profile=firmware",
+                "--target=thumbv8m.main-none-eabihf",
+                "-p=cslam-firmware",
+                LINK_CHECK_PORTABLE,
+                "--bin=panic-free",
+            ]),
+        ]),
+    },
+    Stage {
+        name: "loop",
+        what: "the emulated Cortex-M7 flies a minute in the loop with the world: bytes of the host, budgets, committed counts",
+        needs: &["toolchain", "qemu", "defmt-print", "firmware"],
         work: Work::Steps(&[step(&[
-            "build",
+            "run",
+            "--release",
             "--locked",
-            "--profile=firmware",
-            THUMB,
-            "-p=cslam-firmware",
-            LINK_CHECK,
-            "--bin=panic-free",
+            "-p=cslam-tests",
+            "--features=fw",
+            "--bin=fw",
+            "--",
+            "--seconds=60",
+            "--count",
+            "--check=tests/golden/receiver_cost.txt",
         ])]),
     },
     Stage {
