@@ -30,9 +30,13 @@ pub(super) struct Schedule {
     pub(super) rates: DownlinkRates,
     pose_due_ns: u64,
     health_due_ns: u64,
+    config_due_ns: u64,
     link_sweeps: u8,
     sighted: bool,
 }
+
+/// Time between two reports of what the receiver is set to: whoever begins to listen later hears it too, ns.
+const CONFIG_INTERVAL_NS: u64 = 60_000_000_000;
 
 /// The next time after `now_ns` on a raster: a gap skips reports, it does not pile them up.
 fn next_ns(due_ns: u64, now_ns: u64, interval_ns: u64) -> u64 {
@@ -86,6 +90,10 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             let interval_ns = u64::from(rates.health_s) * 1_000_000_000;
             self.schedule.health_due_ns = next_ns(self.schedule.health_due_ns, now_ns, interval_ns);
             observer.stage(Stage::Telemetry, || self.report_health());
+        }
+        if now_ns >= self.schedule.config_due_ns {
+            self.schedule.config_due_ns = next_ns(self.schedule.config_due_ns, now_ns, CONFIG_INTERVAL_NS);
+            observer.stage(Stage::Telemetry, || self.send_config());
         }
         self.downlink.points_if_due(now_ns);
     }
