@@ -13,7 +13,7 @@ struct Board {
     scripts: &'static [&'static str],
 }
 
-const BOARDS: [Board; 3] = [
+const BOARDS: [Board; 5] = [
     Board {
         feature: "qemu-an500",
         memory: "memory/mps2-an500.x",
@@ -26,6 +26,18 @@ const BOARDS: [Board; 3] = [
             "receiver-an500",
             "sweeps-an500",
         ],
+        scripts: &["defmt.x"],
+    },
+    Board {
+        feature: "qemu-an386",
+        memory: "memory/mps2-an386.x",
+        binaries: &["self-test-an386"],
+        scripts: &["defmt.x"],
+    },
+    Board {
+        feature: "qemu-an547",
+        memory: "memory/mps3-an547.x",
+        binaries: &["self-test-an547"],
         scripts: &["defmt.x"],
     },
     Board {

@@ -1,5 +1,5 @@
 //! Faults on the wires of the whole receiver: frames of the front end, and records of sensors and beacon, are damaged, dropped,
-//! repeated, swapped and held back at 0.1, 1 and 10 %. Every counter must be exact, no point may be wrong, and the first whole sweep
+//! repeated, swapped, overrun and held back at 0.1, 1 and 10 %. Every counter must be exact, no point may be wrong, and the first whole sweep
 //! after the last fault must be heard whole.
 
 use std::collections::BTreeSet;
@@ -8,7 +8,7 @@ use cslam_core::cslam::{PATHS, SweepReport};
 use cslam_core::ltd::Iq;
 use cslam_core::telemetry::Key;
 use cslam_firmware::app::Observer;
-use cslam_firmware::front_end::{HEADER_LENGTH, read_samples};
+use cslam_firmware::front_end::{HEADER_LENGTH, Header, read_samples};
 use cslam_firmware::sensor_stream::{LENGTH, UAV};
 use cslam_host_sim::evaluation::{Surfaces, downlink};
 use cslam_host_sim::random::Stream;
@@ -32,9 +32,11 @@ enum Fault {
     Repeat,
     /// Comes after the next one.
     Swap,
+    /// Is given up by the front end, which says so in the frames after it.
+    Overrun,
 }
 
-/// Draws faults at a rate, each kind a quarter of it.
+/// Draws faults at a rate, each kind a fifth of it.
 struct Faults {
     rate: f64,
     stream: Stream,
@@ -43,11 +45,12 @@ struct Faults {
 impl Faults {
     fn draw(&mut self) -> Fault {
         let u = self.stream.uniform();
-        match (u / self.rate * 4.0) as u32 {
+        match (u / self.rate * 5.0) as u32 {
             0 => Fault::Flip,
             1 => Fault::Drop,
             2 => Fault::Repeat,
             3 => Fault::Swap,
+            4 => Fault::Overrun,
             _ => Fault::None,
         }
     }
@@ -75,6 +78,9 @@ impl Observer for Log {
 struct Expected {
     damaged: u32,
     repeated: u32,
+    /// Given up by the front end, and how many of them a frame that came has told.
+    given_up: u32,
+    told: u32,
     /// Numbers of those that came whole.
     whole: BTreeSet<u32>,
 }
@@ -196,7 +202,7 @@ impl Wires<'_, '_> {
             let _counted = self.receiver.record(bytes, self.log);
         };
         match fault {
-            Fault::Drop => {}
+            Fault::Drop | Fault::Overrun => {}
             Fault::Flip => {
                 let bit = self.faults.below(8 * LENGTH);
                 bytes[bit / 8] ^= 1 << (bit % 8);
@@ -236,8 +242,10 @@ impl Wires<'_, '_> {
         for mut frame in frames {
             let number = *sequence;
             *sequence += 1;
+            self.tell(&mut frame);
             match if faulty { self.faults.draw() } else { Fault::None } {
                 Fault::Drop => {}
+                Fault::Overrun => self.frames.given_up += 1,
                 Fault::Flip => {
                     // A begin has no samples that could be damaged.
                     let bytes = if frame[5] == 1 { HEADER_LENGTH } else { frame.len() };
@@ -250,7 +258,7 @@ impl Wires<'_, '_> {
                     self.frame(&frame);
                     self.frame(&frame);
                     self.frames.repeated += 1;
-                    self.frames.whole.insert(number);
+                    self.came(number, &frame);
                 }
                 Fault::Swap if late.is_none() => {
                     late = Some((number, frame));
@@ -258,18 +266,39 @@ impl Wires<'_, '_> {
                 }
                 _ => {
                     self.frame(&frame);
-                    self.frames.whole.insert(number);
+                    self.came(number, &frame);
                 }
             }
             if let Some((number, frame)) = late.take() {
                 self.frame(&frame);
-                self.frames.whole.insert(number);
+                self.came(number, &frame);
             }
         }
         if let Some((number, frame)) = late {
             self.frame(&frame);
-            self.frames.whole.insert(number);
+            self.came(number, &frame);
         }
+    }
+
+    /// Puts into a frame's header how many the front end has given up.
+    fn tell(&self, frame: &mut FrameBytes) {
+        let (head, _) = frame.split_at_mut(HEADER_LENGTH);
+        let head: &mut [u8; HEADER_LENGTH] = head.try_into().expect("as long");
+        let header = Header::decode(head).expect("a sound header");
+        *head = Header {
+            dropped: self.frames.given_up,
+            ..header
+        }
+        .encode();
+    }
+
+    /// A frame came whole; the newest one's count of those given up is the link's.
+    fn came(&mut self, number: u32, frame: &FrameBytes) {
+        if self.frames.whole.last().is_none_or(|last| number > *last) {
+            let head = frame.first_chunk().expect("as long");
+            self.frames.told = Header::decode(head).expect("a sound header").dropped;
+        }
+        self.frames.whole.insert(number);
     }
 
     fn frame(&mut self, frame: &FrameBytes) {
@@ -297,7 +326,11 @@ impl Wires<'_, '_> {
             "whole frames"
         );
         assert_eq!(link.lost, self.frames.lost(), "lost frames");
-        assert_eq!([link.foreign, link.stale, link.overrun, link.cut], [0; 4]);
+        assert_eq!(
+            link.overrun, self.frames.told,
+            "frames that the front end gave up"
+        );
+        assert_eq!([link.foreign, link.stale, link.cut], [0; 3]);
         let counters = self.receiver.counters();
         assert_eq!(counters.records_damaged, self.records.damaged, "damaged records");
         assert_eq!(

@@ -13,7 +13,7 @@ use crate::reflection::{InputError, ReflectionPoint, Rejection};
 /// What became of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome {
-    /// The receiver has no pose yet, or does not know where the GMT is.
+    /// The receiver has no pose yet, has lost it, or does not know where the GMT is.
     NoPose,
     /// It is not one of the paths that this mode uses.
     Unused,

@@ -120,8 +120,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             (Some(pose), Some((gmt, _))) => self.judge(&heard, pose, gmt),
             _ => Vec::new(),
         };
+        // A pose that is lost would only put points where there is nothing.
         let ends = match (&pose, &gmt) {
-            (Some(pose), Some((gmt, _))) => ends(pose, &gmt.position_m).ok(),
+            (Some(pose), Some((gmt, _))) if !self.localizer.health().lost => ends(pose, &gmt.position_m).ok(),
             _ => None,
         };
         let mut paths = Vec::new();

@@ -81,6 +81,10 @@ fn main() -> ! {
 /// The application with every part in its place. Each large part is built by a function of its own, never inlined: what it needs on
 /// the stack on the way to its place is given back before the next one is built, and is not there in flight.
 #[inline(never)]
+#[expect(
+    clippy::mut_from_ref,
+    reason = "it lies in static memory, apart from the meter"
+)]
 fn receiver(stages: &'static Stages) -> Option<&'static mut Receiver> {
     let geometric = Classifier::new(
         models::geometric().ok()?,
@@ -107,6 +111,10 @@ fn receiver(stages: &'static Stages) -> Option<&'static mut Receiver> {
 }
 
 #[inline(never)]
+#[expect(
+    clippy::mut_from_ref,
+    reason = "it lies in static memory, apart from the meter"
+)]
 fn estimator(stages: &'static Stages) -> Option<&'static mut Best> {
     cortex_m::singleton!(: Best = Best::with_meter(&EstimatorConfig::default(), stages))
 }

@@ -371,13 +371,14 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "kernels",
-        what: "kernels, whole sweeps and networks on the emulated Cortex-M7: bits of the host, committed counts",
+        what: "kernels, whole sweeps and networks on the emulated Cortex-M7: bits of the host, committed counts; on a Cortex-M4F and a Cortex-M55 the bits",
         needs: &["toolchain", "qemu", "defmt-print", "firmware"],
         work: Work::Steps(&[step(&[
             "test",
             "--locked",
             "--workspace",
             ALL_TESTS,
+            "--test=chips",
             "--test=kernels",
             "--test=sweeps",
             "--test=lscn",

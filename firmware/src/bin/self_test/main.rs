@@ -1,0 +1,57 @@
+//! The library's self-test for processors beside the Cortex-M7: a Cortex-M4F (MPS2+, AN386) and a Cortex-M55 (MPS3, AN547), as QEMU emulates
+//! them. Nothing of the board is used but its memory.
+//!
+//! One line a block of samples, `block index digest clips unexamined exponent`, through the front end of path estimation, and one
+//! line a link, `link index digest`, through the networks of the link state. They must be the host's lines. Exit code 0.
+#![no_std]
+#![no_main]
+
+use core::panic::PanicInfo;
+
+use cortex_m_rt::entry;
+use cslam_core::lscn::Activations;
+use cslam_core::lscn::kernels::Native as NativeLayers;
+use cslam_core::ltd::kernels::Native;
+use cslam_core::ltd::{Correlator, Iq, Workspace};
+use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_firmware::front_end_check::{self, BLOCKS, Block, CHANNELS};
+use cslam_firmware::lscn_check::{LINKS, Link, Networks};
+use defmt_semihosting as _;
+use semihosting::process::exit;
+
+#[entry]
+fn main() -> ! {
+    let buffers =
+        cortex_m::singleton!(: (Block, Workspace) = ([[Iq::ZERO; SAMPLES]; CHANNELS], Workspace::new()));
+    let Some((block, work)) = buffers else { exit(101) };
+    let correlator = Correlator::<Native>::new(&Waveform::default());
+    for index in 0..BLOCKS {
+        let outcome = front_end_check::run(&correlator, block, index, work);
+        defmt::println!(
+            "block {=u32} {=u64:016x} {=u32} {=u32} {=i32}",
+            index,
+            outcome.digest,
+            outcome.clips,
+            outcome.unexamined,
+            outcome.exponent
+        );
+    }
+    let Ok(networks) = Networks::<NativeLayers>::shipped() else {
+        defmt::error!("the models in flash are damaged");
+        exit(1)
+    };
+    let mut activations = Activations::new();
+    for index in 0..LINKS {
+        let digest = Link::random(index)
+            .ok()
+            .and_then(|link| networks.digest(&link, &mut activations).ok());
+        defmt::println!("link {=u32} {=u64:016x}", index, digest.unwrap_or(0));
+    }
+    exit(0)
+}
+
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    defmt::error!("{}", defmt::Display2Format(info));
+    exit(101)
+}

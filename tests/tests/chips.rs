@@ -1,0 +1,129 @@
+//! The library's self-test on processors beside the Cortex-M7: an emulated Cortex-M4F and Cortex-M55 compute the host's bits. Run by
+//! `cargo verify`, stage `kernels`.
+
+use std::process::Command;
+
+use cslam_core::lscn::Activations;
+use cslam_core::lscn::kernels::Native as NativeLayers;
+use cslam_core::ltd::kernels::Native;
+use cslam_core::ltd::{Correlator, Iq, Workspace};
+use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_firmware::front_end_check::{BLOCKS, Block, CHANNELS, run};
+use cslam_firmware::lscn_check::{LINKS, Link, Networks};
+use cslam_tests::root;
+
+/// A board, its compiler's target, and the processor where the target's is another.
+struct Chip {
+    machine: &'static str,
+    board: &'static str,
+    target: &'static str,
+    processor: Option<&'static str>,
+}
+
+const M4F: Chip = Chip {
+    machine: "mps2-an386",
+    board: "an386",
+    target: "thumbv7em-none-eabihf",
+    processor: Some("cortex-m4"),
+};
+const M55: Chip = Chip {
+    machine: "mps3-an547",
+    board: "an547",
+    target: "thumbv8m.main-none-eabihf",
+    processor: None,
+};
+
+impl Chip {
+    /// Builds the image, runs it and gives what it printed.
+    fn output(&self) -> String {
+        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+        let image = format!("self-test-{}", self.board);
+        let mut build = Command::new(cargo);
+        build
+            .current_dir(root())
+            .args([
+                "build",
+                "-q",
+                "--locked",
+                "--profile",
+                "firmware",
+                "--target",
+                self.target,
+            ])
+            .args(["-p", "cslam-firmware", "--bin", &image])
+            .args(["--features", &format!("qemu-{}", self.board)])
+            .env_remove("RUSTFLAGS")
+            .env_remove("CARGO_ENCODED_RUSTFLAGS")
+            .env_remove("DEFMT_LOG");
+        if let Some(processor) = self.processor {
+            let name = self.target.to_uppercase().replace(['-', '.'], "_");
+            // In the stead of the flags in `.cargo/config.toml`, which are for another processor.
+            build.env(
+                format!("CARGO_TARGET_{name}_RUSTFLAGS"),
+                format!("-C target-cpu={processor}"),
+            );
+        }
+        assert!(
+            build.status().expect("cargo starts").success(),
+            "{image} does not build"
+        );
+        let elf = root()
+            .join("target")
+            .join(self.target)
+            .join("firmware")
+            .join(&image);
+        let run = Command::new(root().join("firmware/tools/qemu-run.sh"))
+            .arg(self.machine)
+            .arg(elf)
+            .output()
+            .expect("the runner script starts");
+        let text = String::from_utf8_lossy(&run.stdout).into_owned();
+        assert!(
+            run.status.success(),
+            "{image} ended with {}:\n{text}{}",
+            run.status,
+            String::from_utf8_lossy(&run.stderr)
+        );
+        text
+    }
+}
+
+/// The host's lines.
+fn expected() -> Vec<String> {
+    let mut block: Box<Block> = vec![[Iq::ZERO; SAMPLES]; CHANNELS]
+        .try_into()
+        .expect("as many channels");
+    let mut work = Workspace::new();
+    let correlator = Correlator::<Native>::new(&Waveform::default());
+    let blocks = (0..BLOCKS).map(|index| {
+        let outcome = run(&correlator, &mut block, index, &mut work);
+        format!(
+            "block {index} {:016x} {} {} {}",
+            outcome.digest, outcome.clips, outcome.unexamined, outcome.exponent
+        )
+    });
+    let networks = Networks::<NativeLayers>::shipped().expect("sound models");
+    let mut activations = Activations::new();
+    let links = (0..LINKS).map(|index| {
+        let link = Link::random(index).expect("a link");
+        let digest = networks.digest(&link, &mut activations).expect("finite");
+        format!("link {index} {digest:016x}")
+    });
+    blocks.chain(links).collect()
+}
+
+#[test]
+fn a_cortex_m4f_computes_the_bits_of_the_host() {
+    assert_eq!(
+        M4F.output().lines().map(str::trim).collect::<Vec<_>>(),
+        expected()
+    );
+}
+
+#[test]
+fn a_cortex_m55_computes_the_bits_of_the_host() {
+    assert_eq!(
+        M55.output().lines().map(str::trim).collect::<Vec<_>>(),
+        expected()
+    );
+}
