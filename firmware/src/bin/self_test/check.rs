@@ -1,10 +1,7 @@
-//! The library's self-test for processors beside the Cortex-M7: a Cortex-M4F (MPS2+, AN386) and a Cortex-M55 (MPS3, AN547), as QEMU emulates
-//! them. Nothing of the board is used but its memory.
+//! The library's self-test for processors beside the Cortex-M7. Nothing of the board is used but its memory.
 //!
 //! One line a block of samples, `block index digest clips unexamined exponent`, through the front end of path estimation, and one
 //! line a link, `link index digest`, through the networks of the link state. They must be the host's lines. Exit code 0.
-#![no_std]
-#![no_main]
 
 use core::panic::PanicInfo;
 
