@@ -6,7 +6,7 @@
 
 use core::fmt;
 
-use cslam_core::telemetry::{self, Event, ResetCause};
+use cslam_core::telemetry::{self, ResetCause};
 
 use crate::front_end::SoftwareCrc;
 
@@ -79,14 +79,14 @@ impl FaultRecord {
 
     /// The record as the ground is told.
     #[must_use]
-    pub fn to_event(&self) -> Event {
-        Event::Reset(telemetry::FaultRecord {
+    pub fn report(&self) -> telemetry::FaultRecord {
+        telemetry::FaultRecord {
             cause: self.reset_cause(),
             program_counter: self.program_counter,
             link_register: self.link_register,
             stage: self.stage,
             uptime_ms: self.uptime_ms,
-        })
+        }
     }
 
     /// The record that was left behind, if there is one. Clear the memory then, or the next start finds it again.

@@ -12,7 +12,9 @@ use cslam_firmware::front_end::{HEADER_LENGTH, Header, read_samples};
 use cslam_firmware::sensor_stream::{LENGTH, UAV};
 use cslam_host_sim::evaluation::{Surfaces, downlink};
 use cslam_host_sim::random::Stream;
-use cslam_host_sim::raw_flight::{BoardReceiver, FrameBytes, FrontEndLink, Recorder, with_board_receiver};
+use cslam_host_sim::raw_flight::{
+    BoardReceiver, FrameBytes, FrontEndLink, Recorder, drain, with_board_receiver,
+};
 use cslam_host_sim::scene::Scene;
 use cslam_host_sim::sensors::Event;
 use cslam_host_sim::world::{World, WorldConfig};
@@ -188,11 +190,11 @@ impl Wires<'_, '_> {
                     self.frames(late, &mut sequence, faulty);
                 }
             }
-            self.drain();
+            drain(self.receiver.downlink(), self.packets);
         }
         self.receiver.end(self.log);
         self.receiver.close();
-        self.drain();
+        drain(self.receiver.downlink(), self.packets);
         self.check();
     }
 
@@ -306,13 +308,6 @@ impl Wires<'_, '_> {
         read_samples(payload.try_into().expect("as long"), &mut self.samples);
         let header = header.try_into().expect("as long");
         let _counted = self.receiver.frame(header, &mut self.samples, self.log);
-    }
-
-    fn drain(&mut self) {
-        let downlink = self.receiver.downlink();
-        let before = self.packets.len();
-        self.packets.resize(before + downlink.waiting(), 0);
-        downlink.take(&mut self.packets[before..]);
     }
 
     /// Every counter is exact.

@@ -15,7 +15,7 @@ use std::thread;
 
 use cslam_core::cslam::{CHANNELS, PATHS, SweepReport};
 use cslam_core::ltd::PathEstimator;
-use cslam_firmware::app::{Application, Capture, Observer, Symbol, VOXELS};
+use cslam_firmware::app::{Application, Capture, Downlink, Observer, Symbol, VOXELS};
 
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
@@ -149,22 +149,18 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
         if !enter(&mut reports, &mut hand, &mut logbook) {
             break;
         }
-        sent(at, drain(receiver, &mut packets));
+        sent(at, drain(receiver.downlink(), &mut packets));
     }
     receiver.end(&mut reports);
     enter(&mut reports, &mut hand, &mut logbook);
     receiver.close();
-    sent(now_ns, drain(receiver, &mut packets));
+    sent(now_ns, drain(receiver.downlink(), &mut packets));
     let log = logbook.close(receiver.cslam().map(), &packets);
     Ok((log, packets))
 }
 
-/// Takes what waits for the radio, and returns what is new in `packets`.
-fn drain<'a, E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
-    receiver: &mut Application<'_, E, VOXELS, STATES>,
-    packets: &'a mut Vec<u8>,
-) -> &'a [u8] {
-    let downlink = receiver.downlink();
+/// Takes what waits for the radio and appends it to `packets`; gives what was taken.
+pub fn drain<'a>(downlink: &mut Downlink, packets: &'a mut Vec<u8>) -> &'a [u8] {
     let before = packets.len();
     packets.resize(before + downlink.waiting(), 0);
     downlink.take(&mut packets[before..]);

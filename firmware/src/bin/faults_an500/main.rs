@@ -18,7 +18,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::peripheral::SCB;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
-use cslam_core::telemetry::{EventReport, Key, MAX_FRAME, Message, Sender};
+use cslam_core::telemetry::{Event, EventReport, Key, MAX_FRAME, Message, Sender};
 use cslam_firmware::fault::{Cause, FaultRecord, WORDS};
 use cslam_firmware::sensor_stream::UAV;
 use cslam_firmware::supervisor::{Progress, Supervisor, Watched};
@@ -93,7 +93,7 @@ fn tell(record: &FaultRecord) {
     defmt::error!("the program before ended: {}", defmt::Display2Format(record));
     let report = EventReport {
         time_ns: 0,
-        event: record.to_event(),
+        event: Event::Reset(record.report()),
     };
     let mut frame = [0; MAX_FRAME];
     let mut sender = Sender::new(UAV, &Key::TEST, 0);

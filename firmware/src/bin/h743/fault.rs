@@ -6,7 +6,7 @@ use core::sync::atomic::{AtomicU8, Ordering};
 
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
-use cslam_core::telemetry::{self, ResetCause};
+use cslam_core::telemetry::ResetCause;
 use cslam_firmware::fault::{Cause, FaultRecord, WORDS};
 use cslam_firmware::supervisor::Hung;
 use embassy_stm32::pac;
@@ -90,26 +90,13 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
 pub(crate) fn reset_cause(record: Option<&FaultRecord>) -> ResetCause {
     let flags = pac::RCC.rsr().read();
     pac::RCC.rsr().modify(|w| w.set_rmvf(true));
-    match record.map(|record| record.cause) {
-        Some(Cause::Panic) => ResetCause::Panic,
-        Some(Cause::HardFault) => ResetCause::Fault,
-        Some(Cause::Hang) => ResetCause::Watchdog,
+    match record {
+        Some(record) => record.reset_cause(),
         None if flags.iwdg1rstf() => ResetCause::Watchdog,
         None if flags.porrstf() => ResetCause::PowerOn,
         None if flags.borrstf() => ResetCause::BrownOut,
         None if flags.sftrstf() => ResetCause::Command,
         None if flags.pinrstf() => ResetCause::Pin,
         None => ResetCause::Unknown,
-    }
-}
-
-/// The record as the ground is told.
-pub(crate) fn as_event(record: &FaultRecord, cause: ResetCause) -> telemetry::FaultRecord {
-    telemetry::FaultRecord {
-        cause,
-        program_counter: record.program_counter,
-        link_register: record.link_register,
-        stage: record.stage,
-        uptime_ms: record.uptime_ms,
     }
 }

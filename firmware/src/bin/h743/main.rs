@@ -200,7 +200,7 @@ fn main() -> ! {
     let board = Board {
         link,
         clock,
-        left_behind: left_behind.map(|record| fault::as_event(&record, cause)),
+        left_behind: left_behind.map(|record| record.report()),
         green: Output::new(chip.PB0, Level::Low, Speed::Low),
         red,
         store,

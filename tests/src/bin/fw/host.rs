@@ -4,7 +4,6 @@ use std::fmt::Write as _;
 
 use cslam_core::cslam::{PATHS, SweepReport};
 use cslam_firmware::app::{Map, Observer, PointLine, SweepLine};
-use cslam_host_sim::raw_flight::BoardReceiver;
 
 /// What the board writes to its file.
 #[derive(Default)]
@@ -27,12 +26,4 @@ impl Observer for Lines {
         let _infallible = writeln!(self.text, "{}", SweepLine(report));
         self.sweeps += 1;
     }
-}
-
-/// Takes what waits for the radio.
-pub(crate) fn drain(receiver: &mut BoardReceiver<'_>, packets: &mut Vec<u8>) {
-    let downlink = receiver.downlink();
-    let before = packets.len();
-    packets.resize(before + downlink.waiting(), 0);
-    downlink.take(&mut packets[before..]);
 }

@@ -7,14 +7,14 @@ use std::time::Instant;
 use anyhow::Context;
 use cslam_core::ltd::Iq;
 use cslam_firmware::front_end::{HEADER_LENGTH, read_samples};
-use cslam_host_sim::raw_flight::{BoardReceiver, FrontEndLink, Recorder, with_board_receiver};
+use cslam_host_sim::raw_flight::{BoardReceiver, FrontEndLink, Recorder, drain, with_board_receiver};
 use cslam_host_sim::scene::Scene;
 use cslam_host_sim::sensors::Event;
 use cslam_host_sim::world::{World, WorldConfig};
 
 use crate::arguments::Arguments;
 use crate::board::{Board, Left};
-use crate::host::{self, Lines};
+use crate::host::Lines;
 
 /// What came of a flight.
 pub(crate) struct Flown {
@@ -103,11 +103,11 @@ fn both(
                 let (header, payload) = frame.split_at(HEADER_LENGTH);
                 read_samples(payload.try_into()?, &mut samples);
                 receiver.frame(header.try_into()?, &mut samples, lines)?;
-                host::drain(receiver, packets);
+                drain(receiver.downlink(), packets);
                 Ok(())
             })?;
         }
-        host::drain(receiver, packets);
+        drain(receiver.downlink(), packets);
     }
     if terminal {
         eprint!("\r");
@@ -117,7 +117,7 @@ fn both(
     receiver.record(&record, lines)?;
     receiver.end(lines);
     receiver.close();
-    host::drain(receiver, packets);
+    drain(receiver.downlink(), packets);
     lines.map(receiver.cslam().map());
     Ok(())
 }
