@@ -158,7 +158,8 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
         least: f32,
     ) -> Option<Found<A>> {
         let outer = self.meter.enter(Stage::CoarseGrid);
-        let window = self.window::<C, SINGLE>(beam, tap, -REACH, REACH);
+        let mut window = Window::<C, SINGLE>::new();
+        window.load(beam.taps, tap, -REACH, REACH, self.template.centre_turns());
         let delay_taps = vertex(beam.profile, tap);
         let snapshot = window.snapshot(self.template, delay_taps);
         let all: f32 = snapshot.iter().map(|z| z.norm_sqr()).sum();
@@ -218,16 +219,6 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
             remainder: false,
             noise,
         }
-    }
-
-    pub(super) fn window<const C: usize, const W: usize>(
-        &self,
-        beam: &Beam<'_, A, C>,
-        origin: usize,
-        first: i32,
-        last: i32,
-    ) -> Window<C, W> {
-        Window::load(beam.taps, origin, first, last, self.template.centre_turns())
     }
 
     /// Cancels a source and remembers it.
@@ -344,15 +335,16 @@ fn candidate<const C: usize>(
     let (mut best, mut most) = (None, CANDIDATE_SIGMAS);
     let power = |n: usize| profile[n & (SAMPLES - 1)];
     let excess = |power: u64| power as f32 - mean;
-    // Few taps come near: the others are passed over in integers, with a tenth of a standard deviation to spare.
-    let near = CANDIDATE_SIGMAS - 0.1;
-    let near_alone = (mean + near * sigma) as u64;
-    let near_paired = (2.0 * mean + near * core::f32::consts::SQRT_2 * sigma) as u64;
+    // Few taps come near a score: two neighbours that both lie under this are passed over in integers, with a tenth of a standard
+    // deviation to spare, and what rounding takes.
+    let low =
+        |score: f32| (mean + core::f32::consts::FRAC_1_SQRT_2 * (0.999_99 * score - 0.1) * sigma) as u64;
+    let mut level = low(most);
     let mut next = power(taps.start);
     for n in taps {
         let here = next;
         next = power(n + 1);
-        if here <= near_alone && here.saturating_add(next) <= near_paired {
+        if here <= level && next <= level {
             continue;
         }
         let (here, next) = (excess(here), excess(next));
@@ -366,6 +358,7 @@ fn candidate<const C: usize>(
         };
         if score > most && !missed.contains(&(tap & (SAMPLES - 1))) {
             (best, most) = (Some(tap & (SAMPLES - 1)), score);
+            level = low(most);
         }
     }
     best.map(|tap| (tap, most / paired))

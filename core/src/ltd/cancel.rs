@@ -129,48 +129,72 @@ pub(super) fn q15(s: Complex<f32>) -> Iq {
 }
 
 /// Fills a column with the kernel times `gain`, cut to integers, at coordinates `first`, `first + 1`, ..., `count` of them: from the table near
-/// the peak, by the closed form beyond, band centre put back. Phases advance by products and start anew every 32 taps, so
-/// that their rounding stays under 4e-6.
+/// the peak, by the closed form beyond, band centre put back. Phases advance by products, anew on each side of the peak and around
+/// it: their rounding stays under 3e-5 of values that are a fortieth of the peak at most.
 pub(super) fn fill<'a>(
     template: &Template,
     first: i32,
     count: usize,
     delay: f32,
     gain: Complex<f32>,
-    column: impl Iterator<Item = &'a mut [i32; 2]>,
+    mut column: impl Iterator<Item = &'a mut [i32; 2]>,
 ) {
-    // Half turns per tap of the two sines in D(x) = sin(pi Na x / N) / (Na sin(pi x / N)).
-    let (band_step, period_step) = (0.5 * template.occupancy(), 0.5 / template.period());
-    let (band_turn, period_turn) = (phasor(band_step), phasor(period_step));
+    let place = |tap: usize| (first + tap as i32) as f32 - delay;
+    // As many taps as lie further ahead of the peak than the table reaches, and as many as do not lie as far behind it: the casts
+    // cut towards zero and give 0 below it.
+    let ahead = (((1 - NEAR - first) as f32 + delay) as usize).min(count);
+    let mut near = [[0.0; 2]; 2 * NEAR as usize];
+    let behind = (((1 + NEAR - first) as f32 + delay) as usize)
+        .min(ahead + near.len())
+        .min(count)
+        .max(ahead);
     let centre = template.centre_turns();
-    let centre_turn = phasor(centre);
-    let zero = Complex::new(0.0, 0.0);
-    let (mut band, mut period, mut twist) = (zero, zero, zero);
-    let near = |x: f32| x.abs() < (SPAN - 1) as f32;
-    // The closed form's phases are not needed where every tap is near.
-    let far = !(near(first as f32 - delay) && near((first + count as i32 - 1) as f32 - delay));
-    for (i, value) in (0..).zip(column) {
-        let x = (first + i) as f32 - delay;
-        if i & 31 == 0 {
-            if far {
-                band = phasor(band_step * x);
-                period = phasor(period_step * x);
-            }
-            twist = phasor(centre * (first + i) as f32);
-        } else {
-            if far {
-                band *= band_turn;
-                period *= period_turn;
-            }
-            twist *= centre_turn;
-        }
-        let d = if near(x) {
-            template.at(x)[0]
-        } else {
-            band.im / (template.active() * period.im)
-        };
-        let v = gain * (twist * d);
-        *value = [v.re as i32, v.im as i32];
+    let turned = |tap: usize| gain * phasor(centre * (first + tap as i32) as f32);
+    far(template, place(0), ahead, turned(0), &mut column);
+    template.row(place(ahead), &mut near);
+    let (mut here, step) = (turned(ahead), phasor(centre));
+    for ([d, _], value) in near.iter().take(behind - ahead).zip(&mut column) {
+        *value = [(here.re * d) as i32, (here.im * d) as i32];
+        here *= step;
+    }
+    far(
+        template,
+        place(behind),
+        count - behind,
+        turned(behind),
+        &mut column,
+    );
+}
+
+/// Taps to either side of the peak that come from the table.
+const NEAR: i32 = SPAN as i32 - 1;
+
+/// The kernel by its closed form, `D(x) = sin(pi Na x / N) / (Na sin(pi x / N))`, at `x`, `x + 1`, ..., `count` of them, times a gain
+/// that the band's centre turns from tap to tap.
+#[inline(always)]
+fn far<'a>(
+    template: &Template,
+    x: f32,
+    count: usize,
+    gain: Complex<f32>,
+    column: &mut impl Iterator<Item = &'a mut [i32; 2]>,
+) {
+    if count == 0 {
+        return;
+    }
+    // Half turns per tap of the two sines.
+    let (band_step, period_step) = (0.5 * template.occupancy(), 0.5 / template.period());
+    let (band, band_turn) = (phasor(band_step * x), phasor(band_step));
+    let (mut band, mut before, twice) = (band.im, (band * band_turn.conj()).im, 2.0 * band_turn.re);
+    let (mut period, period_turn) = (phasor(period_step * x), phasor(period_step));
+    let (mut here, step) = (gain / template.active(), phasor(template.centre_turns()));
+    for value in column.take(count) {
+        let d = band / period.im;
+        *value = [(here.re * d) as i32, (here.im * d) as i32];
+        here *= step;
+        period *= period_turn;
+        // sin(a + b) + sin(a - b) = 2 cos(b) sin(a).
+        (before, band) = (band, twice * band - before);
     }
 }
 
@@ -269,6 +293,45 @@ mod tests {
             "{:?}",
             back.clone().find(|(a, b)| a != b)
         );
+    }
+
+    #[test]
+    fn a_column_is_the_kernel_wherever_it_begins() {
+        let template = Template::new(&Waveform::default());
+        let gain = phasor(0.1) * 1e6;
+        for (first, count) in [
+            (-256, 512),
+            (-60, 30),
+            (-20, 3),
+            (-5, 8),
+            (-14, 200),
+            (15, 4),
+            (40, 100),
+        ] {
+            for delay in [-0.5, -0.25, 0.0, 0.3] {
+                let mut column = [[0; 2]; SAMPLES];
+                fill(
+                    &template,
+                    first,
+                    count,
+                    delay,
+                    gain,
+                    column.iter_mut().take(count),
+                );
+                for (n, value) in (first..).zip(column).take(count) {
+                    let exact = gain
+                        * phasor(template.centre_turns() * n as f32)
+                        * template.anywhere(n as f32 - delay);
+                    let away = (exact.re - value[0] as f32)
+                        .abs()
+                        .max((exact.im - value[1] as f32).abs());
+                    assert!(
+                        away < 3.0,
+                        "tap {n} of {first}, {count} at {delay}: {value:?} {exact}"
+                    );
+                }
+            }
+        }
     }
 
     #[test]

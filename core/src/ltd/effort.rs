@@ -2,7 +2,7 @@
 //!
 //! Most sweeps fit a few pairs. Close to walls and to the GMT every second beam shows a cluster, and clusters ask for fits from
 //! several starts, each of up to 24 steps: without a limit such a sweep takes three times what the others take, and the next one waits.
-//! So the work is counted, in evaluations of a fit times the square of its paths (about 10 000 instructions), and becomes thriftier
+//! So the work is counted, in evaluations of a fit times the square of its paths (about 5000 instructions), and becomes thriftier
 //! in two steps: first no further
 //! starts and few steps, then no joint fits at all. A path that would have been one more of a group is then cancelled but not
 //! reported, and that is counted.
@@ -10,12 +10,12 @@
 use core::cell::Cell;
 
 /// Work after which joint fits are begun once and end early.
-const THRIFTY: u32 = 4_500;
+const THRIFTY: u32 = 6_000;
 /// Work after which there are none.
-const SPENT: u32 = 7_000;
+const SPENT: u32 = 9_500;
 
 /// Work of cancelling a path, or of putting it back.
-const CANCELLED: u32 = 20;
+const CANCELLED: u32 = 12;
 
 /// Work of a sweep so far.
 #[derive(Clone, Debug, Default)]

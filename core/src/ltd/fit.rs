@@ -3,9 +3,12 @@
 //! The free complex gain of every (path, array) is eliminated (variable projection), which leaves three parameters a path:
 //! delay and two tangent angles. Per array, the columns `A` (the path), `W = dA/dw` (steering) and `T = dA/dd` (delay) are
 //! products of a spatial and a temporal vector, so all inner products are products of small sums: the fit needs no
-//! Jacobian in memory, only a Hermitian Gram matrix of three columns a path. Eliminating the columns `A` from it gives
+//! Jacobian in memory, only a Gram matrix of three columns a path. Eliminating the columns `A` from it gives
 //! at once the gains, the energy explained, the gradient and the Gauss-Newton Hessian. With one path this is the Fisher
 //! scoring of signal.md section 3.1, with two the joint Gauss-Newton of section 3.3.
+//!
+//! Elements lie symmetrically about their array's centre and the kernel is real, so the Gram matrix is real: only the
+//! correlations with the taps are complex.
 
 use nalgebra::{Complex, Vector3};
 
@@ -84,7 +87,8 @@ struct Normal<const L: usize, const D: usize, const A: usize> {
 /// Fits `L` paths (`D` = 3 L parameters) from starting places. `noise` is the variance of a tap; the iteration ends when
 /// a step is shorter than a thirtieth of a standard deviation, or after `most` steps. The last step is the first that is shorter
 /// than a third of one (a seventh for pairs): what is left to do after it is less than a hundredth, and gains and Hessian from
-/// before it differ by less than noise makes them.
+/// before it differ by less than noise makes them. Where a joint fit leaves more than noise, because of errors of the arrays or of
+/// paths that it does not have, the standard deviation is the one that this makes.
 pub(super) fn fit<
     const L: usize,
     const D: usize,
@@ -104,8 +108,12 @@ pub(super) fn fit<
     let mut places = start;
     let mut normal = normal_equations::<L, D, A, E, C, W>(model, template, window, &places);
     let mut damping = if L == 1 { 0.0 } else { 1e-3 };
+    let (whole, samples) = if L == 1 { (0.0, 0) } else { window.energy() };
+    let freedom = template.occupancy() * samples.max(1) as f32;
     let mut evaluations = 1;
     for _ in 0..most {
+        // Errors of the model count as noise.
+        let noise = noise.max((whole - normal.energy) / freedom);
         let step = solve(&normal.hessian, &normal.gradient, damping);
         let gain: f32 = step.iter().zip(&normal.gradient).map(|(s, g)| s * g).sum();
         // Twice the gain over the noise is the squared length of the step in standard deviations.
@@ -140,12 +148,6 @@ pub(super) fn fit<
     }
 }
 
-/// What the window says about the paths at one array.
-struct Columns<const L: usize, const W: usize> {
-    /// Kernel and slope over the window, of each path.
-    kernel: [[[f32; 2]; W]; L],
-}
-
 fn normal_equations<
     const L: usize,
     const D: usize,
@@ -168,31 +170,27 @@ fn normal_equations<
     };
     let rows = window.rows().as_chunks::<E>().0;
     for (j, ((step, lead), rows)) in model.arrays().zip(rows).enumerate() {
-        // Derivatives of (w, d) with respect to (delay, angle 1, angle 2).
-        let slopes: [[[f32; 3]; 2]; L] = core::array::from_fn(|p| {
-            let (e1, e2) = tangents[p];
+        let slopes = tangents.map(|(e1, e2)| {
             const TURN: f32 = core::f32::consts::TAU;
-            [
-                [0.0, TURN * step.dot(&e1), TURN * step.dot(&e2)],
-                [1.0, -lead.dot(&e1), -lead.dot(&e2)],
-            ]
+            Slopes {
+                steering: [TURN * step.dot(&e1), TURN * step.dot(&e2)],
+                delay: [-lead.dot(&e1), -lead.dot(&e2)],
+            }
         });
-        let steering: [[Complex<f32>; E]; L] = core::array::from_fn(|p| steering(step.dot(&places[p].u)));
-        let columns = Columns {
-            kernel: core::array::from_fn(|p| {
-                let delay = places[p].delay_taps - lead.dot(&places[p].u);
-                let mut kernel = [[0.0; 2]; W];
-                for (k, x) in kernel.iter_mut().zip(window.coordinates()) {
-                    *k = template.at(x - delay);
-                }
-                kernel
-            }),
-        };
-        let mut gram = gram::<L, D, E, W>(&steering, &columns);
-        let mut correlation = correlate::<L, D, E, W>(rows, &steering, &columns);
+        let steering: [[Complex<f32>; E]; L] = places.each_ref().map(|place| steering(step.dot(&place.u)));
+        let mut kernel = [[[0.0; 2]; W]; L];
+        for (row, place) in kernel.iter_mut().zip(places) {
+            let delay = place.delay_taps - lead.dot(&place.u);
+            template.row(
+                window.first() - delay,
+                row.get_mut(..window.len()).unwrap_or_default(),
+            );
+        }
+        let mut gram = gram::<L, D, E, W>(&steering, &kernel);
+        let mut correlation = correlate::<L, D, E, W>(rows, &steering, &kernel);
         normal.energy += eliminate::<L, D>(&mut gram, &mut correlation);
         let gains: [Complex<f32>; L] = core::array::from_fn(|p| {
-            let power = gram[p][p].re;
+            let power = gram[p][p];
             if power > 0.0 {
                 correlation[p] / power
             } else {
@@ -204,16 +202,24 @@ fn normal_equations<
                 *slot = gain;
             }
         }
-        accumulate::<L, D>(
-            &mut normal.hessian,
-            &mut normal.gradient,
-            &gram,
-            &correlation,
-            &gains,
-            &slopes,
-        );
+        accumulate::<L, D, A>(&mut normal, &gram, &correlation, &gains, &slopes);
+    }
+    // The upper triangle of blocks has been added up.
+    for p in 0..L {
+        for row in 3 * p..3 * p + 3 {
+            for column in 0..3 * p {
+                normal.hessian[row][column] = normal.hessian[column][row];
+            }
+        }
     }
     normal
+}
+
+/// Derivatives of a path's steering and delay at one array with respect to its two angles. With respect to the delay they
+/// are 0 and 1.
+struct Slopes {
+    steering: [f32; 2],
+    delay: [f32; 2],
 }
 
 /// Index of column kind k (0 = A, 1 = W, 2 = T) of path p.
@@ -221,53 +227,60 @@ const fn column<const L: usize>(kind: usize, path: usize) -> usize {
     kind * L + path
 }
 
-/// Inner products of all columns: element (r, s) is `r^H s`.
+/// Inner products of all columns: element (r, s) is `r^H s`, real because places lie symmetrically.
 fn gram<const L: usize, const D: usize, const E: usize, const W: usize>(
     steering: &[[Complex<f32>; E]; L],
-    columns: &Columns<L, W>,
-) -> [[Complex<f32>; D]; D] {
-    let zero = Complex::new(0.0, 0.0);
-    let mut gram = [[zero; D]; D];
+    kernel: &[[[f32; 2]; W]; L],
+) -> [[f32; D]; D] {
+    let mut gram = [[0.0; D]; D];
     for p in 0..L {
-        for q in 0..L {
-            // Spatial sums of n^0, n^1, n^2 conj(s_p) s_q.
-            let (mut s0, mut s1, mut s2) = (zero, zero, zero);
-            for (i, (a, b)) in steering[p].iter().zip(&steering[q]).enumerate() {
-                let n = place::<E>(i);
-                let product = a.conj() * b;
-                s0 += product;
-                s1 += product * n;
-                s2 += product * (n * n);
-            }
+        for q in p..L {
             // Temporal sums of kernels and slopes.
-            let (mut t00, mut t01, mut t11) = (0.0, 0.0, 0.0);
-            for (a, b) in columns.kernel[p].iter().zip(&columns.kernel[q]) {
-                t00 += a[0] * b[0];
-                t01 += a[0] * b[1];
-                t11 += a[1] * b[1];
+            let (mut t00, mut t01, mut t10, mut t11) = (0.0, 0.0, 0.0, 0.0);
+            for ([a, da], [b, db]) in kernel[p].iter().zip(&kernel[q]) {
+                t00 += a * b;
+                t01 += a * db;
+                t10 += da * b;
+                t11 += da * db;
             }
-            let j_s1 = Complex::new(-s1.im, s1.re);
-            let at = |kind, path| column::<L>(kind, path);
-            gram[at(0, p)][at(0, q)] = s0 * t00;
-            gram[at(0, p)][at(1, q)] = j_s1 * t00;
-            gram[at(0, p)][at(2, q)] = -s0 * t01;
-            gram[at(1, p)][at(1, q)] = s2 * t00;
-            gram[at(1, p)][at(2, q)] = j_s1 * t01;
-            gram[at(2, p)][at(2, q)] = s0 * t11;
-            // Hermitian counterparts.
-            gram[at(1, q)][at(0, p)] = (j_s1 * t00).conj();
-            gram[at(2, q)][at(0, p)] = (-s0 * t01).conj();
-            gram[at(2, q)][at(1, p)] = (j_s1 * t01).conj();
+            let [s0, s1, s2] = spatial(&steering[p], &steering[q]);
+            let products = [
+                [s0 * t00, -s1 * t00, -s0 * t01],
+                [s1 * t00, s2 * t00, -s1 * t01],
+                [-s0 * t10, s1 * t10, s0 * t11],
+            ];
+            for (k, products) in products.iter().enumerate() {
+                for (l, product) in products.iter().enumerate() {
+                    let (r, s) = (column::<L>(k, p), column::<L>(l, q));
+                    gram[r][s] = *product;
+                    gram[s][r] = *product;
+                }
+            }
         }
     }
     gram
+}
+
+/// Sums over the elements of `cos`, `n sin` and `n^2 cos` of the phase `n w` between two paths, `n` the element's place: what
+/// `n^0`, `n^1`, `n^2` times the product of their steering add up to. Both halves of an array give the same.
+fn spatial<const E: usize>(a: &[Complex<f32>; E], b: &[Complex<f32>; E]) -> [f32; 3] {
+    let mut sums = [if E.is_multiple_of(2) { 0.0 } else { 1.0 }, 0.0, 0.0];
+    for (i, (a, b)) in a.iter().zip(b).enumerate().skip(E.div_ceil(2)) {
+        let n = place::<E>(i);
+        let cosine = a.re * b.re + a.im * b.im;
+        let sine = n * (a.re * b.im - a.im * b.re);
+        sums[0] += 2.0 * cosine;
+        sums[1] += 2.0 * sine;
+        sums[2] += 2.0 * n * n * cosine;
+    }
+    sums
 }
 
 /// `V^H y` of all columns of one array.
 fn correlate<const L: usize, const D: usize, const E: usize, const W: usize>(
     rows: &[[Complex<f32>; W]; E],
     steering: &[[Complex<f32>; E]; L],
-    columns: &Columns<L, W>,
+    kernel: &[[[f32; 2]; W]; L],
 ) -> [Complex<f32>; D] {
     let zero = Complex::new(0.0, 0.0);
     let mut out = [zero; D];
@@ -276,7 +289,7 @@ fn correlate<const L: usize, const D: usize, const E: usize, const W: usize>(
         let (mut a, mut w, mut t) = (zero, zero, zero);
         for (i, (row, s)) in rows.iter().zip(&steering[p]).enumerate() {
             let (mut value, mut slope) = (zero, zero);
-            for (y, k) in row.iter().zip(&columns.kernel[p]) {
+            for (y, k) in row.iter().zip(&kernel[p]) {
                 value += y * k[0];
                 slope += y * k[1];
             }
@@ -293,62 +306,73 @@ fn correlate<const L: usize, const D: usize, const E: usize, const W: usize>(
 }
 
 /// Gauss-Jordan elimination of the columns A from the Gram matrix and the correlations. What remains of the other
-/// columns is their part orthogonal to all A; A's rows are left diagonal. Returns the energy that A explains. Of two paths
-/// that coincide, the second explains nothing.
+/// columns is their part orthogonal to all A; of A's own, only the diagonal means anything then. Returns the energy that A
+/// explains. Of two paths that coincide, the second explains nothing.
 fn eliminate<const L: usize, const D: usize>(
-    gram: &mut [[Complex<f32>; D]; D],
+    gram: &mut [[f32; D]; D],
     correlation: &mut [Complex<f32>; D],
 ) -> f32 {
     let mut energy = 0.0;
     for p in 0..L {
         let (pivot_row, pivot_value) = (gram[p], correlation[p]);
-        let power = pivot_row[p].re;
+        let power = pivot_row[p];
         if power < 1e-3 {
             // The kernel's energy in a window is near 1.2 E: this is rounding.
-            gram[p][p] = Complex::new(0.0, 0.0);
+            gram[p][p] = 0.0;
             continue;
         }
-        energy += pivot_value.norm_sqr() / power;
+        let inverse = 1.0 / power;
+        energy += pivot_value.norm_sqr() * inverse;
         for r in 0..D {
             if r == p {
                 continue;
             }
-            let factor = gram[r][p] / power;
-            for s in 0..D {
+            let factor = gram[r][p] * inverse;
+            for s in p + 1..D {
                 gram[r][s] -= factor * pivot_row[s];
             }
-            correlation[r] -= factor * pivot_value;
+            correlation[r] -= pivot_value * factor;
         }
     }
     energy
 }
 
-/// Adds one array's part to Hessian and gradient.
-fn accumulate<const L: usize, const D: usize>(
-    hessian: &mut [[f32; D]; D],
-    gradient: &mut [f32; D],
-    gram: &[[Complex<f32>; D]; D],
+/// Adds one array's part to gradient and Hessian, of which the blocks on and above the diagonal.
+fn accumulate<const L: usize, const D: usize, const A: usize>(
+    normal: &mut Normal<L, D, A>,
+    gram: &[[f32; D]; D],
     correlation: &[Complex<f32>; D],
     gains: &[Complex<f32>; L],
-    slopes: &[[[f32; 3]; 2]; L],
+    slopes: &[Slopes; L],
 ) {
     for p in 0..L {
-        for (k, slope_p) in slopes[p].iter().enumerate() {
-            let r = column::<L>(k + 1, p);
-            let pull = (gains[p].conj() * correlation[r]).re;
-            for (a, da) in slope_p.iter().enumerate() {
-                gradient[3 * p + a] += pull * da;
-            }
-            for q in 0..L {
-                let cross = gains[p].conj() * gains[q];
-                for (l, slope_q) in slopes[q].iter().enumerate() {
-                    let weight = (cross * gram[r][column::<L>(l + 1, q)]).re;
-                    for (a, da) in slope_p.iter().enumerate() {
-                        for (b, db) in slope_q.iter().enumerate() {
-                            hessian[3 * p + a][3 * q + b] += weight * da * db;
-                        }
-                    }
-                }
+        let Slopes {
+            steering: [a1, a2],
+            delay: [b1, b2],
+        } = slopes[p];
+        let (w, t) = (column::<L>(1, p), column::<L>(2, p));
+        let [along_w, along_t] =
+            [w, t].map(|r| gains[p].re * correlation[r].re + gains[p].im * correlation[r].im);
+        normal.gradient[3 * p] += along_t;
+        normal.gradient[3 * p + 1] += along_w * a1 + along_t * b1;
+        normal.gradient[3 * p + 2] += along_w * a2 + along_t * b2;
+        for q in p..L {
+            let cross = gains[p].re * gains[q].re + gains[p].im * gains[q].im;
+            // Weights of (W, T) of both paths, times the slopes of the second, then those of the first.
+            let half = [w, t].map(|r| {
+                let [with_w, with_t] = [1, 2].map(|kind| cross * gram[r][column::<L>(kind, q)]);
+                let Slopes { steering, delay } = &slopes[q];
+                [
+                    with_t,
+                    with_w * steering[0] + with_t * delay[0],
+                    with_w * steering[1] + with_t * delay[1],
+                ]
+            });
+            for b in 0..3 {
+                let column = 3 * q + b;
+                normal.hessian[3 * p][column] += half[1][b];
+                normal.hessian[3 * p + 1][column] += a1 * half[0][b] + b1 * half[1][b];
+                normal.hessian[3 * p + 2][column] += a2 * half[0][b] + b2 * half[1][b];
             }
         }
     }

@@ -119,7 +119,8 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         let before: [Place; L] = old.map(|f| f.source.place(origin));
         let start: [Place; M] =
             core::array::from_fn(|i| before.get(i).copied().unwrap_or_else(|| source.place(origin)));
-        let window = self.joint_window(beam, origin, &start, &old);
+        let mut window = Window::new();
+        self.gather(&mut window, beam, origin, &start, &old);
         let kept: Fit<L, D, A> = self.fit(&window, before, noise, self.joint_steps());
         let mut without = kept;
         if L > 1 && !self.effort.is_thrifty() {
@@ -198,7 +199,8 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         };
         let origin = old[0].source.origin;
         let start = old.map(|f| f.source.place(origin));
-        let window = self.joint_window(beam, origin, &start, &old);
+        let mut window = Window::new();
+        self.gather(&mut window, beam, origin, &start, &old);
         let steps = if L == 1 { SINGLE_STEPS } else { self.joint_steps() };
         let fit: Fit<L, D, A> = self.fit(&window, start, noise, steps);
         if !regular(&fit.hessian) {
@@ -224,8 +226,8 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         // Mean and standard deviation of noise that is oversampled by 1 / occupancy.
         let mean = samples as f32 * noise;
         let spread = noise * libm::sqrtf(samples as f32 / self.template.occupancy());
-        // What the arrays' errors leave, no start explains.
-        let most = mean + RESIDUAL_SIGMAS * spread + self.calibration_share * energy;
+        // What the arrays' errors leave, no start explains; one draw of them leaves up to twice the mean.
+        let most = mean + RESIDUAL_SIGMAS * spread + 2.0 * self.calibration_share * energy;
         for attempt in 0..ATTEMPTS {
             if energy - best.energy < most || self.effort.is_thrifty() {
                 break;
@@ -266,26 +268,27 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         core::array::from_fn(|i| pair.get(i).copied().unwrap_or(start[i]))
     }
 
-    /// Taps around some places, with a group's members put back.
-    fn joint_window<const L: usize, const M: usize, const C: usize>(
+    /// Takes taps around some places into an empty window, with a group's members put back.
+    fn gather<const L: usize, const M: usize, const C: usize>(
         &self,
+        window: &mut Window<C, JOINT>,
         beam: &Beam<'_, A, C>,
         origin: usize,
         places: &[Place; L],
         members: &[Found<A>; M],
-    ) -> Window<C, JOINT> {
+    ) {
         let (mut first, mut last) = (f32::INFINITY, f32::NEG_INFINITY);
         for place in places {
             first = first.min(place.delay_taps);
             last = last.max(place.delay_taps);
         }
         // The casts cut towards zero: never short by a tap on the side that matters.
-        let mut window = self.window(beam, origin, first as i32 - REACH, last as i32 + 1 + REACH);
+        let (first, last) = (first as i32 - REACH, last as i32 + 1 + REACH);
+        window.load(beam.taps, origin, first, last, self.template.centre_turns());
         for member in members {
             let (_, gains) = member.source.seen_from(origin, self.template.centre_turns());
             window.add(self.model, self.template, &member.source.place(origin), &gains);
         }
-        window
     }
 }
 

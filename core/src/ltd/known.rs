@@ -244,16 +244,15 @@ impl<const A: usize, const E: usize> Match<A, E> {
             gains: [Complex::new(0.0, 0.0); A],
         };
         let first = found.origin as i32 - REACH as i32;
+        let twist: [Complex<f32>; WINDOW] =
+            core::array::from_fn(|i| phasor(-template.centre_turns() * (first + i as i32) as f32));
         for (j, (step, lead)) in model.arrays().enumerate() {
             let at_array = delay - lead.dot(&known.u);
             let steering = steering::<E>(step.dot(&known.u));
-            let mut power = 0.0;
-            let weights: [Complex<f32>; WINDOW] = core::array::from_fn(|i| {
-                let n = (first + i as i32) as f32;
-                let [kernel, _] = template.at(n - at_array);
-                power += kernel * kernel;
-                phasor(-template.centre_turns() * n) * kernel
-            });
+            let mut kernel = [[0.0; 2]; WINDOW];
+            template.row(first as f32 - at_array, &mut kernel);
+            let power: f32 = kernel.iter().map(|[value, _]| value * value).sum();
+            let weights: [Complex<f32>; WINDOW] = core::array::from_fn(|i| twist[i] * kernel[i][0]);
             let (mut sum, mut count) = (Complex::new(0.0, 0.0), 0.0);
             for (taps, element) in folded.taps.iter().zip(elements::<E>(channels, j)) {
                 let Some(element) = element else { continue };

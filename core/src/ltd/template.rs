@@ -15,14 +15,15 @@ use crate::waveform::{SAMPLES, Waveform};
 
 /// Table entries per tap.
 const STEPS: usize = 16;
-/// Largest |x| of the table, taps.
+/// Largest |x| that the table is asked for, taps.
 pub(super) const SPAN: usize = 16;
-const ENTRIES: usize = STEPS * SPAN + 2;
 
-/// The kernel of one waveform: value, first and second derivative at each sixteenth of a tap. 3 KiB.
+/// The kernel of one waveform: value, first and second derivative at each sixteenth of a tap. 3.5 KiB.
 #[derive(Clone, Debug)]
 pub(super) struct Template {
-    table: [[f32; 3]; ENTRIES],
+    /// [sixteenth][tap]: the taps of a window, all at the same fraction, lie one after another. The last row is the first one, a
+    /// tap on.
+    table: [[[f32; 3]; SPAN + 1]; STEPS + 1],
     /// Active subcarriers / N: taps are oversampled by its inverse, 1.23.
     occupancy: f32,
     /// Active subcarriers.
@@ -58,9 +59,8 @@ impl Template {
         );
         // Mean square of the centred angular subcarrier frequency, rad^2 per tap^2. Centred frequencies step by 2 b from -(active-1) b on: variance of a uniform grid.
         let bandwidth2 = (active * active - 1.0) / 3.0 * b * b;
-        let table = core::array::from_fn(|i| {
-            let x = i as f64 / STEPS as f64;
-            if i == 0 {
+        let entry = |x: f64| {
+            if x == 0.0 {
                 return [1.0, 0.0, -bandwidth2 as f32];
             }
             // With D = S / (Na s): D' = (S' - Na s' D) / (Na s), D'' = (S'' - 2 Na s' D' + Na b^2 s D) / (Na s).
@@ -70,9 +70,11 @@ impl Template {
             let dd = (dbig - active * ds * d) / (active * s);
             let ddd = (-a * a * big - 2.0 * active * ds * dd + active * b * b * s * d) / (active * s);
             [d as f32, dd as f32, ddd as f32]
-        });
+        };
         Self {
-            table,
+            table: core::array::from_fn(|step| {
+                core::array::from_fn(|tap| entry(tap as f64 + step as f64 / STEPS as f64))
+            }),
             occupancy: (active / samples) as f32,
             active: active as f32,
             centre_turns: ((lowest + (active - 1.0) / 2.0) / samples) as f32,
@@ -82,21 +84,40 @@ impl Template {
 
     /// Kernel and slope at `x` taps from the peak. Beyond the table, the value at its end.
     pub(super) fn at(&self, x: f32) -> [f32; 2] {
-        let place = (x.abs() * STEPS as f32).min((STEPS * SPAN) as f32);
-        let cell = place as usize;
-        let t = place - cell as f32;
-        let (Some(&[d0, s0, c0]), Some(&[d1, s1, c1])) = (self.table.get(cell), self.table.get(cell + 1))
-        else {
-            return [0.0; 2];
-        };
-        const H: f32 = 1.0 / STEPS as f32;
-        let (t2, u) = (t * t, 1.0 - t);
-        // Hermite basis: h00 = (1 + 2t) u^2, h10 = t u^2, h01 = t^2 (3 - 2t), h11 = -t^2 u.
-        let (h00, h01) = ((1.0 + 2.0 * t) * u * u, t2 * (3.0 - 2.0 * t));
-        let (h10, h11) = (H * t * u * u, -H * t2 * u);
-        let value = h00 * d0 + h10 * s0 + h01 * d1 + h11 * s1;
-        let slope = h00 * s0 + h10 * c0 + h01 * s1 + h11 * c1;
+        let mut out = [0.0; 2];
+        self.side(x.abs(), core::iter::once(&mut out));
+        let [value, slope] = out;
         [value, if x < 0.0 { -slope } else { slope }]
+    }
+
+    /// Kernel and slope at `x`, `x + 1`, ..., as many as there is room for; what lies beyond the table stays as it was.
+    pub(super) fn row(&self, x: f32, out: &mut [[f32; 2]]) {
+        // The cast cuts towards zero and gives 0 below it: as many taps as lie before the peak.
+        let ahead = ((1.0 - x) as usize).min(out.len());
+        let (before, behind) = out.split_at_mut_checked(ahead).unwrap_or_default();
+        self.side(x + ahead as f32, behind.iter_mut());
+        self.side(1.0 - ahead as f32 - x, before.iter_mut().rev());
+        for [_, slope] in before {
+            *slope = -*slope;
+        }
+    }
+
+    /// Kernel and slope at `x >= 0`, `x + 1`, ... of the table. They lie at one fraction of a tap, so what blends entries is made once.
+    #[inline(always)]
+    fn side<'a>(&self, x: f32, out: impl Iterator<Item = &'a mut [f32; 2]>) {
+        let place = x.clamp(0.0, SPAN as f32) * STEPS as f32;
+        let entry = place as usize;
+        let between = Between::new(place - entry as f32);
+        let row = |step| {
+            self.table
+                .get(step)
+                .and_then(|row: &[_; SPAN + 1]| row.get(entry / STEPS..))
+        };
+        if let (Some(before), Some(after)) = (row(entry % STEPS), row(entry % STEPS + 1)) {
+            for ((out, before), after) in out.zip(before).zip(after) {
+                *out = between.blend(before, after);
+            }
+        }
     }
 
     /// Kernel at any `x`, within one period of the peak: beyond the table by the closed form.
@@ -126,6 +147,36 @@ impl Template {
     /// Band centre, turns per tap.
     pub(super) fn centre_turns(&self) -> f32 {
         self.centre_turns
+    }
+}
+
+/// A place between two entries of the table: the cubic Hermite polynomials there.
+struct Between {
+    values: [f32; 2],
+    slopes: [f32; 2],
+}
+
+impl Between {
+    /// The place at a share of the step, 0..1.
+    #[inline(always)]
+    fn new(t: f32) -> Self {
+        const H: f32 = 1.0 / STEPS as f32;
+        let (t2, u) = (t * t, 1.0 - t);
+        Self {
+            values: [(1.0 + 2.0 * t) * u * u, t2 * (3.0 - 2.0 * t)],
+            slopes: [H * t * u * u, -H * t2 * u],
+        }
+    }
+
+    /// Value and slope between two entries of value, slope and bend.
+    #[inline(always)]
+    fn blend(&self, before: &[f32; 3], after: &[f32; 3]) -> [f32; 2] {
+        let ([d0, s0, c0], [d1, s1, c1]) = (before, after);
+        let ([v0, v1], [w0, w1]) = (self.values, self.slopes);
+        [
+            v0 * d0 + w0 * s0 + v1 * d1 + w1 * s1,
+            v0 * s0 + w0 * c0 + v1 * s1 + w1 * c1,
+        ]
     }
 }
 
@@ -160,15 +211,43 @@ mod tests {
         assert!(worst[0] < 5e-7 && worst[1] < 2e-6, "{worst:?}");
         assert_eq!(template.centre_turns(), -0.5 / 512.0);
         // Mean square of the centred subcarrier frequency: 57.64 MHz rms.
-        let rms_hz = libm::sqrtf(-template.table[0][2]) / core::f32::consts::TAU * 245.76e6;
+        let rms_hz = libm::sqrtf(-template.table[0][0][2]) / core::f32::consts::TAU * 245.76e6;
         assert!((rms_hz - 57.64e6).abs() < 1e4, "{rms_hz}");
+    }
+
+    #[test]
+    fn a_row_is_its_taps() {
+        let template = Template::new(&Waveform::default());
+        for step in -2000..300 {
+            let x = step as f32 / 100.0;
+            let mut row = [[0.0; 2]; 18];
+            template.row(x, &mut row[..15]);
+            for (i, got) in row.iter().enumerate() {
+                let here = x + i as f32;
+                let filled = i < 15 && here.abs() < SPAN as f32;
+                let expected = if filled { template.at(here) } else { [0.0; 2] };
+                let near = got.iter().zip(expected).all(|(a, b)| (a - b).abs() < 2e-6);
+                // A row may use the last tap of the table as well.
+                let last = (SPAN as f32..SPAN as f32 + 1.1).contains(&here.abs());
+                assert!(near || last, "{x} {i}: {got:?} {expected:?}");
+            }
+        }
     }
 
     #[test]
     fn hostile_arguments_stay_inside() {
         let template = Template::new(&Waveform::default());
-        for x in [1e9, -1e9, f32::NAN, f32::INFINITY] {
-            assert!(template.at(x).iter().all(|v| v.is_finite() || x.is_nan()));
+        for x in [1e9, -1e9, f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let mut row = [[0.0; 2]; 18];
+            template.row(x, &mut row);
+            let at = template.at(x);
+            assert!(
+                row.iter()
+                    .chain([&at])
+                    .flatten()
+                    .all(|v| v.is_finite() || x.is_nan()),
+                "{x}: {at:?} {row:?}"
+            );
         }
     }
 }

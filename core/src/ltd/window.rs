@@ -28,25 +28,36 @@ pub(super) struct Window<const C: usize, const W: usize> {
 }
 
 impl<const C: usize, const W: usize> Window<C, W> {
-    /// Taps `origin + first ..= origin + last` (cyclic), cut to `W`.
-    pub(super) fn load(taps: &[Channel; C], origin: usize, first: i32, last: i32, centre_turns: f32) -> Self {
+    /// No taps.
+    pub(super) fn new() -> Self {
+        Self {
+            taps: [[Complex::new(0.0, 0.0); W]; C],
+            first: 0,
+            len: 0,
+        }
+    }
+
+    /// Takes taps `origin + first ..= origin + last` (cyclic), cut to `W`, into an empty window.
+    pub(super) fn load(
+        &mut self,
+        taps: &[Channel; C],
+        origin: usize,
+        first: i32,
+        last: i32,
+        centre_turns: f32,
+    ) {
         let len = usize::try_from(last - first + 1).unwrap_or(0).min(W);
         // The same twist for all channels; it stays under an eighth of a turn, so it is made anew for every tap.
         let twist: [Complex<f32>; W] =
             core::array::from_fn(|i| phasor(-centre_turns * (first + i as i32) as f32));
         let start = origin.wrapping_add_signed(first as isize);
-        let mut window = Self {
-            taps: [[Complex::new(0.0, 0.0); W]; C],
-            first,
-            len,
-        };
-        for (row, channel) in window.taps.iter_mut().zip(taps) {
+        (self.first, self.len) = (first, len);
+        for (row, channel) in self.taps.iter_mut().zip(taps) {
             for (i, (tap, twist)) in row.iter_mut().zip(&twist).take(len).enumerate() {
                 let sample = channel[start.wrapping_add(i) & (SAMPLES - 1)];
                 *tap = Complex::new(f32::from(sample.re()), f32::from(sample.im())) * twist;
             }
         }
-        window
     }
 
     /// Adds a path: a source of gains `gains` at the arrays, seen from the window's origin.
@@ -57,15 +68,17 @@ impl<const C: usize, const W: usize> Window<C, W> {
         place: &Place,
         gains: &[Complex<f32>; A],
     ) {
-        let (first, len) = (self.first, self.len);
+        let (first, len) = (self.first(), self.len);
         let arrays = model.arrays().zip(gains);
         for (rows, ((step, lead), gain)) in self.taps.as_chunks_mut::<E>().0.iter_mut().zip(arrays) {
             let delay = place.delay_taps - lead.dot(&place.u);
-            let kernel: [Complex<f32>; W] =
-                core::array::from_fn(|i| gain * template.at((first + i as i32) as f32 - delay)[0]);
+            let mut kernel = [[0.0; 2]; W];
+            template.row(first - delay, kernel.get_mut(..len).unwrap_or_default());
             for (row, s) in rows.iter_mut().zip(steering::<E>(step.dot(&place.u))) {
-                for (tap, value) in row.iter_mut().zip(&kernel).take(len) {
-                    *tap += s * value;
+                let gain = s * gain;
+                // Beyond `len` taps and kernel are zero.
+                for (tap, [value, _]) in row.iter_mut().zip(&kernel) {
+                    *tap += gain * *value;
                 }
             }
         }
@@ -74,6 +87,16 @@ impl<const C: usize, const W: usize> Window<C, W> {
     /// The channels' rows.
     pub(super) fn rows(&self) -> &[[Complex<f32>; W]; C] {
         &self.taps
+    }
+
+    /// Coordinate of the first tap.
+    pub(super) fn first(&self) -> f32 {
+        self.first as f32
+    }
+
+    /// Taps that were loaded.
+    pub(super) fn len(&self) -> usize {
+        self.len
     }
 
     /// Energy of the window, and how many samples it holds.

@@ -52,7 +52,9 @@ fn window(model: &ArrayModel<4, 8>, template: &Template, sources: &[Source<4>; 2
         1e-3,
         Change::Add,
     );
-    Window::load(&taps, 100, -REACH, REACH + 2, template.centre_turns())
+    let mut window = Window::new();
+    window.load(&taps, 100, -REACH, REACH + 2, template.centre_turns());
+    window
 }
 
 #[test]
