@@ -10,9 +10,9 @@
 use core::cell::Cell;
 
 /// Work after which joint fits are begun once and end early.
-const THRIFTY: u32 = 6_000;
+const THRIFTY: u32 = 5_000;
 /// Work after which there are none.
-const SPENT: u32 = 9_500;
+const SPENT: u32 = 9_000;
 
 /// Work of cancelling a path, or of putting it back.
 const CANCELLED: u32 = 12;

@@ -359,7 +359,7 @@ fn accumulate<const L: usize, const D: usize, const A: usize>(
         for q in p..L {
             let cross = gains[p].re * gains[q].re + gains[p].im * gains[q].im;
             // Weights of (W, T) of both paths, times the slopes of the second, then those of the first.
-            let half = [w, t].map(|r| {
+            let [with_w, with_t] = [w, t].map(|r| {
                 let [with_w, with_t] = [1, 2].map(|kind| cross * gram[r][column::<L>(kind, q)]);
                 let Slopes { steering, delay } = &slopes[q];
                 [
@@ -368,11 +368,11 @@ fn accumulate<const L: usize, const D: usize, const A: usize>(
                     with_w * steering[1] + with_t * delay[1],
                 ]
             });
-            for b in 0..3 {
+            for (b, (x, y)) in with_w.into_iter().zip(with_t).enumerate() {
                 let column = 3 * q + b;
-                normal.hessian[3 * p][column] += half[1][b];
-                normal.hessian[3 * p + 1][column] += a1 * half[0][b] + b1 * half[1][b];
-                normal.hessian[3 * p + 2][column] += a2 * half[0][b] + b2 * half[1][b];
+                normal.hessian[3 * p][column] += y;
+                normal.hessian[3 * p + 1][column] += a1 * x + b1 * y;
+                normal.hessian[3 * p + 2][column] += a2 * x + b2 * y;
             }
         }
     }
