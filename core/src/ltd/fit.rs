@@ -368,11 +368,11 @@ fn accumulate<const L: usize, const D: usize, const A: usize>(
                     with_w * steering[1] + with_t * delay[1],
                 ]
             });
-            for (b, (x, y)) in with_w.into_iter().zip(with_t).enumerate() {
-                let column = 3 * q + b;
-                normal.hessian[3 * p][column] += y;
-                normal.hessian[3 * p + 1][column] += a1 * x + b1 * y;
-                normal.hessian[3 * p + 2][column] += a2 * x + b2 * y;
+            let rows = [[0.0, 1.0], [a1, b1], [a2, b2]];
+            for (row, [of_w, of_t]) in normal.hessian.iter_mut().skip(3 * p).zip(rows) {
+                for (sum, (x, y)) in row.iter_mut().skip(3 * q).zip(with_w.iter().zip(&with_t)) {
+                    *sum += of_w * x + of_t * y;
+                }
             }
         }
     }
