@@ -238,6 +238,36 @@ fn a_clock_step_is_taken_over_and_flagged() {
 }
 
 #[test]
+fn a_clock_that_runs_at_another_rate_is_caught() {
+    // From 10 s on the clock gains 1.5 m/s more, out of sight of the GMT: a change that no ramp explains.
+    let gained = |now: u64| 1.5e-9 * now.saturating_sub(10_000_000_000) as f64;
+    let mut filter = Filter46::new(FilterConfig::default(), 0);
+    for now in (STEP_NS..=16_000_000_000).step_by(STEP_NS as usize) {
+        filter.increment(&increment(now - STEP_NS));
+        if now % SWEEP_NS == SWEEP_NS / 2 {
+            let _ = filter.two_way(now, truth(now).clock_offset_m + gained(now));
+        }
+        if now.is_multiple_of(SWEEP_NS) {
+            let mut sweep = measurement(now, path(now));
+            if now > 10_000_000_000 {
+                sweep.line_of_sight = None;
+            }
+            let _ = filter.sweep(&sweep);
+        }
+    }
+    let state = filter.nominal();
+    let clock = state.clock_offset_m - truth(state.time_ns).clock_offset_m - gained(state.time_ns);
+    assert!(clock.abs() < 0.2, "{clock} m");
+    assert!(
+        (state.clock_drift_m_per_s - 4.5).abs() < 0.5,
+        "{} m/s",
+        state.clock_drift_m_per_s
+    );
+    // Set once, and then it knew better.
+    assert_eq!(filter.counters().clock_steps, 1);
+}
+
+#[test]
 fn missing_inertial_data_are_bridged_and_flagged() {
     let mut filter = Filter46::new(FilterConfig::default(), 0);
     let mut flagged = false;
