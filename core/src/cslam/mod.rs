@@ -18,6 +18,7 @@ mod clock;
 mod config;
 mod gain;
 mod localizer;
+mod mirrors;
 mod paths;
 mod receive;
 mod report;
@@ -35,6 +36,7 @@ use nalgebra::Vector3;
 
 use self::clock::TwoWayClock;
 use self::localizer::Localizer;
+use self::mirrors::Mirrors;
 use self::sweep::Open;
 use crate::block::BeamBlock;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
@@ -112,6 +114,7 @@ pub struct Cslam<'m, E, const VOXELS: usize, const STATES: usize = { states(2) }
     last_heading_ns: u64,
     localizer: Localizer<STATES>,
     planes: PlaneMap<PLANES>,
+    mirrors: Mirrors,
     open: Option<Open>,
     last_beacon: Option<(u64, Beacon)>,
     clock: TwoWayClock,
@@ -131,6 +134,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             rest: Some(RestAlignment::new(config.rest)),
             last_heading_ns: 0,
             planes: PlaneMap::new(config.planes),
+            mirrors: Mirrors::default(),
             localizer: Localizer::new(&config.localization),
             open: None,
             last_beacon: None,
@@ -247,6 +251,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     pub fn clear_map(&mut self) {
         self.memory.map.clear();
         self.planes = PlaneMap::new(self.config.planes);
+        self.mirrors = Mirrors::default();
     }
 
     /// The newest beacon of a sweep that was heard.

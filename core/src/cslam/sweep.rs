@@ -6,6 +6,7 @@
 use heapless::Vec;
 
 use super::config::{Departures, Mapped};
+use super::mirrors::MIRRORS;
 use super::paths::{Heard, Judged};
 use super::receive::ends;
 use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
@@ -129,7 +130,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         for (index, path) in heard.iter().enumerate() {
             let judged = judged.get(index);
             let outcome = match (&ends, judged) {
-                (Some(ends), Some(judged)) => self.outcome(index, line, ends, judged),
+                (Some(ends), Some(judged)) => self.outcome(open.sweep, index, line, ends, judged),
                 _ => Outcome::NoPose,
             };
             let _fits = paths.push(PathReport {
@@ -210,11 +211,13 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 };
             }
         }
-        let planes: Vec<MappedPlane, PLANES> =
-            gather(self.planes.surfaces().iter().map(|surface| MappedPlane {
-                id: surface.id,
-                plane: surface.plane,
-            }));
+        let surfaces = self.planes.surfaces();
+        let mapped = surfaces.iter().map(|surface| MappedPlane {
+            id: surface.id,
+            plane: surface.plane,
+        });
+        let planes: Vec<MappedPlane, { PLANES + MIRRORS }> =
+            gather(mapped.chain(self.mirrors.beside(surfaces)));
         let before = self.localizer.counters();
         let verdict = self.localizer.sweep(
             open.sweep,
@@ -281,7 +284,14 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     }
 
     /// What becomes of a path with the final pose.
-    fn outcome(&mut self, index: usize, line: Option<usize>, ends: &Ends, judged: &Judged) -> Outcome {
+    fn outcome(
+        &mut self,
+        sweep: u32,
+        index: usize,
+        line: Option<usize>,
+        ends: &Ends,
+        judged: &Judged,
+    ) -> Outcome {
         if line == Some(index) {
             return Outcome::LineOfSight;
         }
@@ -310,6 +320,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             Ok(Verdict::Accepted(point)) => {
                 // What lies beyond the map's range is counted there.
                 let insertion = self.memory.map.insert(&point).ok();
+                self.mirrors.enter(sweep, ends, &point.position);
                 Outcome::Point(point, insertion)
             }
         }

@@ -60,10 +60,19 @@ pub struct FlightConfig {
     pub gmt_step_m: f64,
     /// Route wanted: at least this share of sweeps with line of sight between GMT and UAV, 0..=1.
     pub visible_share: f64,
+    /// Route preferred: at most this share, 0..=1, so that a flight shows what outages do. One that never leaves the GMT's
+    /// sight is taken when no other is as wanted.
+    pub most_visible_share: f64,
     /// Route wanted: no longer without line of sight than this, s.
     pub longest_outage_s: f64,
     /// Route wanted: line of sight in all sweeps up to this time, s.
     pub visible_start_s: f64,
+    /// Route wanted: up to that time the UAV is no higher above the GMT's horizon than this, deg; 90 asks for nothing. The
+    /// GMT's beams end at 30: above, it is heard through sidelobes, which tell no direction to start from.
+    pub start_elevation_deg: f64,
+    /// Route wanted: a path of one reflection in at least this share of the sweeps without line of sight, 0..=1; 0 asks for
+    /// nothing.
+    pub reflected_share: f64,
 }
 
 impl Default for FlightConfig {
@@ -80,13 +89,29 @@ impl Default for FlightConfig {
             gmt_clearance_m: None,
             gmt_step_m: 0.2,
             visible_share: 0.6,
+            most_visible_share: 1.0,
             longest_outage_s: 18.0,
             visible_start_s: 10.0,
+            start_elevation_deg: 90.0,
+            reflected_share: 0.0,
         }
     }
 }
 
 impl FlightConfig {
+    /// A flight planned for reflections too, under the conditions that the accuracy of a whole flight is stated for
+    /// (localization.md sections 0 and 4): the GMT in sight in 60 to 80 % of the sweeps, a path of one reflection in 70 % of
+    /// the others; and the start where the GMT's beams reach.
+    #[must_use]
+    pub fn covered() -> Self {
+        Self {
+            most_visible_share: 0.8,
+            start_elevation_deg: 30.0,
+            reflected_share: 0.7,
+            ..Self::default()
+        }
+    }
+
     /// Distance that the UAV keeps in this scene, m.
     pub(super) fn clearance_in(&self, world: &dyn Obstacles) -> f64 {
         let (low, high) = world.bounds();
@@ -183,8 +208,11 @@ impl FlightConfig {
         above("flight.mast_m", self.mast_m, 0.0, 20.0)?;
         within("flight.gmt_step_m", self.gmt_step_m, 10.0)?;
         within("flight.visible_share", self.visible_share, 1.0)?;
+        within("flight.most_visible_share", self.most_visible_share, 1.0)?;
         within("flight.longest_outage_s", self.longest_outage_s, hour)?;
-        within("flight.visible_start_s", self.visible_start_s, hour)
+        within("flight.visible_start_s", self.visible_start_s, hour)?;
+        within("flight.start_elevation_deg", self.start_elevation_deg, 90.0)?;
+        within("flight.reflected_share", self.reflected_share, 1.0)
     }
 }
 

@@ -4,6 +4,7 @@
 //! quadrotor, and smoothed into a [`Spline`] whose [`Motion`] is known in closed form at every instant.
 
 mod config;
+mod contact;
 mod gmt;
 mod motion;
 mod obstacles;
@@ -14,8 +15,9 @@ mod scene;
 mod spline;
 
 pub use config::{FlightConfig, Limits};
+pub use contact::Contact;
 pub use gmt::{GmtTrack, Schedule};
 pub use motion::{Motion, Trajectory};
 pub use obstacles::{Obstacles, Tube};
-pub use plan::{Contact, FlightPlan};
+pub use plan::FlightPlan;
 pub use spline::Spline;

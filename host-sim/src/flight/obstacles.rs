@@ -6,6 +6,10 @@ use nalgebra::Vector3;
 pub trait Obstacles {
     /// Whether something stands between two points.
     fn blocked(&self, from: [f64; 3], to: [f64; 3]) -> bool;
+    /// Whether a wave gets from one point to another by one reflection. A world that knows nothing of mirrors says yes.
+    fn reflected(&self, _from: [f64; 3], _to: [f64; 3]) -> bool {
+        true
+    }
     /// Whether a point lies inside a solid.
     fn inside_solid(&self, point: [f64; 3]) -> bool;
     /// Lowest and highest corner of the world.

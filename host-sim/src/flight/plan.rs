@@ -1,11 +1,15 @@
 //! Planning of a whole flight: the drive of the GMT, and a route of the UAV that mostly stays in its sight.
 //!
-//! Many pairs of drives and routes are drawn, the later ones more and more in the GMT's sight; the first that has the
-//! wanted contact and keeps its distance is taken. A seed picks a flight, not a fate: which share of sweeps has line of
-//! sight is planned for, as an operator would, and reported.
+//! Many pairs of drives and routes are drawn, the later ones more and more in the GMT's sight, and where it is hidden, in
+//! that of its reflections; the first that has the wanted contact and keeps its distance is taken. A seed picks a flight,
+//! not a fate: contact is planned for, as an operator would who knows the site, and reported. Geometry decides alone, no
+//! receiver is asked.
+
+use core::cell::OnceCell;
 
 use nalgebra::Vector3;
 
+use super::contact::{Contact, contact, elevation_deg};
 use super::roadmap::Roadmap;
 use super::route::Route;
 use super::{FlightConfig, GmtTrack, Obstacles, Schedule, Trajectory, Tube};
@@ -13,22 +17,23 @@ use crate::input::InputError;
 use crate::seeded::{Seeded, Source};
 
 /// Pairs of drive and route that are drawn before the best so far is taken.
-const ATTEMPTS: u32 = 160;
+const ATTEMPTS: u32 = 640;
+/// Of these, the first ones look for sight only, at a pace that is a guess; the others look for reflections too, at the pace
+/// of the drafts before them.
+const PLAIN_ATTEMPTS: u32 = 160;
 /// After this many attempts one more goal is drawn at each choice, and the one in better sight is taken.
 const ATTEMPTS_A_CHOICE: u32 = 32;
 /// The straight lines of a tour keep this much more than the clearance, so that the curve may round its corners.
 const TOUR_CLEARANCE_RATIO: f64 = 1.3;
 
-/// Line of sight between GMT and UAV over the sweeps of a flight.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
-    /// Share of sweeps with line of sight, 0..=1.
-    pub visible_share: f64,
-    /// Longest time without, s.
-    pub longest_outage_s: f64,
-    /// Line of sight in all sweeps up to this time, s.
-    pub visible_start_s: f64,
-}
+/// Goals drawn at a choice, at most.
+const MOST_CHOICES: u32 = 10;
+/// Plans of which the best is taken when none is as wanted.
+const FINALISTS: usize = 8;
+/// Of the places that the UAV may be at, every so-manyth is asked for whether a GMT sees it.
+const SAMPLED: usize = 4;
+/// Lines of a tour are flown at this share of the cruise speed on average, as a first guess.
+const PACE_RATIO: f64 = 0.75;
 
 /// A planned flight.
 #[derive(Clone, Debug)]
@@ -49,23 +54,42 @@ impl FlightPlan {
     pub fn plan(world: &dyn Obstacles, config: &FlightConfig, seed: u64) -> Result<Self, InputError> {
         config.check()?;
         let planner = Planner::new(world, config, seed)?;
-        let mut candidates = Vec::new();
+        let (mut drafts, mut plans) = (Vec::new(), Vec::new());
+        let mut pace = PACE_RATIO * config.cruise_in(world);
         for attempt in 0..ATTEMPTS {
-            let Some(draft) = planner.draw(attempt) else {
+            let Some(draft) = planner.draw(attempt, pace) else {
                 continue;
             };
+            if attempt + 1 >= PLAIN_ATTEMPTS {
+                // Each draft has its share in what is expected of the next ones.
+                pace += 0.1 * (draft.pace_m_per_s - pace);
+            }
             let shortfall = planner.shortfall(&draft.contact);
-            if shortfall == 0.0 {
-                if let Some(plan) = planner.keep_distance(draft) {
+            if shortfall > 0.0 {
+                drafts.push((shortfall, draft));
+            } else if let Some(plan) = planner.keep_distance(draft) {
+                // Slowed where it came too near a wall, it may see less.
+                let shortfall = planner.shortfall(&plan.contact);
+                if shortfall == 0.0 && plan.contact.visible_share <= config.most_visible_share {
                     return Ok(plan);
                 }
-            } else {
-                candidates.push((shortfall, draft));
+                plans.push((shortfall, plan));
             }
         }
         // Stable: of equal ones, the first drawn.
-        candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
-        candidates.into_iter().find_map(|(_, draft)| planner.keep_distance(draft)).ok_or_else(|| {
+        drafts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (_, draft) in drafts {
+            if plans.len() >= FINALISTS {
+                break;
+            }
+            plans.extend(
+                planner
+                    .keep_distance(draft)
+                    .map(|plan| (planner.shortfall(&plan.contact), plan)),
+            );
+        }
+        plans.sort_by(|a, b| a.0.total_cmp(&b.0));
+        plans.into_iter().next().map(|(_, plan)| plan).ok_or_else(|| {
             InputError::new(format!(
                 "no flight of {} s with a clearance of {} m was found in this scene: expected more room or a \
                  smaller flight.clearance_m",
@@ -82,7 +106,7 @@ impl FlightPlan {
         schedule: Schedule,
         duration_s: f64,
     ) -> Self {
-        let contact = contact(world, &uav, &gmt, schedule, duration_s);
+        let contact = contact(world, &uav, &gmt, schedule, duration_s, f64::INFINITY);
         Self {
             uav,
             gmt,
@@ -131,6 +155,8 @@ struct Planner<'a> {
     clearance_m: f64,
     air: Roadmap,
     ground: Roadmap,
+    /// See [`Planner::overlooked`], for each point of the ground's roadmap.
+    overlooked: OnceCell<Vec<f64>>,
 }
 
 /// One attempt, not yet checked for its distance to obstacles.
@@ -138,6 +164,8 @@ struct Draft {
     route: Route,
     gmt: GmtTrack,
     contact: Contact,
+    /// Mean speed over ground once it flies, m/s.
+    pace_m_per_s: f64,
 }
 
 impl<'a> Planner<'a> {
@@ -177,43 +205,96 @@ impl<'a> Planner<'a> {
             clearance_m,
             air,
             ground,
+            overlooked: OnceCell::new(),
         })
     }
 
-    fn draw(&self, attempt: u32) -> Option<Draft> {
+    /// A draft that expects to move on at `pace` m/s.
+    fn draw(&self, attempt: u32, pace: f64) -> Option<Draft> {
         let config = self.config;
         let mut random = Seeded::numbered(self.seed, Source::GmtRoute, attempt);
         let stops = config.schedule.sweeps_until(config.duration_s) / config.schedule.sweeps_per_stop + 2;
         let start = random.index(self.ground.points().len());
+        let far_seeing = attempt >= PLAIN_ATTEMPTS;
+        let choices = (1 + attempt / ATTEMPTS_A_CHOICE).min(MOST_CHOICES);
         let way = self.ground.tour(
             start,
             config.gmt_step_m * f64::from(stops),
             &mut random,
-            1,
-            |_, _| 0.0,
+            if far_seeing { choices } else { 1 },
+            |p, _| if far_seeing { self.overlooked(p) } else { 0.0 },
         );
         let gmt = GmtTrack::along(&way, config.gmt_step_m, stops as usize, config.schedule)?;
 
         let mut random = Seeded::numbered(self.seed, Source::UavRoute, attempt);
-        let seen = |p: &Vector3<f64>| !self.world.blocked(gmt.stops_m()[0].into(), (*p).into());
+        let first = gmt.stops_m()[0];
+        let seen = |p: &Vector3<f64>| !self.world.blocked(first.into(), (*p).into());
         let starts: Vec<usize> = (0..self.air.points().len())
             .filter(|&k| seen(&self.air.points()[k]))
+            .filter(|&k| !far_seeing || self.is_low(&first, &self.air.points()[k]))
             .collect();
         let start = *starts.get(random.index(starts.len()))?;
         let cruise = config.cruise_in(self.world);
-        // Seen from where the GMT will be, roughly: lines are flown at 0.75 of the cruise speed on average.
-        let pace = 0.75 * cruise;
-        let in_sight = |p: &Vector3<f64>, along_m: f64| {
-            let (there, _) = gmt.at(config.rest_s + along_m / pace);
-            f64::from(u8::from(!self.world.blocked(there.into(), (*p).into())))
+        // Seen from where the GMT will be, roughly.
+        let worth = |p: &Vector3<f64>, along_m: f64| {
+            let time_s = config.rest_s + along_m / pace;
+            let (there, _) = gmt.at(time_s);
+            if !self.world.blocked(there.into(), (*p).into()) {
+                let early = far_seeing && time_s < config.visible_start_s;
+                f64::from(u8::from(!early || self.is_low(&there, p)))
+            } else {
+                let asked = far_seeing && config.reflected_share > 0.0;
+                f64::from(u8::from(asked && self.world.reflected(there.into(), (*p).into())))
+            }
         };
         let length_m = cruise * (config.duration_s + 10.0);
-        let choices = 1 + attempt / ATTEMPTS_A_CHOICE;
-        let tour = self.air.tour(start, length_m, &mut random, choices, in_sight);
+        let tour = self.air.tour(start, length_m, &mut random, choices, worth);
         let route = Route::new(tour, &config.limits, || cruise * random.between(0.5, 1.0))?;
-        let draft = self.fly(&route, |_, _, _| true)?;
-        let contact = contact(self.world, &draft, &gmt, config.schedule, config.duration_s);
-        Some(Draft { route, gmt, contact })
+        let flown = self.fly(&route, |_, _, _| true)?;
+        let contact = self.contact(&flown, &gmt);
+        Some(Draft {
+            route,
+            gmt,
+            contact,
+            pace_m_per_s: pace_of(&flown, config),
+        })
+    }
+
+    /// Share of the places that the UAV may be at which a GMT at a point of its roadmap sees.
+    fn overlooked(&self, gmt: &Vector3<f64>) -> f64 {
+        let shares = self.overlooked.get_or_init(|| {
+            let places = || self.air.points().iter().step_by(SAMPLED);
+            let seen = |from: &Vector3<f64>| {
+                places()
+                    .filter(|p| !self.world.blocked((*from).into(), (**p).into()))
+                    .count()
+            };
+            let all = places().count().max(1) as f64;
+            self.ground
+                .points()
+                .iter()
+                .map(|p| seen(p) as f64 / all)
+                .collect()
+        });
+        let of = self.ground.points().iter().position(|p| p == gmt);
+        of.and_then(|k| shares.get(k)).copied().unwrap_or(0.0)
+    }
+
+    /// Whether the UAV is as low above the GMT as wanted for a start.
+    fn is_low(&self, gmt: &Vector3<f64>, uav: &Vector3<f64>) -> bool {
+        elevation_deg(gmt, uav) <= self.config.start_elevation_deg
+    }
+
+    fn contact(&self, uav: &Trajectory, gmt: &GmtTrack) -> Contact {
+        let config = self.config;
+        contact(
+            self.world,
+            uav,
+            gmt,
+            config.schedule,
+            config.duration_s,
+            config.start_elevation_deg,
+        )
     }
 
     fn fly(&self, route: &Route, clear: impl Fn(&Trajectory, f64, f64) -> bool) -> Option<Trajectory> {
@@ -241,14 +322,13 @@ impl<'a> Planner<'a> {
             };
             tube.is_free(self.world, &from, &to)
         })?;
-        let config = self.config;
-        Some(FlightPlan::from_parts(
-            self.world,
+        Some(FlightPlan {
+            contact: self.contact(&uav, &draft.gmt),
             uav,
-            draft.gmt,
-            config.schedule,
-            config.duration_s,
-        ))
+            gmt: draft.gmt,
+            schedule: self.config.schedule,
+            duration_s: self.config.duration_s,
+        })
     }
 
     /// How far a contact falls short of what is wanted; zero when it does not.
@@ -257,36 +337,20 @@ impl<'a> Planner<'a> {
         let start_s = config.visible_start_s.min(config.duration_s);
         (config.visible_share - contact.visible_share).max(0.0)
             + (contact.longest_outage_s - config.longest_outage_s).max(0.0) / config.duration_s
-            + (start_s - contact.visible_start_s).max(0.0) / config.duration_s
+            + (start_s - contact.low_start_s).max(0.0) / config.duration_s
+            + (config.reflected_share - contact.reflected_share).max(0.0) * (1.0 - contact.visible_share)
     }
 }
 
-fn contact(
-    world: &dyn Obstacles,
-    uav: &Trajectory,
-    gmt: &GmtTrack,
-    schedule: Schedule,
-    duration_s: f64,
-) -> Contact {
-    let sweeps = schedule.sweeps_until(duration_s);
-    let (mut visible, mut outage, mut longest, mut start) = (0u32, 0u32, 0u32, None);
-    for sweep in 0..sweeps {
-        let time_s = schedule.sweep_time_s(sweep);
-        let (there, here) = (gmt.at(time_s).0, uav.position_m().at(time_s)[0]);
-        if world.blocked(there.into(), here.into()) {
-            outage += 1;
-            longest = longest.max(outage);
-            start.get_or_insert(time_s - schedule.sweep_period_s);
-        } else {
-            visible += 1;
-            outage = 0;
-        }
-    }
-    Contact {
-        visible_share: f64::from(visible) / f64::from(sweeps.max(1)),
-        longest_outage_s: f64::from(longest) * schedule.sweep_period_s,
-        visible_start_s: start.unwrap_or(duration_s),
-    }
+/// Mean speed after the rest, m/s.
+fn pace_of(uav: &Trajectory, config: &FlightConfig) -> f64 {
+    let flying_s = (config.duration_s - config.rest_s).max(1.0);
+    let place = |step: u32| uav.position_m().at(config.rest_s + 0.5 * f64::from(step))[0];
+    let steps = (2.0 * flying_s) as u32;
+    let way_m: f64 = (0..steps)
+        .map(|step| (place(step + 1) - place(step)).norm())
+        .sum();
+    (way_m / flying_s).max(0.1)
 }
 
 #[cfg(test)]

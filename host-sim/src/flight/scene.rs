@@ -1,11 +1,31 @@
 //! A scene is a world to fly in.
 
+use nalgebra::Vector3;
+
 use super::Obstacles;
 use crate::scene::Scene;
 
 impl Obstacles for Scene {
     fn blocked(&self, from: [f64; 3], to: [f64; 3]) -> bool {
         Scene::blocked(self, from, to)
+    }
+
+    fn reflected(&self, from: [f64; 3], to: [f64; 3]) -> bool {
+        let (from, to) = (Vector3::from(from), Vector3::from(to));
+        self.faces().iter().any(|face| {
+            let (before, behind) = (face.height_m(&from), face.height_m(&to));
+            if before <= 0.0 || behind <= 0.0 {
+                return false;
+            }
+            // Where the line from the image meets the plane.
+            let image = from - face.normal() * (2.0 * before);
+            let point = image + (to - image) * (before / (before + behind));
+            // A millimetre before the face, so that it is not in its own way.
+            let before_it = (point + face.normal() * 1e-3).into();
+            face.contains(&point)
+                && !Scene::blocked(self, from.into(), before_it)
+                && !Scene::blocked(self, before_it, to.into())
+        })
     }
 
     fn inside_solid(&self, point: [f64; 3]) -> bool {
@@ -22,8 +42,10 @@ impl Obstacles for Scene {
 mod tests {
     use nalgebra::Vector3;
 
-    use crate::flight::{FlightConfig, FlightPlan};
+    use crate::flight::{FlightConfig, FlightPlan, Obstacles};
     use crate::scene::{Face, Scene};
+    use crate::seeded::{Seeded, Source};
+    use crate::tracer::Tracer;
 
     /// Distance of a point to a face: to its plane where the foot lies in the polygon, else to its nearest edge.
     fn face_distance_m(face: &Face, p: &Vector3<f64>) -> f64 {
@@ -86,6 +108,50 @@ mod tests {
                 println!("{name} {seed}: {least_m:.2} m, {:?}", plan.contact());
                 assert!(least_m > 0.9 * clearance_m, "{name} {seed}: {least_m} m");
             }
+        }
+    }
+
+    #[test]
+    fn what_one_reflection_reaches_is_what_the_tracer_says() {
+        for name in ["outdoor", "indoor"] {
+            let scene = Scene::load(name).expect("built in");
+            let tracer = Tracer::new(&scene, 1).expect("one reflection");
+            let (low, high) = Obstacles::bounds(&scene);
+            let mut random = Seeded::new(3, Source::UavRoute);
+            let mut point = || {
+                let at: [f64; 3] = core::array::from_fn(|i| random.between(low[i] + 0.2, high[i] - 0.2));
+                at
+            };
+            let (mut reached, mut asked) = (0, 0);
+            while asked < 200 {
+                let (from, to) = (point(), point());
+                if Obstacles::inside_solid(&scene, from) || Obstacles::inside_solid(&scene, to) {
+                    continue;
+                }
+                asked += 1;
+                let traced = tracer.transmitter(from).trace(to);
+                let expected = traced.iter().any(|path| path.order() == 1);
+                assert_eq!(scene.reflected(from, to), expected, "{name}: {from:?} to {to:?}");
+                reached += u32::from(expected);
+            }
+            assert!((20..180).contains(&reached), "{name}: {reached} of {asked}");
+        }
+    }
+
+    #[test]
+    fn flights_planned_for_reflections_keep_their_promise() {
+        let scene = Scene::load("outdoor").expect("built in");
+        let config = FlightConfig::covered();
+        for seed in 1..=5 {
+            let plan = FlightPlan::plan(&scene, &config, seed).expect("room");
+            let contact = plan.contact();
+            assert!(
+                (0.6..=0.8).contains(&contact.visible_share),
+                "{seed}: {contact:?}"
+            );
+            assert!(contact.reflected_share >= 0.7, "{seed}: {contact:?}");
+            assert!(contact.longest_outage_s <= 18.0, "{seed}: {contact:?}");
+            assert!(contact.low_start_s >= 10.0, "{seed}: {contact:?}");
         }
     }
 

@@ -9,6 +9,7 @@ use crate::commands::fly::raw::{
     DepartureChoice, LinkStateChoice, LocalizationChoice, MappedChoice, Setup, Stages, fly,
 };
 use crate::evaluation::{Evaluation, evaluate};
+use crate::flight::FlightConfig;
 use crate::flight_log::FlightLog;
 use crate::input::InputError;
 use crate::progress;
@@ -32,6 +33,26 @@ pub(crate) struct Args {
     /// Length of a flight, s
     #[arg(long, value_name = "SECONDS", default_value_t = 120.0)]
     duration: f64,
+    /// What the flights are planned for
+    #[arg(long, value_enum, default_value_t = Planned::Sight)]
+    planned: Planned,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Planned {
+    /// The GMT in sight in 60 % of the sweeps, as any flight
+    Sight,
+    /// In sight in 60 to 80 %, one reflection in 70 % of the others, a start where the GMT's beams reach
+    Reflections,
+}
+
+impl Planned {
+    fn config(self) -> FlightConfig {
+        match self {
+            Self::Sight => FlightConfig::default(),
+            Self::Reflections => FlightConfig::covered(),
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -102,6 +123,22 @@ fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
+/// Share of sweeps for which `holds` is true of the orders of their true paths, of those for which `among` is, %.
+fn share(log: &FlightLog, among: fn(&[u8]) -> bool, holds: fn(&[u8]) -> bool) -> Option<f64> {
+    let sweeps: Vec<Vec<u8>> = log
+        .sweeps
+        .iter()
+        .filter_map(|sweep| sweep.truth.link.as_ref())
+        .map(|link| link.paths.iter().filter_map(|path| path.order).collect())
+        .filter(|orders: &Vec<u8>| among(orders))
+        .collect();
+    let held: Vec<f64> = sweeps
+        .iter()
+        .map(|orders| f64::from(u8::from(holds(orders))))
+        .collect();
+    mean(&held).map(|share| 100.0 * share)
+}
+
 /// Points a sweep that could be accepted: true paths of one reflection, over the sweeps with any.
 fn present(log: &FlightLog) -> Option<f64> {
     let counts: Vec<f64> = log
@@ -114,7 +151,19 @@ fn present(log: &FlightLog) -> Option<f64> {
     mean(&counts)
 }
 
-const FIGURES: [Figure; 12] = [
+const FIGURES: [Figure; 14] = [
+    Figure {
+        name: "sweeps with the GMT in sight, %",
+        join: mean,
+        decimals: 0,
+        of: |log, _| share(log, |_| true, |orders| orders.contains(&0)),
+    },
+    Figure {
+        name: "sweeps without, in which one reflection is left, %",
+        join: mean,
+        decimals: 0,
+        of: |log, _| share(log, |orders| !orders.contains(&0), |orders| orders.contains(&1)),
+    },
     Figure {
         name: "accepted points that are truly first-order, %",
         join: mean,
@@ -194,8 +243,13 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         return Err(InputError::new("nothing to fly: --flights is 0").into());
     }
     let scene = Scene::load(&args.scene)?;
-    let mut config = WorldConfig::default();
-    config.flight.duration_s = args.duration;
+    let config = WorldConfig {
+        flight: FlightConfig {
+            duration_s: args.duration,
+            ..args.planned.config()
+        },
+        ..WorldConfig::default()
+    };
     let setups = setups(args.what);
     let worlds = (1..=args.flights)
         .map(|seed| Ok((seed, World::new(&scene, config.clone(), seed)?)))
