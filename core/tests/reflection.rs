@@ -239,12 +239,22 @@ fn every_gate_names_its_reason() {
     assert_eq!(los, rejected(Rejection::LineOfSight));
     let noisy_los = verdict_of(|_, p, _| (p.c_tau_m, p.aoa) = (length - 0.1, to_gmt));
     assert_eq!(noisy_los, rejected(Rejection::LineOfSight));
+    let however_open =
+        verdict_of(|_, p, g| (p.c_tau_m, p.aoa, g.excess_sigmas) = (length - 0.1, to_gmt, 0.0));
+    assert_eq!(however_open, rejected(Rejection::LineOfSight));
     let elsewhere = verdict_of(|_, p, _| (p.c_tau_m, p.aoa) = (length + 0.1, direction([0.0, 1.0, 0.0])));
     assert_eq!(elsewhere, rejected(Rejection::ExcessDelayTooSmall));
     let along = verdict_of(|_, p, _| {
         (p.c_tau_m, p.aoa, p.aod) = (length + 0.5, direction([-1.0, 0.19, 0.0]), None);
     });
     assert_eq!(along, rejected(Rejection::IllConditioned));
+    let Ok(Verdict::Accepted(point)) = verdict_of(|_, _, _| ()) else {
+        panic!("unchanged, it is accepted");
+    };
+    let no_better = verdict_of(|_, _, g| g.max_sigma_m = 0.99 * point.sigma_m());
+    assert_eq!(no_better, rejected(Rejection::IllConditioned));
+    let as_good = verdict_of(|_, _, g| g.max_sigma_m = point.sigma_m());
+    assert_eq!(as_good, Ok(Verdict::Accepted(point)));
     let at_uav = verdict_of(|_, p, _| {
         (p.c_tau_m, p.aoa, p.aod) = (length + 0.4, direction([1.0, 0.0, 0.0]), None);
     });
@@ -269,10 +279,6 @@ fn every_gate_names_its_reason() {
         g.bounds = Some(Bounds { min, max });
     });
     assert_eq!(outside, rejected(Rejection::OutOfBounds));
-    assert!(
-        matches!(verdict_of(|_, _, _| ()), Ok(Verdict::Accepted(_))),
-        "unchanged, it is accepted"
-    );
 }
 
 #[test]

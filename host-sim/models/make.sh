@@ -2,14 +2,22 @@
 # From ray-traced links to the models that fly: data sets, training, quantisation. One run, from the root of the
 # repository:
 #
-#     sh host-sim/models/make.sh [WORK]
+#     sh host-sim/models/make.sh [--check] [WORK]
 #
-# Data sets go to WORK (default out/lscn, 300 MB), float models and training curves to host-sim/models, model files to
-# core/models. Every step is seeded: the same bytes on every machine and for every number of threads.
+# Data sets, models and training curves go to WORK (default out/lscn, 300 MB); float models from there to host-sim/models,
+# model files to core/models. With --check nothing is replaced: all six files are compared, byte by byte, and the run fails
+# where one differs. Every step is seeded: the same bytes on every machine and for every number of threads.
 set -eu
+check=
+if [ "${1:-}" = --check ]; then
+    check=yes
+    shift
+fi
 work=${1:-out/lscn}
-cargo build --release -p cslam-host-sim
+cargo build --locked --release -p cslam-host-sim
 cslam=${CARGO_TARGET_DIR:-target}/release/cslam
+made=$work/models
+mkdir -p "$made"
 links() { # scene, set, rate, further options
     scene=$1 set=$2 rate=$3
     shift 3
@@ -35,7 +43,7 @@ for aod in "" "-without-departure"; do
     "$cslam" train --kind geometric ${aod:+--no-aod} --seed 1 \
         --train "$work"/train-outdoor "$work"/train-city:* "$work"/train-indoor:* \
         --validation "$work"/validation-outdoor "$work"/validation-city:* "$work"/validation-indoor:* \
-        --out "host-sim/models/geometric$aod.safetensors"
+        --out "$made/geometric$aod.safetensors"
 done
 
 # The paper's network in the paper's world: one scene, one material.
@@ -44,11 +52,25 @@ links outdoor train 0.09
 links outdoor validation 0.01
 "$cslam" train --kind paper --k 9 --seed 1 \
     --train "$work/train-outdoor-paper" --validation "$work/validation-outdoor-paper" \
-    --out host-sim/models/paper-k9.safetensors
+    --out "$made/paper-k9.safetensors"
 
 for model in geometric geometric-without-departure; do
-    "$cslam" quantize "host-sim/models/$model.safetensors" --out "core/models/$model.lscn" \
+    "$cslam" quantize "$made/$model.safetensors" --out "$made/$model.lscn" \
         --calibration "$work"/validation-outdoor "$work"/validation-indoor:*
 done
-"$cslam" quantize host-sim/models/paper-k9.safetensors --out core/models/paper-k9.lscn \
+"$cslam" quantize "$made/paper-k9.safetensors" --out "$made/paper-k9.lscn" \
     --calibration "$work/validation-outdoor-paper"
+
+differ=
+for model in geometric geometric-without-departure paper-k9; do
+    for file in "host-sim/models/$model.safetensors" "core/models/$model.lscn"; do
+        if [ -z "$check" ]; then
+            cp "$made/${file##*/}" "$file"
+        elif cmp "$made/${file##*/}" "$file"; then
+            echo "$file: the recipe's bytes"
+        else
+            differ=yes
+        fi
+    done
+done
+[ -z "$differ" ]

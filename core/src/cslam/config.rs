@@ -204,6 +204,9 @@ impl<'m> Config<'m> {
             link_states,
             accept: AcceptGate {
                 point: Gates {
+                    // Paths of a whole sweep are known several times better than those that the classifier is made for, and
+                    // nine points of ten to 0.5 m: the few that are no better than a metre only blur the map.
+                    max_sigma_m: 1.0,
                     ground_z_m: Some(0.0),
                     ..AcceptGate::default().point
                 },
@@ -226,7 +229,6 @@ impl<'m> Config<'m> {
             departures: Departures::SquintPick,
             accept: AcceptGate {
                 min_probability: 0.0,
-                min_excess_m: 0.0,
                 point: Gates::open(),
             },
             max_departure_sigma_rad: f32::INFINITY,

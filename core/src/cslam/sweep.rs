@@ -18,7 +18,7 @@ use crate::localization::filter::{
 };
 use crate::lscn::LinkState;
 use crate::ltd::{EstimatedPath, PathEstimator};
-use crate::reflection::{Ends, Rejection, Verdict, solve};
+use crate::reflection::{Ends, Verdict, solve};
 
 /// What the localizer made of a sweep.
 #[derive(Clone, Debug)]
@@ -314,11 +314,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         if unsure && !judged.off_ground && self.config.max_departure_sigma_rad.is_finite() {
             return Outcome::DepartureUnknown;
         }
-        let excess_m = judged.path.c_tau_m - ends.uav.distance_m(&ends.gmt);
         match solve(ends, &judged.path, self.config.form, &accept.point) {
-            Ok(Verdict::Accepted(_)) if excess_m < accept.min_excess_m => {
-                Outcome::Rejected(Rejection::ExcessDelayTooSmall)
-            }
             Err(error) => Outcome::Input(error),
             Ok(Verdict::Rejected(rejection)) => Outcome::Rejected(rejection),
             Ok(Verdict::Accepted(point)) => {

@@ -1,10 +1,10 @@
 //! Which paths enter the map: probable single reflections whose point can be trusted.
 //!
-//! The network's word alone leaves one false point in ten, because links differ in how well their point is known: a path
-//! with hardly any excess delay may be off by metres. So the probability stands beside the excess delay, the angle of
-//! departure, and where the point lies. Source: link-state.md, gate.
+//! That a path was reflected once does not make its point a good one: with hardly any excess delay along a wall the point
+//! may be off by tens of metres, beside a wall right at the UAV by decimetres. So the probability stands beside the error
+//! that the point has by those of delay, angles and pose, and beside the angle of departure and where the point lies.
+//! Source: link-state.md, gate.
 
-use super::features::LinkGeometry;
 use super::probability::Probabilities;
 use crate::geometry::World;
 use crate::path::Path;
@@ -15,10 +15,8 @@ use crate::reflection::{Ends, Form, Gates, InputError, ReflectionPoint, Rejectio
 pub struct AcceptGate {
     /// Least probability of first order. Default 0.8.
     pub min_probability: f32,
-    /// Least excess delay whatever its uncertainty, m: below, the point is where the noise wants it. Default 1.5 m.
-    pub min_excess_m: f32,
-    /// Gates of the point: excess of 3.5 standard deviations, 0.3 m from both ends, departure within 2.5 standard
-    /// deviations; ground and bounds where they are known.
+    /// Gates of the point: an error of at most 5 m, excess of 2 standard deviations, 0.3 m from both ends, departure within
+    /// 2.5 standard deviations; ground and bounds where they are known.
     pub point: Gates,
 }
 
@@ -26,11 +24,12 @@ impl Default for AcceptGate {
     fn default() -> Self {
         Self {
             min_probability: 0.8,
-            min_excess_m: 1.5,
             point: Gates {
-                excess_sigmas: 3.5,
-                // The least excess delay does this gate's work, and keeps walls that are met at grazing angles.
+                // Against a line of sight alone, which the network knows by its angles too.
+                excess_sigmas: 2.0,
+                // The error of the point does this gate's work, and keeps walls that are met at grazing angles.
                 min_one_plus_cos_bistatic: 0.0,
+                max_sigma_m: 5.0,
                 min_uav_distance_m: 0.3,
                 min_gmt_distance_m: 0.3,
                 ..Gates::default()
@@ -58,7 +57,6 @@ impl AcceptGate {
     pub fn judge(
         &self,
         ends: &Ends,
-        link: &LinkGeometry<'_>,
         path: &Path<World>,
         probabilities: &Probabilities,
     ) -> Result<Acceptance, InputError> {
@@ -68,9 +66,6 @@ impl AcceptGate {
             // Negated so that a probability that is no number accepts nothing.
             _ if !probabilities.first_order.ge(&self.min_probability) => Acceptance::Improbable,
             Verdict::Rejected(reason) => Acceptance::Rejected(reason),
-            Verdict::Accepted(_) if link.excess_m(path) < self.min_excess_m => {
-                Acceptance::Rejected(Rejection::ExcessDelayTooSmall)
-            }
             Verdict::Accepted(point) => Acceptance::Accepted(point),
         })
     }
@@ -80,7 +75,6 @@ impl AcceptGate {
 mod tests {
     use super::*;
     use crate::geometry::{Direction, Position, Vector3};
-    use crate::lscn::Received;
     use crate::path::{Departure, diagonal_covariance};
     use crate::reflection::Bounds;
     use nalgebra::Matrix3;
@@ -124,9 +118,7 @@ mod tests {
     ) -> Acceptance {
         let (ends, mut path) = case(gap);
         change(&mut path);
-        let received = [Received { path, gain_db: None }];
-        let link = LinkGeometry::new(&ends, &received).expect("apart");
-        gate.judge(&ends, &link, &path, p).expect("a measurement")
+        gate.judge(&ends, &path, p).expect("a measurement")
     }
 
     #[test]
@@ -151,17 +143,23 @@ mod tests {
             ..doubtful
         };
         assert_eq!(judged(&gate, 12.0, |_| {}, &broken), Acceptance::Improbable);
-        // Excess 2 sqrt(gap^2 + 404) - 40.2: 1.24 m, far beyond its 3.5 standard deviations of 0.11 m.
-        let small = judged(&gate, 5.0, |_| {}, &SURE);
-        assert_eq!(small, Acceptance::Rejected(Rejection::ExcessDelayTooSmall));
-        let open = AcceptGate {
-            min_excess_m: 0.0,
-            ..gate
-        };
+        // Excess 2 sqrt(gap^2 + 404) - 40.2 = 0.20 m, 1.8 of its standard deviations of 0.11 m, 6 degrees off the GMT.
+        let small = judged(&gate, 2.0, |_| {}, &SURE);
+        assert_eq!(small, Acceptance::Rejected(Rejection::LineOfSight));
+        // 0.45 m, 4 standard deviations: along a wall 3 m away the point has an error of 2.7 m.
         assert!(matches!(
-            judged(&open, 5.0, |_| {}, &SURE),
-            Acceptance::Accepted(_)
+            judged(&gate, 3.0, |_| {}, &SURE),
+            Acceptance::Accepted(point) if (2.5..3.0).contains(&point.sigma_m())
         ));
+        // 2.4 m of excess, 2.4 standard deviations with twenty times the errors, and the point has one of 6.2 m.
+        let poor = |path: &mut Path<World>| path.covariance *= 400.0;
+        assert_eq!(
+            judged(&gate, 7.0, poor, &SURE),
+            Acceptance::Rejected(Rejection::IllConditioned)
+        );
+        let mut open = gate;
+        open.point.max_sigma_m = f32::INFINITY;
+        assert!(matches!(judged(&open, 7.0, poor, &SURE), Acceptance::Accepted(_)));
         let turned = |path: &mut Path<World>| {
             if let Some(departure) = &mut path.aod {
                 departure.direction = Direction::from_vector(Vector3::x()).expect("some");
@@ -186,10 +184,8 @@ mod tests {
     fn no_measurement_is_an_error_whatever_its_probability() {
         let (ends, mut path) = case(12.0);
         path.c_tau_m = 5.0;
-        let link = LinkGeometry::new(&ends, &[]).expect("apart");
         let error = AcceptGate::default().judge(
             &ends,
-            &link,
             &path,
             &Probabilities {
                 first_order: 0.0,

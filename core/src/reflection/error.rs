@@ -77,7 +77,8 @@ pub enum Rejection {
     LineOfSight,
     /// No excess delay to speak of, yet it does not arrive from the GMT's direction: the point would be anywhere.
     ExcessDelayTooSmall,
-    /// The point lies so close to the straight line between the ends that delay errors grow without bound.
+    /// The errors of delay, angles and pose move the point further than allowed; on the straight line between the ends they
+    /// grow without bound.
     IllConditioned,
     /// The point is too close to the UAV.
     TooCloseToUav,
@@ -115,7 +116,7 @@ impl Rejection {
         match self {
             Self::LineOfSight => "line of sight",
             Self::ExcessDelayTooSmall => "excess delay too small",
-            Self::IllConditioned => "ill-conditioned: point on the line between the ends",
+            Self::IllConditioned => "ill-conditioned: the point's error is too large",
             Self::TooCloseToUav => "point too close to the UAV",
             Self::TooCloseToGmt => "point too close to the GMT",
             Self::LengthMismatch => "point beyond the path's length",

@@ -22,6 +22,9 @@ pub struct Gates<T: Real = f32> {
     pub line_of_sight_angle_rad: T,
     /// Smallest `1 + cos beta`: a range error is magnified by at most its inverse. Default 0.2; 0 opens the gate.
     pub min_one_plus_cos_bistatic: T,
+    /// Largest error that the point may have by those of the path and the pose, m: the root of its covariance's trace
+    /// ([`ReflectionPoint::sigma_m`]). Open by default: how good a point must be is for its user to say.
+    pub max_sigma_m: T,
     /// Smallest distance from the UAV, m. Default 0.5 m.
     pub min_uav_distance_m: T,
     /// Smallest distance from the GMT, m. Default 0.3 m.
@@ -41,6 +44,7 @@ impl<T: Real> Default for Gates<T> {
             excess_sigmas: T::of(3.0),
             line_of_sight_angle_rad: T::of(10.0_f64.to_radians()),
             min_one_plus_cos_bistatic: T::of(0.2),
+            max_sigma_m: unlimited(),
             min_uav_distance_m: T::of(0.5),
             min_gmt_distance_m: T::of(0.3),
             departure_sigmas: T::of(2.5),
@@ -53,6 +57,24 @@ impl<T: Real> Default for Gates<T> {
 /// Excess delay below which a path is line of sight whatever its covariance claims, m. No receiver of 200 MHz tells a
 /// millimetre apart, and positions come rounded.
 const MIN_EXCESS_M: f64 = 1e-3;
+
+/// Standard deviations that a delay may be shorter than the straight way at least.
+const DEFICIT_SIGMAS: f64 = 3.5;
+
+/// So many standard deviations of the excess delay, m, as [`Gates::excess_gate_m`] says.
+fn excess_m_of<T: Real>(sigmas: T, ends: &Ends<T>, path: &Path<World, T>) -> T {
+    let baseline = ends.uav.from_origin(&ends.gmt);
+    let along = baseline / baseline.norm();
+    let variance = path.covariance.m11 + along.dot(&(ends.uav_covariance * along)).max(T::zero());
+    (sigmas * variance.sqrt())
+        .max(T::of(MIN_EXCESS_M))
+        .max(resolution_m(ends, path.c_tau_m))
+}
+
+/// The largest number of its type.
+fn unlimited<T: Real>() -> T {
+    T::max_value().unwrap_or_else(T::one)
+}
 
 /// What the number type can tell apart in this link, m: a few units in the last place of its largest length.
 pub(super) fn resolution_m<T: Real>(ends: &Ends<T>, c_tau_m: T) -> T {
@@ -73,7 +95,7 @@ impl<T: Real> Gates<T> {
             min_one_plus_cos_bistatic: T::zero(),
             min_uav_distance_m: T::zero(),
             min_gmt_distance_m: T::zero(),
-            departure_sigmas: T::max_value().unwrap_or_else(T::one),
+            departure_sigmas: unlimited(),
             ..Self::default()
         }
     }
@@ -81,12 +103,13 @@ impl<T: Real> Gates<T> {
     /// Excess delay below which nothing can be said, m: the gate in standard deviations of `c tau - |b|` (delay, and the
     /// UAV's position along the baseline), but never less than a millimetre or than the number type resolves.
     pub(super) fn excess_gate_m(&self, ends: &Ends<T>, path: &Path<World, T>) -> T {
-        let baseline = ends.uav.from_origin(&ends.gmt);
-        let along = baseline / baseline.norm();
-        let variance = path.covariance.m11 + along.dot(&(ends.uav_covariance * along)).max(T::zero());
-        (self.excess_sigmas * variance.sqrt())
-            .max(T::of(MIN_EXCESS_M))
-            .max(resolution_m(ends, path.c_tau_m))
+        excess_m_of(self.excess_sigmas, ends, path)
+    }
+
+    /// How much shorter than the straight way a delay may be and still be a measurement, m. However far the gate for points
+    /// is open, a line of sight has its error.
+    pub(super) fn deficit_m(&self, ends: &Ends<T>, path: &Path<World, T>) -> T {
+        excess_m_of(self.excess_sigmas.max(T::of(DEFICIT_SIGMAS)), ends, path)
     }
 
     /// The name for a path without excess delay.
@@ -108,7 +131,10 @@ impl<T: Real> Gates<T> {
         solution: &VectorSolution<T>,
         point: &ReflectionPoint<T>,
     ) -> Option<Rejection> {
-        if solution.one_plus_cos_bistatic < self.min_one_plus_cos_bistatic {
+        // Negated so that an error that is no number passes no gate.
+        let conditioned = solution.one_plus_cos_bistatic >= self.min_one_plus_cos_bistatic
+            && point.sigma_m() <= self.max_sigma_m;
+        if !conditioned {
             return Some(Rejection::IllConditioned);
         }
         if point.distance_m < self.min_uav_distance_m {

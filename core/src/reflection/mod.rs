@@ -91,7 +91,7 @@ pub fn solve<T: Real>(
     let baseline = ends.uav.from_origin(&ends.gmt);
     let excess_gate_m = gates.excess_gate_m(ends, path);
     let excess_m = path.c_tau_m - baseline.norm();
-    if excess_m < -excess_gate_m {
+    if excess_m < -gates.deficit_m(ends, path) {
         return Err(InputError::DelayShorterThanBaseline);
     }
     if excess_m < excess_gate_m {

@@ -200,7 +200,7 @@ fn classify(file: &[u8], ends: &Ends, paths: &[Received]) -> Option<usize> {
             return false;
         };
         black_box(probabilities.state());
-        black_box(gate.judge(ends, &link, &received.path, &probabilities)).is_ok()
+        black_box(gate.judge(ends, &received.path, &probabilities)).is_ok()
     });
     Some(accepted.count())
 }

@@ -220,10 +220,7 @@ fn classify(
                     path,
                     first_order: p.map(|p| p.first_order),
                     accepted: p.is_some_and(|p| {
-                        matches!(
-                            gate.judge(&ends, &geometry, &received.path, &p),
-                            Ok(Acceptance::Accepted(_))
-                        )
+                        matches!(gate.judge(&ends, &received.path, &p), Ok(Acceptance::Accepted(_)))
                     }),
                 });
             // The strongest path that is a measurement stands for the link.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use crate::commands::threads::Threads;
 use crate::input::InputError;
 use crate::lscn::dataset::{self, Description};
 use crate::lscn::links::Links;
@@ -43,9 +44,8 @@ pub(crate) struct Args {
     /// Seed of transmitters, sampling and materials
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Threads; all processors when absent. The result does not depend on it
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    threads: Threads,
     /// Directory of the data set
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -103,9 +103,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         }
         None => (0..args.shards, args.shards),
     };
-    let threads = args.threads.map_or(0, usize::from);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-    let counts = pool.install(|| -> anyhow::Result<Counts> {
+    let counts = args.threads.install(|| -> anyhow::Result<Counts> {
         let source = Source::new(&protocol, &scene).map_err(InputError::new)?;
         Description::new(&protocol, &source, shards).write(&args.out)?;
         make(&source, &args.out, chosen, shards)

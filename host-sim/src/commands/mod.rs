@@ -16,5 +16,6 @@ pub(crate) mod replay;
 pub(crate) mod reproduce;
 pub(crate) mod solve;
 pub(crate) mod synth;
+mod threads;
 pub(crate) mod trace;
 pub(crate) mod train;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use crate::commands::threads::Threads;
 use crate::input::{InputError, read_text};
 use crate::paths::{self, LinkPath};
 use crate::progress;
@@ -42,9 +43,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = DEFAULT_MAX_ORDER as u8,
           value_parser = clap::value_parser!(u8).range(0..=MAX_ORDER as i64))]
     max_order: u8,
-    /// Threads; all processors when absent. The result does not depend on it
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    threads: Threads,
     /// Write the links to a file instead of standard output
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -63,9 +63,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let scene = Scene::load(&args.scene)?;
     let tracer = Tracer::new(&scene, usize::from(args.max_order))
         .ok_or_else(|| InputError::new(format!("--max-order: expected 0 to {MAX_ORDER}")))?;
-    let threads = args.threads.map_or(0, usize::from);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-    pool.install(|| match &args.check {
+    args.threads.install(|| match &args.check {
         Some(reference) => check(&tracer, reference, args.json),
         None => trace(&tracer, args),
     })

@@ -7,6 +7,7 @@ use std::time::Instant;
 use clap::ValueEnum;
 use serde::Serialize;
 
+use crate::commands::threads::Threads;
 use crate::input::InputError;
 use crate::lscn::calibration::{self, CalibrationError, most_likely};
 use crate::lscn::curves;
@@ -56,9 +57,8 @@ pub(crate) struct Args {
     /// Seed of measurement errors, initial weights and the order of samples
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Threads; all processors when absent. The result does not depend on it
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    threads: Threads,
     /// Model file to write (.safetensors); the training curves go beside it (.svg)
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -88,11 +88,7 @@ struct Report<'a> {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
-    let threads = args.threads.map_or(0, usize::from);
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()?
-        .install(|| train(args))
+    args.threads.install(|| train(args))
 }
 
 fn train(args: &Args) -> anyhow::Result<()> {

@@ -172,26 +172,49 @@ impl Samples {
         }
     }
 
-    /// Offset and scale that take the range of each input to -1..=1. An input that never changes goes to 0.
-    pub fn range(&self) -> (Vec<f32>, Vec<f32>) {
-        let mut low = vec![f32::INFINITY; self.width];
-        let mut high = vec![f32::NEG_INFINITY; self.width];
-        for row in self.inputs.chunks_exact(self.width.max(1)) {
-            for ((low, high), x) in low.iter_mut().zip(&mut high).zip(row) {
-                (*low, *high) = (low.min(*x), high.max(*x));
-            }
-        }
-        let both = low.iter().zip(&high);
-        both.map(|(low, high)| {
+    /// Offset and scale that take the range of each input to -1..=1. A share `beyond` of the samples may lie beyond the range
+    /// at either end; 0 is the whole range. An input that never changes goes to 0.
+    pub fn range(&self, beyond: f64) -> (Vec<f32>, Vec<f32>) {
+        let ends: Vec<(f32, f32)> = (0..self.width)
+            .into_par_iter()
+            .map(|input| {
+                let mut column: Vec<f32> = self
+                    .inputs
+                    .iter()
+                    .skip(input)
+                    .step_by(self.width)
+                    .copied()
+                    .collect();
+                let whole = ends(&mut column, 0.0);
+                // An input that is nearly always the same keeps the range of the exceptions.
+                match ends(&mut column, beyond) {
+                    (low, high) if low < high => (low, high),
+                    _ => whole,
+                }
+            })
+            .collect();
+        let scaled = ends.into_iter().map(|(low, high)| {
             let span = high - low;
             if span > 0.0 {
                 (0.5 * (low + high), 2.0 / span)
             } else {
-                (low.min(*high), 1.0)
+                (low.min(high), 1.0)
             }
-        })
-        .unzip()
+        });
+        scaled.unzip()
     }
+}
+
+/// The values that a share `beyond` of all lie below, and above. Changes the order.
+fn ends(values: &mut [f32], beyond: f64) -> (f32, f32) {
+    let Some(last) = values.len().checked_sub(1) else {
+        return (0.0, 0.0);
+    };
+    let outside = ((values.len() as f64 * beyond) as usize).min(last / 2);
+    let (_, low, _) = values.select_nth_unstable_by(outside, f32::total_cmp);
+    let low = *low;
+    let (_, high, _) = values.select_nth_unstable_by(last - outside, f32::total_cmp);
+    (low, *high)
 }
 
 #[cfg(test)]
@@ -241,6 +264,26 @@ mod tests {
             inputs: vec![1.0, 7.0, 5.0, 7.0, 3.0, 7.0],
             ..Samples::default()
         };
-        assert_eq!(samples.range(), (vec![3.0, 7.0], vec![0.5, 1.0]));
+        assert_eq!(samples.range(0.0), (vec![3.0, 7.0], vec![0.5, 1.0]));
+    }
+
+    #[test]
+    fn outliers_lie_beyond_the_range_and_exceptions_within() {
+        // 0 to 99 with an outlier at either end; nearly always 0; twice as many outliers as may be left out.
+        let mut inputs: Vec<f32> = Vec::new();
+        for i in 0..100 {
+            let edge = if i < 4 { 50.0 } else { i as f32 / 100.0 };
+            inputs.extend([i as f32, if i == 7 { 3.0 } else { 0.0 }, edge]);
+        }
+        inputs.extend([-1e6, 0.0, 0.5, 1e6, 0.0, 0.5]);
+        let samples = Samples {
+            width: 3,
+            inputs,
+            ..Samples::default()
+        };
+        let (offset, scale) = samples.range(0.01);
+        assert_eq!((offset[0], scale[0]), (49.5, 2.0 / 99.0));
+        assert_eq!((offset[1], scale[1]), (1.5, 2.0 / 3.0));
+        assert!((offset[2] - 25.0).abs() < 0.1, "{offset:?}");
     }
 }

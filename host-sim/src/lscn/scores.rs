@@ -124,9 +124,7 @@ impl Subject<'_> {
                 scores.links_float.add(float_right);
                 scores.links_calibration.add(&integer, class);
             }
-            let verdict = self
-                .gate
-                .judge(&measured.ends, &geometry, &received.path, &probabilities);
+            let verdict = self.gate.judge(&measured.ends, &received.path, &probabilities);
             let error_m = match verdict {
                 Ok(Acceptance::Accepted(point)) => {
                     let [x, y, z] = truth.last_vertex_m;

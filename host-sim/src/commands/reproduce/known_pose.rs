@@ -209,9 +209,8 @@ impl KnownPose {
         if self.mode == Mode::Paper {
             return self.solve(perceived, index).ok_or("no solution");
         }
-        let link = LinkGeometry::new(&perceived.ends, &perceived.paths).map_err(|_| "no link")?;
         let gate = &self.config.accept;
-        match gate.judge(&perceived.ends, &link, &path.path, &probabilities) {
+        match gate.judge(&perceived.ends, &path.path, &probabilities) {
             Ok(Acceptance::Accepted(point)) => Ok(point),
             Ok(Acceptance::Improbable) => Err("first order not sure enough"),
             Ok(Acceptance::Rejected(reason)) => Err(reason.as_str()),

@@ -8,6 +8,7 @@ use cslam_core::lscn::{AcceptGate, Classifier};
 use cslam_core::reflection::Bounds;
 use serde::Serialize;
 
+use crate::commands::threads::Threads;
 use crate::input::InputError;
 use crate::lscn::calibration::most_likely;
 use crate::lscn::errors::Errors;
@@ -39,9 +40,8 @@ pub(crate) struct Args {
     /// Seed of sampling, measurement errors and training
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Threads; all processors when absent. The result does not depend on it
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    threads: Threads,
     /// Print one JSON object a row on standard output instead of the tables
     #[arg(long)]
     json: bool,
@@ -59,16 +59,12 @@ const CALIBRATION_SAMPLES: usize = 20_000;
 const FIGURE_SEED: u64 = 0xf16;
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
-    let threads = args.threads.map_or(0, usize::from);
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()?
-        .install(|| {
-            if !args.no_training {
-                paper(args)?;
-            }
-            geometric(args)
-        })
+    args.threads.install(|| {
+        if !args.no_training {
+            paper(args)?;
+        }
+        geometric(args)
+    })
 }
 
 /// Links of a scene. `permittivity` as in [`Protocol`].

@@ -13,6 +13,7 @@ use serde::Serialize;
 
 use super::known_pose::{Arrays, KnownPose, Perceived, name};
 use super::map_plot;
+use crate::commands::threads::Threads;
 use crate::estimate::Mode;
 use crate::evaluation::{Fate, MapFigures, evaluate, true_vertices_m};
 use crate::flight_files::ply::{self, Column, Encoding};
@@ -41,9 +42,8 @@ pub(crate) struct Args {
     /// Seed of the flights and of all errors
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Threads; all processors when absent. The result does not depend on it
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    threads: Threads,
     /// Directory for the maps (.ply) and their plots (.svg), made when missing
     #[arg(long, value_name = "DIR", default_value = "out/maps")]
     out: PathBuf,
@@ -58,11 +58,7 @@ const PRINTED_M: (&str, f64) = ("outdoor", 0.3211);
 const CHUNK: usize = 16;
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
-    let threads = args.threads.map_or(0, usize::from);
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()?
-        .install(|| all(args))
+    args.threads.install(|| all(args))
 }
 
 #[derive(Serialize)]

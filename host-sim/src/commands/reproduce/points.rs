@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::known_pose::{Arrays, KnownPose, error_m, name, nearest};
 use super::lscn::links;
 use crate::channel::{ChannelConfig, Instant, Simulator};
+use crate::commands::threads::Threads;
 use crate::estimate::Mode;
 use crate::lscn::protocol::SetName;
 use crate::measurement::Sigmas;
@@ -38,9 +39,8 @@ pub(crate) struct Args {
     /// Seed of the positions and of all noise
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Threads; all processors when absent. The result does not depend on it
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    threads: Threads,
     /// Print one JSON object a row on standard output instead of the table
     #[arg(long)]
     json: bool,
@@ -55,11 +55,7 @@ const LINKS_PER_STATE: f64 = 30.0;
 const CHUNK: usize = 256;
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
-    let threads = args.threads.map_or(0, usize::from);
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()?
-        .install(|| table(args))
+    args.threads.install(|| table(args))
 }
 
 /// Links of the scene whose strongest path is of first order, with every path, evenly from all places.

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::lscn::links;
+use crate::commands::threads::Threads;
 use crate::input::InputError;
 use crate::lscn::curves;
 use crate::lscn::errors::Errors;
@@ -28,9 +29,8 @@ pub(crate) struct Args {
     /// Seed of sampling, measurement errors and training
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Threads; all processors when absent. The result does not depend on it
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    threads: Threads,
     /// File for the plot (.svg)
     #[arg(long, value_name = "FILE", default_value = "out/training.svg")]
     out: PathBuf,
@@ -54,11 +54,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         ))
         .into());
     }
-    let threads = args.threads.map_or(0, usize::from);
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()?
-        .install(|| train(args))
+    args.threads.install(|| train(args))
 }
 
 #[derive(Serialize)]

@@ -48,7 +48,10 @@ pub(super) struct Workspace {
     delta: Vec<f32>,
     delta_before: Vec<f32>,
     pub(super) gradient: Vec<f32>,
+    /// Sum of weighted losses.
     pub(super) loss: f64,
+    /// Sum of weights.
+    pub(super) weight: f32,
     pub(super) right: usize,
 }
 
@@ -148,6 +151,7 @@ impl Network {
             delta_before: vec![0.0; SUB_BATCH * widest],
             gradient: vec![0.0; self.parameters.len()],
             loss: 0.0,
+            weight: 0.0,
             right: 0,
         }
     }
@@ -190,12 +194,14 @@ impl Network {
         &workspace.flow[self.layers.len()][..samples * STATES]
     }
 
-    /// Sum over the samples of the cross entropy's gradient, into the workspace, with the losses and the right answers.
+    /// Weighted sum over the samples of the cross entropy's gradient, into the workspace, with the losses, the weights and
+    /// the right answers.
     pub(super) fn backward(
         &self,
         transposed: &[Vec<f32>],
         rows: &[f32],
         states: &[u8],
+        weights: &[f32],
         workspace: &mut Workspace,
     ) {
         self.forward(transposed, rows, workspace);
@@ -205,12 +211,13 @@ impl Network {
             delta_before,
             gradient,
             loss,
+            weight,
             right,
         } = workspace;
         gradient.fill(0.0);
-        (*loss, *right) = (0.0, 0);
+        (*loss, *weight, *right) = (0.0, 0.0, 0);
         let logits = &flow[self.layers.len()];
-        for (sample, &state) in states.iter().enumerate() {
+        for (sample, (&state, &counts)) in states.iter().zip(weights).enumerate() {
             let logits = &logits[sample * STATES..][..STATES];
             let most = logits.iter().fold(f32::NEG_INFINITY, |m, l| m.max(*l));
             let powers: [f32; STATES] = std::array::from_fn(|i| libm::expf(logits[i] - most));
@@ -218,9 +225,10 @@ impl Network {
             let state = usize::from(state);
             for (i, power) in powers.iter().enumerate() {
                 let target = if i == state { 1.0 } else { 0.0 };
-                delta[sample * STATES + i] = power / sum - target;
+                delta[sample * STATES + i] = counts * (power / sum - target);
             }
-            *loss += f64::from(libm::logf(sum) - (logits[state] - most));
+            *loss += f64::from(counts) * f64::from(libm::logf(sum) - (logits[state] - most));
+            *weight += counts;
             *right += usize::from(logits[state] >= most);
         }
         for (index, layer) in self.layers.iter().enumerate().rev() {
@@ -281,8 +289,8 @@ mod tests {
     }
 
     /// The sum of losses in f64, straight from the definition: fine enough for steps within which no rectifier switches.
-    fn loss(network: &Network, parameters: &[f64], rows: &[f32], states: &[u8]) -> f64 {
-        let one = |(row, state): (&[f32], &u8)| {
+    fn loss(network: &Network, parameters: &[f64], rows: &[f32], states: &[u8], weights: &[f32]) -> f64 {
+        let one = |(row, (state, weight)): (&[f32], (&u8, &f32))| {
             let row: Vec<f64> = row.iter().map(|x| f64::from(*x)).collect();
             let (head, aside) = row.split_at(network.head);
             let mut x = head.to_vec();
@@ -301,9 +309,10 @@ mod tests {
                 }
                 x = y;
             }
-            x.iter().map(|l| l.exp()).sum::<f64>().ln() - x[usize::from(*state)]
+            f64::from(*weight) * (x.iter().map(|l| l.exp()).sum::<f64>().ln() - x[usize::from(*state)])
         };
-        rows.chunks_exact(network.inputs).zip(states).map(one).sum()
+        let samples = states.iter().zip(weights);
+        rows.chunks_exact(network.inputs).zip(samples).map(one).sum()
     }
 
     #[test]
@@ -315,16 +324,18 @@ mod tests {
         ] {
             let (network, rows, states) = problem(kind, inputs, &hidden);
             let mut workspace = network.workspace();
-            network.backward(&network.transposed(), &rows, &states, &mut workspace);
+            let weights: Vec<f32> = (0..states.len()).map(|i| [1.0, 8.0][i % 2]).collect();
+            network.backward(&network.transposed(), &rows, &states, &weights, &mut workspace);
+            assert_eq!(workspace.weight, weights.iter().sum::<f32>());
             let parameters: Vec<f64> = network.parameters.iter().map(|p| f64::from(*p)).collect();
-            let at_rest = loss(&network, &parameters, &rows, &states);
+            let at_rest = loss(&network, &parameters, &rows, &states, &weights);
             assert!((workspace.loss - at_rest).abs() < 1e-4 * at_rest);
             let step = 1e-6;
             for (place, gradient) in workspace.gradient.iter().enumerate() {
                 let at = |shift: f64| {
                     let mut moved = parameters.clone();
                     moved[place] += shift;
-                    loss(&network, &moved, &rows, &states)
+                    loss(&network, &moved, &rows, &states, &weights)
                 };
                 let difference = (at(step) - at(-step)) / (2.0 * step);
                 assert!(
