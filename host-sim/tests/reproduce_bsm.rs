@@ -39,6 +39,13 @@ fn calibration_errors_of_the_transmitter_set_the_floor() {
         assert!(row.fit_m < 1.3 * most_m && row.refused == 0, "{row:?}");
         // What the filter assumes of them covers them.
         assert!((0.5..2.2).contains(&row.fit_nees), "{row:?}");
+        // Near the border of two faces the other one tells what this one does not.
+        assert!(
+            row.joined_m < 0.97 * row.fit_m && row.joined_m < most_m,
+            "{row:?}"
+        );
+        assert!((0.4..2.2).contains(&row.joined_nees), "{row:?}");
+        assert!((0.2..0.8).contains(&row.joined_share), "{row:?}");
     }
 }
 

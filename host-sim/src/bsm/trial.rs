@@ -3,7 +3,9 @@
 use cslam_core::array::{Codebook, GmtArrays, SquintConfig, SquintScheme, UavArrays, phasor};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction, Gmt};
-use cslam_core::localization::bsm::{BeamSquint, Bearing, BsmConfig, FACE_BIAS_SIGMA, Refusal, Sighting};
+use cslam_core::localization::bsm::{
+    BeamSquint, Bearing, BsmConfig, FACE_BIAS_SIGMA, Joined, Refusal, Sighting,
+};
 use cslam_core::ltd::{Correlator, EstimatedPath, Estimator, EstimatorConfig, PathEstimator, Workspace};
 use cslam_core::waveform::Waveform;
 use nalgebra::Vector3;
@@ -65,6 +67,12 @@ pub struct Row {
     pub fit_nees: f64,
     /// Rms errors of the fit's cosines.
     pub fit_cosines_rms: [f64; 2],
+    /// Maximum likelihood on every face that is heard, joined, m.
+    pub joined_m: f64,
+    /// Squared error of the joined direction in units of its own covariance, over 2.
+    pub joined_nees: f64,
+    /// Share of the trials in which two faces were joined.
+    pub joined_share: f64,
     /// Parabola, m.
     pub parabola_m: f64,
     /// Peak subcarrier, m.
@@ -80,6 +88,16 @@ struct Errors {
     bound_m: f64,
     /// Fit, parabola and pick; none where refused.
     readings: [Option<Reading>; 3],
+    /// All faces together.
+    joined: Option<JoinedReading>,
+}
+
+/// Errors of the faces' joined direction.
+#[derive(Clone, Copy)]
+struct JoinedReading {
+    position_m: f64,
+    nees: f64,
+    faces: usize,
 }
 
 /// Errors of one reading.
@@ -235,6 +253,7 @@ impl Receiver {
         simulator: &Simulator,
         scene: &Scene,
         sighting: &Sighting,
+        face: usize,
         index: u32,
     ) -> [Result<Bearing, Refusal>; 3] {
         let scheme = if case.raster {
@@ -242,7 +261,6 @@ impl Receiver {
         } else {
             SquintScheme::Sequential
         };
-        let face = scene.face;
         let mut sweep = simulator.squint_rays(&scene.rays, &Instant::at_rest(), index, scheme, |s| {
             s.face == face
         });
@@ -262,6 +280,36 @@ impl Receiver {
         } else {
             hear!(self.sequential)
         }
+    }
+}
+
+impl Receiver {
+    /// The fits of all faces that are heard, joined: `first` is that of the face that looks at the UAV.
+    fn join(
+        &mut self,
+        case: &Case,
+        simulator: &Simulator,
+        scene: &Scene,
+        sighting: &Sighting,
+        first: &Bearing,
+        index: u32,
+    ) -> Option<Joined> {
+        let arrays = GmtArrays::<f32>::default();
+        let seen = first.direction(arrays.faces().get(first.face)?)?;
+        let mut bearings = vec![*first];
+        for face in (0..arrays.faces().len()).filter(|face| *face != first.face) {
+            let Some(there) = sighting.on_face(face, &seen, &arrays) else {
+                continue;
+            };
+            let [fit, _, _] = self.listen(case, simulator, scene, &there, face, index);
+            bearings.extend(fit.ok());
+        }
+        let bias = if case.gmt_errors {
+            FACE_BIAS_SIGMA
+        } else {
+            [0.0; 2]
+        };
+        Joined::new(&bearings, bias, &arrays)
     }
 }
 
@@ -326,10 +374,27 @@ fn trial(case: &Case, receiver: &mut Receiver, seed: u64, index: u32) -> Errors 
         return Errors {
             bound_m: bound,
             readings: [None; 3],
+            joined: None,
         };
     };
     let single = GmtArrays::<f32>::default();
-    let heard = receiver.listen(case, &simulator, &scene, &sighting, index);
+    let heard = receiver.listen(case, &simulator, &scene, &sighting, scene.face, index);
+    let joined = heard[0]
+        .ok()
+        .and_then(|first| receiver.join(case, &simulator, &scene, &sighting, &first, index))
+        .and_then(|joined| {
+            let c_tau_m = joined.delay.map_or(sighting.c_tau_m, |d| d.c_tau_m);
+            let position = joined.direction.vector().cast::<f64>() * f64::from(c_tau_m);
+            let (e1, e2) = joined.direction.tangents();
+            let off = scene.position_m / distance_m - joined.direction.vector().cast::<f64>();
+            let off = nalgebra::Vector2::new(off.dot(&e1.cast()), off.dot(&e2.cast()));
+            let information = joined.covariance.cast::<f64>().try_inverse()?;
+            Some(JoinedReading {
+                position_m: (position - scene.position_m).norm(),
+                nees: off.dot(&(information * off)) / 2.0,
+                faces: joined.faces,
+            })
+        });
     let readings = heard.map(|bearing| {
         let bearing = bearing.ok()?;
         let direction: Direction<Gmt> = bearing.direction(&single.faces()[scene.face])?;
@@ -353,6 +418,7 @@ fn trial(case: &Case, receiver: &mut Receiver, seed: u64, index: u32) -> Errors 
     Errors {
         bound_m: bound,
         readings,
+        joined,
     }
 }
 
@@ -404,12 +470,12 @@ pub fn run(case: &Case, trials: usize, seed: u64) -> Row {
     };
     let root = |values: &[f64]| rms(values).unwrap_or(f64::NAN);
     let error_m = |reading: usize| root(&column(reading, |r| r.position_m));
-    let nees = |reading: usize| {
-        let values = column(reading, |r| r.nees);
-        values.iter().sum::<f64>() / values.len() as f64
-    };
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let nees = |reading: usize| mean(&column(reading, |r| r.nees));
     let bounds: Vec<f64> = all.iter().map(|e| e.bound_m).collect();
     let over_bound = |e: &Errors| e.readings[0].map(|r| r.position_m / e.bound_m);
+    let joined: Vec<JoinedReading> = all.iter().filter_map(|e| e.joined).collect();
+    let of_joined = |pick: fn(&JoinedReading) -> f64| -> Vec<f64> { joined.iter().map(pick).collect() };
     let ratios: Vec<f64> = all.iter().filter_map(over_bound).collect();
     Row {
         case: *case,
@@ -422,6 +488,9 @@ pub fn run(case: &Case, trials: usize, seed: u64) -> Row {
             root(&column(0, |r| r.cosines[0])),
             root(&column(0, |r| r.cosines[1])),
         ],
+        joined_m: root(&of_joined(|j| j.position_m)),
+        joined_nees: mean(&of_joined(|j| j.nees)),
+        joined_share: mean(&of_joined(|j| if j.faces > 1 { 1.0 } else { 0.0 })),
         parabola_m: error_m(1),
         pick_m: error_m(2),
         peak_nees: [nees(1), nees(2)],

@@ -17,6 +17,10 @@ use crate::seeded::{Seeded, Source};
 
 const DEG: f64 = PI / 180.0;
 
+/// Noise of a strong path as the receiver knows it, beside the errors of [`RadioErrors`]: delay m, angle of arrival deg per axis,
+/// cosine of departure.
+const NOISE: (f64, f64, f64) = (0.005, 0.01, 0.1e-3);
+
 /// Errors of the radio measurements: the budget of design section 6 by default.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RadioErrors {
@@ -137,10 +141,17 @@ impl Hardware {
             total += gains[j];
         }
         let shift = h.try_inverse()? * b;
-        let white = libm::hypot(errors.aoa_white_deg[0], errors.aoa_white_deg[1]) * DEG;
+        let (delay_noise_m, aoa_noise_deg, departure_noise) = NOISE;
+        // What a measurement claims, it errs by.
+        let white = libm::hypot(
+            libm::hypot(errors.aoa_white_deg[0], errors.aoa_white_deg[1]),
+            aoa_noise_deg,
+        ) * DEG;
+        let delay_white_m = libm::hypot(errors.delay_white_m, delay_noise_m);
+        let departure_white = libm::hypot(errors.departure_white, departure_noise);
         let seen =
             u.vector() + e1 * (shift.x + random.normal() * white) + e2 * (shift.y + random.normal() * white);
-        let c_tau_m = length_m + link.clock_offset_m + delay / total + random.normal() * errors.delay_white_m;
+        let c_tau_m = length_m + link.clock_offset_m + delay / total + random.normal() * delay_white_m;
         let local = link.gmt_attitude.inverse() * departure;
         let face = (0..3).max_by(|&a, &b| {
             let along = |s: usize| self.faces.faces()[s].normal.dot(&local);
@@ -152,17 +163,17 @@ impl Hardware {
             let smooth = core::f64::consts::SQRT_2
                 * errors.face_smooth[k]
                 * libm::sin(kx * truth[0] + kz * truth[1] + phase);
-            truth[k] + self.face_bias[face][k] + smooth + random.normal() * errors.departure_white
+            truth[k] + self.face_bias[face][k] + smooth + random.normal() * departure_white
         });
         Some(PathMeasurement {
             c_tau_m,
-            c_tau_sigma_m: 0.005,
+            c_tau_sigma_m: delay_noise_m,
             aoa: Direction::from_vector(seen).ok()?,
-            aoa_sigma_rad: 0.01 * DEG,
+            aoa_sigma_rad: aoa_noise_deg * DEG,
             departure: Some(FaceDirection {
                 face,
                 cosines,
-                sigma: [0.1e-3; 2],
+                sigma: [departure_noise; 2],
             }),
         })
     }
@@ -177,4 +188,48 @@ pub struct Ends {
     pub gmt_attitude: Rotation3<f64>,
     /// UAV clock less GMT clock, m.
     pub clock_offset_m: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_measurement_errs_by_what_it_claims() {
+        let perfect = RadioErrors {
+            element_phase_deg: 0.0,
+            axis_deg: 0.0,
+            array_delay_ps: 0.0,
+            face_bias: [0.0; 2],
+            face_smooth: [0.0; 2],
+            departure_white: 0.0,
+            aoa_white_deg: [0.0; 2],
+            delay_white_m: 0.0,
+        };
+        let (hardware, mut random) = (Hardware::new(perfect, 1), Seeded::new(1, Source::RadioNoise));
+        let ends = Ends {
+            attitude: Rotation3::identity(),
+            gmt_attitude: Rotation3::identity(),
+            clock_offset_m: 0.0,
+        };
+        let arrival = Vector3::new(-0.8, 0.6, 0.0);
+        let mut squares = [0.0; 3];
+        for _ in 0..4000 {
+            let path = hardware
+                .measure(&ends, 50.0, &arrival, &-arrival, &mut random)
+                .expect("a direction");
+            let departure = path.departure.expect("measured");
+            let off = [
+                (path.c_tau_m - 50.0) / path.c_tau_sigma_m,
+                (path.aoa.vector() - arrival).norm() / path.aoa_sigma_rad / core::f64::consts::SQRT_2,
+                departure.cosines[1] / departure.sigma[1],
+            ];
+            for (sum, off) in squares.iter_mut().zip(off) {
+                *sum += off * off / 4000.0;
+            }
+        }
+        for square in squares {
+            assert!((square - 1.0).abs() < 0.1, "{squares:?}");
+        }
+    }
 }

@@ -12,10 +12,14 @@
 //! way the wave left, so without line of sight it points at a reflector: the caller says whether there is line of
 //! sight, and without it there is a [`Refusal`].
 //!
+//! All faces send their symbols. Where a second one is heard it can be listened to as well ([`Sighting::on_face`]), and
+//! [`Joined`] makes one direction of the bearings.
+//!
 //! At 30 GHz the 8 x 8 faces have a Rayleigh distance under a metre: only angles can be swept. [`near_field`] is for
 //! large arrays, where range can be swept as well. Source: signal.md section 6.
 
 mod fit;
+mod joined;
 pub mod near_field;
 mod pattern;
 mod peak;
@@ -30,6 +34,7 @@ mod tests;
 use heapless::Vec;
 use nalgebra::Matrix2;
 
+pub use joined::Joined;
 pub use reception::NULLS;
 pub use refusal::Refusal;
 pub use sighting::{Expected, Sighting};

@@ -191,9 +191,6 @@ pub struct Gates {
     /// Contested sweeps in a row before the pose is fixed anew: more than any run of equal outliers that is to be
     /// ridden out.
     pub refix_after: u32,
-    /// Contested sweeps in a row before the position of a filter is fixed anew that was not sure of it (sigma above
-    /// [`Gates::trusted_m`]) when the first of them came.
-    pub refix_unsure_after: u32,
 }
 
 impl Default for Gates {
@@ -206,7 +203,6 @@ impl Default for Gates {
             lost_m: 3.0,
             attitude_lost_rad: 0.35,
             refix_after: 6,
-            refix_unsure_after: 3,
         }
     }
 }

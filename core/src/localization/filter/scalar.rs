@@ -8,6 +8,8 @@ use crate::geometry::Real;
 
 /// Two exchanges that agree on a new offset within this set the clock anew, m (besides what its drift explains).
 const STEP_AGREEMENT_M: f64 = 1.0;
+/// Measurements closer in time than this tell no rate, s.
+const SHORTEST_STEP_S: f64 = 0.1;
 /// Without line of sight for this long, the magnetic heading is better than none, ns (localization.md section 3).
 const HEADING_AFTER_NS: u64 = 10_000_000_000;
 
@@ -120,21 +122,26 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         self.health.clock_contested = true;
         self.counters.timing_rejected = self.counters.timing_rejected.saturating_add(1);
-        let agrees = self.suspect_clock.is_some_and(|(since, before)| {
+        let apart = self.suspect_clock.and_then(|(since, before)| {
             let dt = time_ns.saturating_sub(since) as f64 * 1e-9;
             let drift = self.nominal.clock_drift_m_per_s;
-            dt < 3.0 && wrap_delay_m(offset_m - before - drift * dt).abs() < STEP_AGREEMENT_M
+            let apart_m = wrap_delay_m(offset_m - before - drift * dt);
+            (dt < 3.0 && apart_m.abs() < STEP_AGREEMENT_M).then_some((apart_m, dt))
         });
-        if agrees {
-            self.clock_step(offset_m, variance);
-        } else {
-            self.suspect_clock = Some((time_ns, offset_m));
+        match apart {
+            Some(apart) => self.clock_step(offset_m, variance, apart),
+            None => self.suspect_clock = Some((time_ns, offset_m)),
         }
     }
 
-    /// The clock has jumped: two independent measurements say so.
-    fn clock_step(&mut self, offset_m: f64, variance: f64) {
+    /// The clock has jumped, or runs at another rate than was believed: two independent measurements say so, `apart` (m) of
+    /// each other after what the drift explains, in a time (s). What they are apart by is all that is known of a change of rate.
+    /// With a wrong rate and no doubt of it, the clock would run off again and again.
+    fn clock_step(&mut self, offset_m: f64, variance: f64, (apart_m, dt_s): (f64, f64)) {
         self.set_clock(offset_m, variance);
+        let dt_s = dt_s.max(SHORTEST_STEP_S);
+        let rate_variance = (apart_m * apart_m + 2.0 * variance) / (dt_s * dt_s);
+        self.covariance.add(CLOCK_DRIFT, T::of(rate_variance));
         self.suspect_clock = None;
         self.health.clock_contested = false;
         self.counters.clock_steps = self.counters.clock_steps.saturating_add(1);
@@ -155,7 +162,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             return false;
         }
         let variance = self.config.radio.two_way_m * self.config.radio.two_way_m;
-        self.clock_step(stepped, variance);
+        self.clock_step(stepped, variance, (jump - delay_residual_m, dt));
         true
     }
 

@@ -229,22 +229,15 @@ impl<T: Real, const N: usize> Filter<T, N> {
         })
     }
 
-    /// Patience is over: the last sweeps set the pose, if they agree. A filter that was sure waits longer than any run of
-    /// equal outliers; one that was not takes the first three that agree with each other and with its attitude.
+    /// Patience is over, which is longer than any run of equal outliers: the last sweeps set the pose, if they agree. A filter
+    /// that was not sure of its position, after an outage, still knows its attitude: if that agrees too, it is kept.
     fn refixed(&mut self) -> bool {
-        let gates = self.gates();
-        let patience = if self.sure {
-            gates.refix_after
-        } else {
-            gates.refix_unsure_after
-        };
-        if self.contested < patience {
+        let fixes = self.gates().refix_after;
+        if self.contested < fixes {
             return false;
         }
-        if !self.sure && self.try_refix_position(patience as usize) {
-            return true;
-        }
-        self.contested >= gates.refix_after && self.try_refix(gates.refix_after as usize)
+        let fixes = fixes as usize;
+        (!self.sure && self.try_refix_position(fixes)) || self.try_refix(fixes)
     }
 
     /// Whether the delay alone is wrong and two-way timing says why.

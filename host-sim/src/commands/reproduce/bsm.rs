@@ -22,7 +22,7 @@ pub(crate) struct Args {
 
 const DISTANCES_M: [f64; 3] = [20.0, 50.0, 100.0];
 
-/// Rows: name, what differs from the ideal case, and the figure asked of the fit at each distance, m.
+/// Rows: name, what differs from the ideal case, and the figure asked of the faces' joined fits at each distance, m.
 #[derive(Clone, Copy)]
 struct Kind {
     name: &'static str,
@@ -105,9 +105,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         "distance",
         "bound",
         "fit",
-        "at most",
         "fit/bound",
         "NEES/2",
+        "joined",
+        "at most",
+        "NEES/2",
+        "two faces",
         "parabola",
         "pick",
         "refused",
@@ -172,8 +175,6 @@ fn cells(kind: &Kind, distance: usize, row: &Row) -> Vec<String> {
         format!("{:.0} m", row.case.distance_m),
         metres(row.bound_m),
         metres(row.fit_m),
-        kind.most_m
-            .map_or("-".into(), |most| format!("{:.2}", most[distance])),
         // Errors of calibration have no place in the bound.
         if kind.most_m.is_none() && !row.case.bounce {
             format!("{:.3}", row.fit_over_bound)
@@ -181,6 +182,11 @@ fn cells(kind: &Kind, distance: usize, row: &Row) -> Vec<String> {
             "-".into()
         },
         format!("{:.2}", row.fit_nees),
+        metres(row.joined_m),
+        kind.most_m
+            .map_or("-".into(), |most| format!("{:.2}", most[distance])),
+        format!("{:.2}", row.joined_nees),
+        format!("{:.0} %", 100.0 * row.joined_share),
         metres(row.parabola_m),
         metres(row.pick_m),
         format!("{} of {}", row.refused, row.trials),

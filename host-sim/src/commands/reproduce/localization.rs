@@ -112,6 +112,13 @@ fn good_clock(filter: FilterConfig) -> (SensorsConfig, FilterConfig) {
     )
 }
 
+/// When the temperature ramp of flight `k`'s clock turns, s: evenly over 30 to 90. Were it the same time in all flights, their
+/// errors would not be independent there, which the band of NEES and NIS assumes.
+fn reversal_s(k: u64) -> f64 {
+    let golden = (5_f64.sqrt() - 1.0) / 2.0;
+    30.0 + 60.0 * (golden * k as f64).fract()
+}
+
 impl Bench<'_> {
     fn prepare(
         &self,
@@ -131,10 +138,12 @@ impl Bench<'_> {
     }
 
     fn one(&self, k: u64, sensors: &SensorsConfig) -> Result<Prepared, InputError> {
+        let mut sensors = sensors.clone();
+        sensors.clock.ramp_reversal_s = reversal_s(k);
         Prepared::new(
             self.scene,
             &FlightConfig::default(),
-            sensors,
+            &sensors,
             self.args.seed.wrapping_add(k),
         )
     }

@@ -96,6 +96,23 @@ fn error_m(filter: &Filter46) -> f64 {
     (filter.nominal().position_m - truth(filter.nominal().time_ns).position_m).norm()
 }
 
+/// The line of sight as if the UAV were elsewhere: every number agrees but the place.
+fn seen_from(aside: Vector3<f64>, time_ns: u64) -> PathMeasurement {
+    let state = truth(time_ns);
+    let way = gmt().position_m - state.position_m - aside;
+    let leaving = -way.normalize();
+    PathMeasurement {
+        c_tau_m: way.norm() + state.clock_offset_m,
+        aoa: Direction::from_vector(state.attitude.tr_mul(&way)).expect("apart"),
+        departure: Some(FaceDirection {
+            face: 0,
+            cosines: [leaving.y, leaving.z],
+            sigma: [1e-4; 2],
+        }),
+        ..path(time_ns)
+    }
+}
+
 #[test]
 fn it_starts_from_nothing_within_five_sweeps() {
     let mut verdicts = heapless::Vec::<SweepVerdict, 8>::new();
@@ -218,6 +235,36 @@ fn a_clock_step_is_taken_over_and_flagged() {
         let clock = filter.nominal().clock_offset_m - truth(filter.nominal().time_ns).clock_offset_m;
         assert!((clock - 29.98).abs() < 0.1, "{clock}");
     }
+}
+
+#[test]
+fn a_clock_that_runs_at_another_rate_is_caught() {
+    // From 10 s on the clock gains 1.5 m/s more, out of sight of the GMT: a change that no ramp explains.
+    let gained = |now: u64| 1.5e-9 * now.saturating_sub(10_000_000_000) as f64;
+    let mut filter = Filter46::new(FilterConfig::default(), 0);
+    for now in (STEP_NS..=16_000_000_000).step_by(STEP_NS as usize) {
+        filter.increment(&increment(now - STEP_NS));
+        if now % SWEEP_NS == SWEEP_NS / 2 {
+            let _ = filter.two_way(now, truth(now).clock_offset_m + gained(now));
+        }
+        if now.is_multiple_of(SWEEP_NS) {
+            let mut sweep = measurement(now, path(now));
+            if now > 10_000_000_000 {
+                sweep.line_of_sight = None;
+            }
+            let _ = filter.sweep(&sweep);
+        }
+    }
+    let state = filter.nominal();
+    let clock = state.clock_offset_m - truth(state.time_ns).clock_offset_m - gained(state.time_ns);
+    assert!(clock.abs() < 0.2, "{clock} m");
+    assert!(
+        (state.clock_drift_m_per_s - 4.5).abs() < 0.5,
+        "{} m/s",
+        state.clock_drift_m_per_s
+    );
+    // Set once, and then it knew better.
+    assert_eq!(filter.counters().clock_steps, 1);
 }
 
 #[test]
@@ -349,20 +396,7 @@ fn after_an_outage_one_sweep_is_no_proof() {
             filter.covariance.add(POSITION, 20.0);
             filter.covariance.add(POSITION + 1, 20.0);
             filter.covariance.add(POSITION + 2, 20.0);
-            // Seen from there, in every number.
-            let state = truth(now);
-            let way = gmt().position_m - state.position_m - aside;
-            let leaving = -way.normalize();
-            sweep.line_of_sight = Some(PathMeasurement {
-                c_tau_m: way.norm() + state.clock_offset_m,
-                aoa: Direction::from_vector(state.attitude.tr_mul(&way)).expect("apart"),
-                departure: Some(FaceDirection {
-                    face: 0,
-                    cosines: [leaving.y, leaving.z],
-                    sigma: [1e-4; 2],
-                }),
-                ..path(now)
-            });
+            sweep.line_of_sight = Some(seen_from(aside, now));
         }
         let verdict = filter.sweep(&sweep);
         if now >= 20_000_000_000 && verdicts.push(verdict).is_err() {
@@ -376,4 +410,33 @@ fn after_an_outage_one_sweep_is_no_proof() {
     );
     assert!(error_m(&filter) < 0.2, "{}", error_m(&filter));
     assert_eq!(filter.counters().held, 2);
+}
+
+#[test]
+fn after_an_outage_a_run_of_five_is_ridden_out_and_six_are_believed() {
+    for run in [5, 6] {
+        let (mut moved, mut worst) = (false, 0.0_f64);
+        let filter = flown(22_000_000_000, 0, |time_ns, filter, sweep| {
+            let sweep_number = time_ns / SWEEP_NS;
+            if (20..30).contains(&sweep_number) {
+                sweep.line_of_sight = None;
+            }
+            if sweep_number == 30 {
+                (0..3).for_each(|axis| filter.covariance.add(POSITION + axis, 1.0));
+            }
+            if (30..30 + run).contains(&sweep_number) {
+                sweep.line_of_sight = Some(seen_from(Vector3::new(0.0, 12.0, 9.0), time_ns));
+            }
+            moved |= filter.counters().refixes > 0;
+            if sweep_number > 30 {
+                worst = worst.max(error_m(filter));
+            }
+        });
+        assert_eq!(moved, run == 6, "{:?}", filter.counters());
+        // Moved, it takes as many to come back.
+        assert!(
+            (worst > 10.0) == moved && error_m(&filter) < 0.3,
+            "{run}: {worst}"
+        );
+    }
 }
