@@ -205,8 +205,8 @@ impl<'m> Config<'m> {
             accept: AcceptGate {
                 point: Gates {
                     // Paths of a whole sweep are known several times better than those that the classifier is made for, and
-                    // nine points of ten to 0.5 m: the few that are no better than a metre only blur the map.
-                    max_sigma_m: 1.0,
+                    // nine points of ten to 0.5 m: the few that are no better only blur the map.
+                    max_sigma_m: 0.5,
                     ground_z_m: Some(0.0),
                     ..AcceptGate::default().point
                 },
