@@ -29,14 +29,14 @@ fn the_fit_meets_its_bound_and_parabola_and_pick_lie_behind_it() {
 
 #[test]
 fn calibration_errors_of_the_transmitter_set_the_floor() {
-    for (row, most_m) in rows(|c| Case {
+    let with_errors = |d| Case {
         gmt_errors: true,
-        ..c
-    })
-    .iter()
-    .zip([0.06, 0.15, 0.25])
-    {
-        assert!(row.fit_m < 1.3 * most_m && row.refused == 0, "{row:?}");
+        ..Case::ideal(d)
+    };
+    // What the second face buys shows over many trials only: it is heard in a third of them.
+    let rows = [20.0, 50.0, 100.0].map(|d| run(&with_errors(d), 200, 1));
+    for (row, most_m) in rows.iter().zip([0.06, 0.15, 0.25]) {
+        assert!(row.fit_m < 1.3 * most_m && row.refused <= 5, "{row:?}");
         // What the filter assumes of them covers them.
         assert!((0.5..2.2).contains(&row.fit_nees), "{row:?}");
         // Near the border of two faces the other one tells what this one does not.

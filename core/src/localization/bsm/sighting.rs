@@ -11,6 +11,10 @@ use crate::ltd::EstimatedPath;
 /// Paths closer than this to the line of sight in arrival are images of it that the transmitter's element errors make,
 /// or cannot be told from it: not nulled, rad. Half a degree.
 const IMAGE_RAD: f32 = 0.0087;
+/// A path this far before the line of sight, m, up to as far as two paths may be mixed in path estimation, ...
+const BEFORE_M: [f32; 2] = [0.05, 4.0];
+/// ... with at least this share of its energy (-15 dB) says that the two were not told apart.
+const MIXED_SHARE: f32 = 0.03;
 /// A path this near to where the ground bounce must come from is the ground bounce, rad. Two degrees.
 const BOUNCE_RAD: f32 = 0.035;
 
@@ -55,7 +59,8 @@ impl Sighting {
     pub const NEAR_M: f32 = 30.0;
 
     /// From the paths of a sweep (strongest first), of which number `los` is the line of sight if there is one. None
-    /// when there is no such path or no such beam.
+    /// when there is no such path or no such beam, and when a path of like strength comes just before it: nothing is shorter than the
+    /// line of sight, so path estimation has mixed it with its ground bounce, and neither direction can be believed.
     #[must_use]
     pub fn new<const FACES: usize, const X: usize, const Z: usize, const ELEVATIONS: usize>(
         line_of_sight: bool,
@@ -76,6 +81,10 @@ impl Sighting {
         for path in paths {
             // Delays are cyclic: the line of sight may come at the end of a period and the next path after its start.
             let later_m = wrap_delay_m(f64::from(path.path.c_tau_m - direct.path.c_tau_m)) as f32;
+            let before = -BEFORE_M[1]..-BEFORE_M[0];
+            if before.contains(&later_m) && path.energy > MIXED_SHARE * direct.energy {
+                return None;
+            }
             if later_m > 0.0
                 && later_m < Self::NEAR_M
                 && path.path.aoa.angle_to_rad(&direct.path.aoa) > IMAGE_RAD

@@ -216,3 +216,32 @@ fn the_ground_bounce_comes_from_under_the_line_of_sight() {
     assert!(with.interferers[0].vector().cross(&expected).norm() < 1e-4);
     assert_eq!(with.interferers[1], far);
 }
+
+#[test]
+fn a_path_just_before_the_line_of_sight_is_no_path() {
+    use crate::array::Codebook;
+    use crate::ltd::EstimatedPath;
+    use crate::path::Path;
+
+    let path = |c_tau_m, energy| EstimatedPath {
+        path: Path {
+            c_tau_m,
+            aoa: Direction::from_vector(Vector3::new(1.0, 0.0, 0.02 * (c_tau_m - 100.0))).expect("not zero"),
+            aod: None,
+            covariance: nalgebra::Matrix3::identity(),
+        },
+        beam: 3,
+        snr_db: 20.0,
+        energy,
+    };
+    let sighted = |other| {
+        let paths = [path(100.0, 1.0), other];
+        Sighting::new(true, &paths, 0, &Codebook::<f32>::default()).is_some()
+    };
+    // As strong as a bounce, and before what must come first.
+    assert!(!sighted(path(99.84, 0.047)));
+    assert!(sighted(path(100.16, 0.047)));
+    // What the arrays' errors leave beside a path is weaker; another time is another path.
+    assert!(sighted(path(99.84, 0.01)));
+    assert!(sighted(path(95.0, 0.047)) && sighted(path(99.98, 0.047)));
+}
