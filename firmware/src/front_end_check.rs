@@ -1,6 +1,8 @@
 //! Check of the path estimator's kernels: sample blocks from the quiet to the extreme, and digests of all that the front
 //! end makes of them. Equal digests of two kernel sets, or of two machines, mean equal bits.
 
+use core::fmt;
+
 use cslam_core::block::BeamBlock;
 use cslam_core::ltd::kernels::Kernels;
 use cslam_core::ltd::{Channel, Correlator, Iq, Workspace};
@@ -158,6 +160,19 @@ pub struct Outcome {
     pub unexamined: u32,
     /// Exponent of the taps.
     pub exponent: i32,
+}
+
+/// Digest, clips, unexamined passes and exponent, as the images print them after `block INDEX`.
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            digest,
+            clips,
+            unexamined,
+            exponent,
+        } = self;
+        write!(f, "{digest:016x} {clips} {unexamined} {exponent}")
+    }
 }
 
 /// Runs everything on block `index`.

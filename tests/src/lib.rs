@@ -35,3 +35,19 @@ pub fn emulated_board(verb: &str, image: &str) -> Command {
         .env_remove("DEFMT_LOG");
     command
 }
+
+/// Runs a command and gives what it printed on standard output.
+///
+/// # Panics
+/// When it does not start or does not succeed: with all that it printed.
+pub fn printed(command: &mut Command) -> String {
+    let output = command.output().expect("the program starts");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(
+        output.status.success(),
+        "{command:?} ended with {}:\n{text}{}",
+        output.status,
+        String::from_utf8_lossy(&output.stderr)
+    );
+    text
+}

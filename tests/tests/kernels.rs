@@ -8,25 +8,12 @@ use cslam_core::ltd::{Correlator, Iq, Workspace};
 use cslam_core::waveform::{SAMPLES, Waveform};
 use cslam_firmware::front_end_check::{BLOCKS, Block, CHANNELS, run};
 use cslam_tests::cost::{counts, rises};
-use cslam_tests::{emulated_board, root};
+use cslam_tests::{emulated_board, printed, root};
 
 /// What the chip printed: one run for all tests.
 fn output() -> &'static str {
     static OUTPUT: OnceLock<String> = OnceLock::new();
-    OUTPUT.get_or_init(|| {
-        let output = emulated_board("run", "kernels-an500")
-            .env("CSLAM_ICOUNT", "10")
-            .output()
-            .expect("cargo starts");
-        let text = String::from_utf8_lossy(&output.stdout).into_owned();
-        assert!(
-            output.status.success(),
-            "the run ended with {}:\n{text}{}",
-            output.status,
-            String::from_utf8_lossy(&output.stderr)
-        );
-        text
-    })
+    OUTPUT.get_or_init(|| printed(emulated_board("run", "kernels-an500").env("CSLAM_ICOUNT", "10")))
 }
 
 #[test]
@@ -63,11 +50,7 @@ fn the_chip_computes_the_bits_of_the_host() {
     let mut seen = 0;
     for line in output().lines().filter(|line| line.starts_with("block ")) {
         let outcome = run(&correlator, &mut block, seen, &mut work);
-        let expected = format!(
-            "block {seen} {:016x} {} {} {}",
-            outcome.digest, outcome.clips, outcome.unexamined, outcome.exponent
-        );
-        assert_eq!(line.trim(), expected);
+        assert_eq!(line.trim(), format!("block {seen} {outcome}"));
         seen += 1;
     }
     assert_eq!(seen, BLOCKS);

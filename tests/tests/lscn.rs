@@ -8,25 +8,17 @@ use cslam_core::lscn::Activations;
 use cslam_core::lscn::kernels::Native;
 use cslam_firmware::lscn_check::{LINKS, Link, ModelFile, Networks, Which};
 use cslam_tests::cost::{counts, rises};
-use cslam_tests::{emulated_board, root};
+use cslam_tests::{emulated_board, printed, root};
 
 /// What the chip printed: one run for all tests.
 fn output() -> &'static str {
     static OUTPUT: OnceLock<String> = OnceLock::new();
     OUTPUT.get_or_init(|| {
-        let output = emulated_board("run", "lscn-an500")
-            .args(["--features", "rivals"])
-            .env("CSLAM_ICOUNT", "10")
-            .output()
-            .expect("cargo starts");
-        let text = String::from_utf8_lossy(&output.stdout).into_owned();
-        assert!(
-            output.status.success(),
-            "the run ended with {}:\n{text}{}",
-            output.status,
-            String::from_utf8_lossy(&output.stderr)
-        );
-        text
+        printed(
+            emulated_board("run", "lscn-an500")
+                .args(["--features", "rivals"])
+                .env("CSLAM_ICOUNT", "10"),
+        )
     })
 }
 

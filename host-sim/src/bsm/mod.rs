@@ -7,6 +7,7 @@
 
 pub mod bound;
 mod near;
+mod receiver;
 mod trial;
 
 pub use near::{NearRow, near};

@@ -1,17 +1,16 @@
 //! Trials over the 8 x 8 faces.
 
-use cslam_core::array::{Codebook, GmtArrays, SquintConfig, SquintScheme, UavArrays, phasor};
+use cslam_core::array::{Codebook, GmtArrays, SquintScheme, UavArrays, phasor};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction, Gmt};
-use cslam_core::localization::bsm::{
-    BeamSquint, Bearing, BsmConfig, FACE_BIAS_SIGMA, Joined, Refusal, Sighting,
-};
-use cslam_core::ltd::{Correlator, EstimatedPath, Estimator, EstimatorConfig, PathEstimator, Workspace};
+use cslam_core::localization::bsm::{FACE_BIAS_SIGMA, Sighting};
+use cslam_core::ltd::EstimatedPath;
 use cslam_core::waveform::Waveform;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::bound::{Hearing, position_variance_m2};
+use super::receiver::Receiver;
 use crate::channel::{ChannelConfig, FrontEndConfig, Impairments, Instant, Ray, Simulator};
 use crate::random::Stream;
 use crate::statistics::rms;
@@ -46,6 +45,24 @@ impl Case {
             bounce: false,
             null: false,
             snr_offset_db: 0.0,
+        }
+    }
+
+    /// The scheme of its symbols.
+    pub(super) fn scheme(&self) -> SquintScheme {
+        if self.raster {
+            SquintScheme::Raster
+        } else {
+            SquintScheme::Sequential
+        }
+    }
+
+    /// What is known of the constant error of a face: none where the GMT has no errors.
+    pub(super) fn face_bias_sigma(&self) -> [f32; 2] {
+        if self.gmt_errors {
+            FACE_BIAS_SIGMA
+        } else {
+            [0.0; 2]
         }
     }
 }
@@ -206,113 +223,6 @@ fn unit<F: cslam_core::geometry::Frame>(v: Vector3<f64>) -> Direction<F, f64> {
     Direction::from_vector(v).expect("not zero")
 }
 
-/// What a thread keeps between trials.
-struct Receiver {
-    estimator: Box<dyn PathEstimator<32, 9>>,
-    sequential: Box<BeamSquint<11>>,
-    raster: Box<BeamSquint<1>>,
-    correlator: Correlator,
-    work: Box<Workspace>,
-}
-
-impl Receiver {
-    #[inline(never)]
-    fn new(case: &Case) -> Self {
-        let mut config = EstimatorConfig::default();
-        if !case.uav_errors {
-            config.element_phase_sigma_rad = 0.0;
-        }
-        let mut bsm = if case.gmt_errors {
-            BsmConfig::default()
-        } else {
-            BsmConfig::ideal()
-        };
-        if !case.uav_errors {
-            bsm.delay_sigma_m = 0.0;
-        }
-        let (sweeps, waveform) = (SquintConfig::default(), Waveform::default());
-        let arrays = UavArrays::default();
-        Self {
-            estimator: Box::new(Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&config)),
-            sequential: Box::new(
-                BeamSquint::new(bsm, SquintScheme::Sequential, &sweeps, arrays, &waveform)
-                    .expect("11 symbols"),
-            ),
-            raster: Box::new(
-                BeamSquint::new(bsm, SquintScheme::Raster, &sweeps, arrays, &waveform).expect("one symbol"),
-            ),
-            correlator: Correlator::new(&waveform),
-            work: Box::new(Workspace::new()),
-        }
-    }
-
-    /// Bearings by fit, parabola and pick.
-    fn listen(
-        &mut self,
-        case: &Case,
-        simulator: &Simulator,
-        scene: &Scene,
-        sighting: &Sighting,
-        face: usize,
-        index: u32,
-    ) -> [Result<Bearing, Refusal>; 3] {
-        let scheme = if case.raster {
-            SquintScheme::Raster
-        } else {
-            SquintScheme::Sequential
-        };
-        let mut sweep = simulator.squint_rays(&scene.rays, &Instant::at_rest(), index, scheme, |s| {
-            s.face == face
-        });
-        macro_rules! hear {
-            ($bsm:expr) => {{
-                if let Err(refusal) = $bsm.begin(sighting) {
-                    return [Err(refusal); 3];
-                }
-                for block in &mut sweep.blocks {
-                    $bsm.push(block.view(), &self.correlator, &mut self.work);
-                }
-                [$bsm.fit(), $bsm.parabola(), $bsm.pick()]
-            }};
-        }
-        if case.raster {
-            hear!(self.raster)
-        } else {
-            hear!(self.sequential)
-        }
-    }
-}
-
-impl Receiver {
-    /// The fits of all faces that are heard, joined: `first` is that of the face that looks at the UAV.
-    fn join(
-        &mut self,
-        case: &Case,
-        simulator: &Simulator,
-        scene: &Scene,
-        sighting: &Sighting,
-        first: &Bearing,
-        index: u32,
-    ) -> Option<Joined> {
-        let arrays = GmtArrays::<f32>::default();
-        let seen = first.direction(arrays.faces().get(first.face)?)?;
-        let mut bearings = vec![*first];
-        for face in (0..arrays.faces().len()).filter(|face| *face != first.face) {
-            let Some(there) = sighting.on_face(face, &seen, &arrays) else {
-                continue;
-            };
-            let [fit, _, _] = self.listen(case, simulator, scene, &there, face, index);
-            bearings.extend(fit.ok());
-        }
-        let bias = if case.gmt_errors {
-            FACE_BIAS_SIGMA
-        } else {
-            [0.0; 2]
-        };
-        Joined::new(&bearings, bias, &arrays)
-    }
-}
-
 /// The line of sight, the first of the strong paths, as a receiver that knows the link state takes it.
 fn sight(paths: &[EstimatedPath], null: bool, down: &Direction<Body>) -> Option<Sighting> {
     let strongest = paths.first()?.energy;
@@ -344,11 +254,7 @@ fn trial(case: &Case, receiver: &mut Receiver, seed: u64, index: u32) -> Errors 
     // Waveforms of power one have 512/416 of it on each active subcarrier; noise has its power on all.
     let snr = amplitude * amplitude * 512.0 / waveform.active as f64 / simulator.noise_power_w();
     let symbols: Vec<_> = simulator
-        .squint_symbols(if case.raster {
-            SquintScheme::Raster
-        } else {
-            SquintScheme::Sequential
-        })
+        .squint_symbols(case.scheme())
         .into_iter()
         .filter(|s| s.face == 0)
         .collect();
@@ -378,10 +284,10 @@ fn trial(case: &Case, receiver: &mut Receiver, seed: u64, index: u32) -> Errors 
         };
     };
     let single = GmtArrays::<f32>::default();
-    let heard = receiver.listen(case, &simulator, &scene, &sighting, scene.face, index);
+    let heard = receiver.listen(case, &simulator, &scene.rays, &sighting, scene.face, index);
     let joined = heard[0]
         .ok()
-        .and_then(|first| receiver.join(case, &simulator, &scene, &sighting, &first, index))
+        .and_then(|first| receiver.join(case, &simulator, &scene.rays, &sighting, &first, index))
         .and_then(|joined| {
             let c_tau_m = joined.delay.map_or(sighting.c_tau_m, |d| d.c_tau_m);
             let position = joined.direction.vector().cast::<f64>() * f64::from(c_tau_m);
@@ -402,11 +308,9 @@ fn trial(case: &Case, receiver: &mut Receiver, seed: u64, index: u32) -> Errors 
         let position = direction.vector().cast::<f64>() * f64::from(c_tau_m);
         let off = nalgebra::Vector2::from_fn(|i, _| f64::from(bearing.cosines[i]) - scene.cosines[i]);
         let mut covariance = bearing.covariance.cast::<f64>();
-        if case.gmt_errors {
-            // What a filter knows besides: the constant part of the face's error.
-            for (i, sigma) in FACE_BIAS_SIGMA.into_iter().enumerate() {
-                covariance[(i, i)] += f64::from(sigma * sigma);
-            }
+        // What a filter knows besides: the constant part of the face's error.
+        for (i, sigma) in case.face_bias_sigma().into_iter().enumerate() {
+            covariance[(i, i)] += f64::from(sigma * sigma);
         }
         let information = covariance.try_inverse()?;
         Some(Reading {

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use cslam_tests::emulated_board;
+use cslam_tests::{emulated_board, printed};
 
 use crate::recordings::Recording;
 
@@ -28,14 +28,7 @@ pub(crate) fn run(mode: &str, recording: &Recording, icount: Option<&str>) -> Ru
         Some(icount) => command.env("CSLAM_ICOUNT", icount),
         None => command.env_remove("CSLAM_ICOUNT"),
     };
-    let output = command.output().expect("cargo starts");
-    let log = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(
-        output.status.success(),
-        "the run ended with {}:\n{log}{}",
-        output.status,
-        String::from_utf8_lossy(&output.stderr)
-    );
+    let log = printed(&mut command);
     Run {
         lines: fs::read_to_string(&lines).expect("the chip's lines"),
         log,

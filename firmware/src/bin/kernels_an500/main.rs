@@ -51,14 +51,7 @@ fn main() -> ! {
     let mut equal = true;
     for index in 0..BLOCKS {
         let outcome = check::run(&native, block, index, work);
-        defmt::println!(
-            "block {=u32} {=u64:016x} {=u32} {=u32} {=i32}",
-            index,
-            outcome.digest,
-            outcome.clips,
-            outcome.unexamined,
-            outcome.exponent
-        );
+        defmt::println!("block {=u32} {}", index, defmt::Display2Format(&outcome));
         if check::run(&portable, block, index, other) != outcome {
             equal = false;
             defmt::println!("block {=u32}: the portable form differs", index);

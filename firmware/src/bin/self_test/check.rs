@@ -24,14 +24,7 @@ fn main() -> ! {
     let correlator = Correlator::<Native>::new(&Waveform::default());
     for index in 0..BLOCKS {
         let outcome = front_end_check::run(&correlator, block, index, work);
-        defmt::println!(
-            "block {=u32} {=u64:016x} {=u32} {=u32} {=i32}",
-            index,
-            outcome.digest,
-            outcome.clips,
-            outcome.unexamined,
-            outcome.exponent
-        );
+        defmt::println!("block {=u32} {}", index, defmt::Display2Format(&outcome));
     }
     let Ok(networks) = Networks::<NativeLayers>::shipped() else {
         defmt::error!("the models in flash are damaged");

@@ -123,29 +123,27 @@ fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// Share of sweeps for which `holds` is true of the orders of their true paths, of those for which `among` is, %.
-fn share(log: &FlightLog, among: fn(&[u8]) -> bool, holds: fn(&[u8]) -> bool) -> Option<f64> {
-    let sweeps: Vec<Vec<u8>> = log
-        .sweeps
+/// Orders of the true paths of each sweep.
+fn orders(log: &FlightLog) -> impl Iterator<Item = Vec<u8>> {
+    log.sweeps
         .iter()
         .filter_map(|sweep| sweep.truth.link.as_ref())
         .map(|link| link.paths.iter().filter_map(|path| path.order).collect())
-        .filter(|orders: &Vec<u8>| among(orders))
-        .collect();
-    let held: Vec<f64> = sweeps
-        .iter()
-        .map(|orders| f64::from(u8::from(holds(orders))))
+}
+
+/// Share of sweeps for which `holds` is true of the orders of their true paths, of those for which `among` is, %.
+fn share(log: &FlightLog, among: fn(&[u8]) -> bool, holds: fn(&[u8]) -> bool) -> Option<f64> {
+    let held: Vec<f64> = orders(log)
+        .filter(|orders| among(orders))
+        .map(|orders| f64::from(u8::from(holds(&orders))))
         .collect();
     mean(&held).map(|share| 100.0 * share)
 }
 
 /// Points a sweep that could be accepted: true paths of one reflection, over the sweeps with any.
 fn present(log: &FlightLog) -> Option<f64> {
-    let counts: Vec<f64> = log
-        .sweeps
-        .iter()
-        .filter_map(|sweep| sweep.truth.link.as_ref())
-        .map(|link| link.paths.iter().filter(|path| path.order == Some(1)).count() as f64)
+    let counts: Vec<f64> = orders(log)
+        .map(|orders| orders.iter().filter(|order| **order == 1).count() as f64)
         .filter(|count| *count > 0.0)
         .collect();
     mean(&counts)
