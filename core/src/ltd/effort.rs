@@ -9,22 +9,57 @@
 
 use core::cell::Cell;
 
-/// Work after which joint fits are begun once and end early.
-const THRIFTY: u32 = 5_000;
-/// Work after which there are none.
-const SPENT: u32 = 9_000;
+/// The limit, in evaluations of a fit times the square of its paths (about 5000 instructions of a Cortex-M7 each).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WorkLimit {
+    /// Work after which joint fits are begun once and end early.
+    pub thrifty: u32,
+    /// Work after which there are none.
+    pub spent: u32,
+}
+
+impl WorkLimit {
+    /// What a Cortex-M7 at 480 MHz has time for beside all else (docs/firmware.md): 45 million instructions.
+    pub const FLIGHT: Self = Self {
+        thrifty: 5_000,
+        spent: 9_000,
+    };
+    /// None, where nothing waits for the sweep. Clusters of paths that lie within a tap of each other are told apart more
+    /// often: of the points of strong first-order paths, the 5 % that are worst come out a tenth better.
+    pub const NONE: Self = Self {
+        thrifty: u32::MAX,
+        spent: u32::MAX,
+    };
+}
+
+impl Default for WorkLimit {
+    /// [`WorkLimit::FLIGHT`].
+    fn default() -> Self {
+        Self::FLIGHT
+    }
+}
 
 /// Work of cancelling a path, or of putting it back.
 const CANCELLED: u32 = 12;
 
 /// Work of a sweep so far.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Effort {
+    limit: WorkLimit,
     work: Cell<u32>,
     refused: Cell<u32>,
 }
 
 impl Effort {
+    /// Nothing done yet.
+    pub(super) fn new(limit: WorkLimit) -> Self {
+        Self {
+            limit,
+            work: Cell::new(0),
+            refused: Cell::new(0),
+        }
+    }
+
     /// A new sweep.
     pub(super) fn clear(&mut self) {
         self.work.set(0);
@@ -43,12 +78,12 @@ impl Effort {
 
     /// Whether to be thrifty from now on.
     pub(super) fn is_thrifty(&self) -> bool {
-        self.work.get() >= THRIFTY
+        self.work.get() >= self.limit.thrifty
     }
 
     /// Whether nothing is left; asking is counted as a fit that was refused.
     pub(super) fn is_spent(&self) -> bool {
-        let spent = self.work.get() >= SPENT;
+        let spent = self.work.get() >= self.limit.spent;
         if spent {
             self.refused.set(self.refused.get().saturating_add(1));
         }
@@ -63,5 +98,36 @@ impl Effort {
     /// Joint fits that were refused.
     pub(super) fn refused(&self) -> u32 {
         self.refused.get()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_makes_thrifty_and_then_refuses() {
+        let mut effort = Effort::new(WorkLimit {
+            thrifty: 30,
+            spent: 50,
+        });
+        effort.spend(29);
+        assert!(!effort.is_thrifty() && !effort.is_spent());
+        effort.cancel(1);
+        assert!(effort.is_thrifty() && !effort.is_spent());
+        effort.spend(9);
+        assert!(effort.is_spent() && effort.is_spent());
+        assert_eq!((effort.work(), effort.refused()), (50, 2));
+        effort.clear();
+        assert_eq!((effort.work(), effort.refused()), (0, 0));
+        assert!(!effort.is_thrifty(), "a new sweep begins afresh");
+    }
+
+    #[test]
+    fn without_a_limit_no_fit_is_refused() {
+        let effort = Effort::new(WorkLimit::NONE);
+        effort.spend(100 * WorkLimit::FLIGHT.spent);
+        assert!(!effort.is_thrifty() && !effort.is_spent());
+        assert_eq!(effort.refused(), 0);
     }
 }

@@ -8,7 +8,7 @@ use super::beam::{Beam, Found, SOURCES, Search};
 use super::correlator::{Correlator, TAP_EXPONENT, Workspace};
 use super::departure::{Departures, Look};
 use super::detector::{Detector, fit_threshold};
-use super::effort::Effort;
+use super::effort::{Effort, WorkLimit};
 use super::grid::AngleGrid;
 use super::known::{FITTED, KnownPaths, Levels, Seen};
 use super::merge::{Detection, Detections, Merged};
@@ -54,6 +54,8 @@ pub struct EstimatorConfig<
     pub element_phase_sigma_rad: f32,
     /// Standard deviation of a transmit beam's gain, dB: widens the angle of departure.
     pub beam_gain_sigma_db: f32,
+    /// What joint fits and cancellation may take of a sweep.
+    pub work_limit: WorkLimit,
 }
 
 impl Default for EstimatorConfig {
@@ -70,6 +72,7 @@ impl Default for EstimatorConfig {
             screening: true,
             element_phase_sigma_rad: 0.035,
             beam_gain_sigma_db: 0.3,
+            work_limit: WorkLimit::FLIGHT,
         }
     }
 }
@@ -202,7 +205,7 @@ impl<
             found: Vec::new(),
             detections: Detections::new(),
             known: KnownPaths::default(),
-            effort: Effort::default(),
+            effort: Effort::new(config.work_limit),
             strongest: 0.0,
             noise: 0.0,
             meter,

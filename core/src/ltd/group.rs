@@ -1,4 +1,4 @@
-//! Groups: paths so close in delay that they must be fitted jointly, at most three.
+//! Groups: paths so close in delay that they must be fitted jointly, at most four.
 //!
 //! A candidate near a group is tried as one more member: all members are put back, refitted with and without it, and it
 //! stays when it explains enough more, in noise variances and against what errors of the arrays' calibration would leave
@@ -19,7 +19,7 @@ use super::window::{JOINT, Window};
 /// ones of equal delay.)
 const CLOSE_M: f32 = 4.0;
 /// Members of a group.
-const MEMBERS: usize = 3;
+const MEMBERS: usize = 4;
 /// One more path must explain this many times the noise variance (log-likelihood). Eleven more parameters explain 5.5 on
 /// average.
 const MEMBER_GAIN: f32 = 25.0;
@@ -29,8 +29,8 @@ const RESIDUAL_SIGMAS: f32 = 4.0;
 const UNSETTLED: f32 = 1.3;
 /// Steps of a joint fit.
 const JOINT_STEPS: usize = 24;
-/// Steps when the sweep has taken much already.
-const THRIFTY_STEPS: usize = 6;
+/// Steps of a joint fit from a start that is tried out, and when the sweep has taken much already.
+const TRIAL_STEPS: usize = 6;
 /// Further starts of a joint fit.
 const ATTEMPTS: usize = 3;
 /// Half the separation in delay at which two paths of one direction are started, taps.
@@ -39,7 +39,7 @@ const SPLIT_TAPS: f32 = 0.2;
 impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
     fn joint_steps(&self) -> usize {
         if self.effort.is_thrifty() {
-            THRIFTY_STEPS
+            TRIAL_STEPS
         } else {
             JOINT_STEPS
         }
@@ -73,6 +73,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         within(self.meter, Stage::JointFit, || match *members.as_slice() {
             [a] => self.extend::<1, 3, 2, 6, C>(beam, [a], source, noise),
             [a, b] => self.extend::<2, 6, 3, 9, C>(beam, [a, b], source, noise),
+            [a, b, c] => self.extend::<3, 9, 4, 12, C>(beam, [a, b, c], source, noise),
             _ => false,
         })
     }
@@ -84,6 +85,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
             [a] => self.again::<1, 3, C>(beam, [a], noise),
             [a, b] => self.again::<2, 6, C>(beam, [a, b], noise),
             [a, b, c] => self.again::<3, 9, C>(beam, [a, b, c], noise),
+            [a, b, c, d] => self.again::<4, 12, C>(beam, [a, b, c, d], noise),
             _ => {}
         }
     }
@@ -233,9 +235,11 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
                 break;
             }
             let other = self.other_start(window, &start, attempt);
-            let fit: Fit<L, D, A> = self.fit(window, other, noise, self.joint_steps());
-            if fit.energy > best.energy {
-                best = fit;
+            let trial: Fit<L, D, A> = self.fit(window, other, noise, TRIAL_STEPS);
+            if trial.energy > best.energy {
+                // Only a start that led somewhere better is worth the way to the end.
+                let fit: Fit<L, D, A> = self.fit(window, trial.places, noise, self.joint_steps());
+                best = if fit.energy > trial.energy { fit } else { trial };
             }
         }
         best

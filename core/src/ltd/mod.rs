@@ -44,6 +44,7 @@ mod window;
 
 pub use correlator::{Correlator, FOLDED_CHANNELS, FOLDED_TAPS, Folded, Workspace};
 pub use detector::{Detector, Peak};
+pub use effort::WorkLimit;
 pub use estimator::{BeamReport, EstimatedPath, Estimator, EstimatorConfig};
 pub use iq::Iq;
 pub use level::Levelled;
