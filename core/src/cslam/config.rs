@@ -126,6 +126,9 @@ pub struct Config<'m> {
     pub link_states: LinkStates<'m>,
     /// When a path is taken for one reflection.
     pub accept: AcceptGate,
+    /// Least probability of first order of a path whose length and direction of arrival are those that a known mirror makes
+    /// between the ends; such a point lies on the mirror where that is known better. `None` asks no mirror.
+    pub min_mirrored_probability: Option<f32>,
     /// Standard deviation of the angle of departure, along a tangent, up to which a path may become a point, rad; infinite
     /// takes paths without one too. Without departure one path in eight that looks like one reflection is two.
     pub max_departure_sigma_rad: f32,
@@ -212,6 +215,7 @@ impl<'m> Config<'m> {
                 },
                 ..AcceptGate::default()
             },
+            min_mirrored_probability: Some(0.5),
             max_departure_sigma_rad: 0.05,
             mapped: Mapped::Every,
             form: Form::Vector,
@@ -231,6 +235,7 @@ impl<'m> Config<'m> {
                 min_probability: 0.0,
                 point: Gates::open(),
             },
+            min_mirrored_probability: None,
             max_departure_sigma_rad: f32::INFINITY,
             mapped: Mapped::Strongest,
             form: Form::Paper,

@@ -24,6 +24,7 @@ mod receive;
 mod report;
 mod rules;
 mod sight;
+mod specular;
 mod sweep;
 
 pub use config::{Config, ConfigError, Departures, HpcConfig, LinkStates, Localization, Mapped};
