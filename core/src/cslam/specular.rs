@@ -136,7 +136,7 @@ mod tests {
         assert!(misfit(0.3, 0.0).is_some() && misfit(0.5, 0.0).is_none() && misfit(-0.5, 0.0).is_none());
         assert!(misfit(0.0, 0.012).is_some() && misfit(0.0, 0.018).is_none());
         let mut poor = path(&ends, &plane, 0.0, 0.0);
-        poor.covariance.m11 = f32::NAN;
+        poor.c_tau_m = f32::NAN;
         assert_eq!(super::misfit(&ends, &poor, &plane), None);
     }
 
