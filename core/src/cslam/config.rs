@@ -93,6 +93,26 @@ pub enum Mapped {
     Strongest,
 }
 
+/// What is asked of a path that a known mirror explains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mirrored {
+    /// Least probability of first order.
+    pub min_probability: f32,
+    /// Largest error of a point on the mirror, m, where that is known better than the point that the path alone gives. It
+    /// may be larger than of other points: along the mirror, a point that is off still lies on the surface.
+    pub max_sigma_m: f32,
+}
+
+impl Default for Mirrored {
+    /// 0.5; 1.5 m, of which a tenth shows.
+    fn default() -> Self {
+        Self {
+            min_probability: 0.5,
+            max_sigma_m: 1.5,
+        }
+    }
+}
+
 /// Everything that is set before a flight.
 #[derive(Clone, Debug)]
 pub struct Config<'m> {
@@ -126,9 +146,9 @@ pub struct Config<'m> {
     pub link_states: LinkStates<'m>,
     /// When a path is taken for one reflection.
     pub accept: AcceptGate,
-    /// Least probability of first order of a path whose length and direction of arrival are those that a known mirror makes
-    /// between the ends; such a point lies on the mirror where that is known better. `None` asks no mirror.
-    pub min_mirrored_probability: Option<f32>,
+    /// What is asked of a path whose length and direction of arrival are those that the ground or a known mirror makes between
+    /// the ends. `None` asks no mirror.
+    pub mirrored: Option<Mirrored>,
     /// Standard deviation of the angle of departure, along a tangent, up to which a path may become a point, rad; infinite
     /// takes paths without one too. Without departure one path in eight that looks like one reflection is two.
     pub max_departure_sigma_rad: f32,
@@ -215,7 +235,7 @@ impl<'m> Config<'m> {
                 },
                 ..AcceptGate::default()
             },
-            min_mirrored_probability: Some(0.5),
+            mirrored: Some(Mirrored::default()),
             max_departure_sigma_rad: 0.05,
             mapped: Mapped::Every,
             form: Form::Vector,
@@ -235,7 +255,7 @@ impl<'m> Config<'m> {
                 min_probability: 0.0,
                 point: Gates::open(),
             },
-            min_mirrored_probability: None,
+            mirrored: None,
             max_departure_sigma_rad: f32::INFINITY,
             mapped: Mapped::Strongest,
             form: Form::Paper,

@@ -27,7 +27,7 @@ mod sight;
 mod specular;
 mod sweep;
 
-pub use config::{Config, ConfigError, Departures, HpcConfig, LinkStates, Localization, Mapped};
+pub use config::{Config, ConfigError, Departures, HpcConfig, LinkStates, Localization, Mapped, Mirrored};
 pub use gain::LinkBudget;
 pub use receive::Residuals;
 pub use report::{Innovation, Measured, Outcome, PathReport, SweepReport};

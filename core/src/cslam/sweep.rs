@@ -328,10 +328,10 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let accept = self.config.accept;
         let mirrored = self
             .config
-            .min_mirrored_probability
-            .and_then(|least| Some((least, self.mirrored(ends, judged, mirrors)?)));
+            .mirrored
+            .and_then(|asked| Some((asked, self.mirrored(ends, judged, mirrors)?)));
         let probable = match &mirrored {
-            Some((least, _)) => probabilities.first_order >= *least,
+            Some((asked, _)) => probabilities.first_order >= asked.min_probability,
             None => {
                 probabilities.state() == LinkState::FirstOrder
                     && probabilities.first_order >= accept.min_probability
@@ -360,18 +360,20 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             Err(error) => Outcome::Input(error),
             Ok(Verdict::Rejected(rejection)) => Outcome::Rejected(rejection),
             Ok(Verdict::Accepted(solved)) => {
-                let fine = |point: &ReflectionPoint| point.sigma_m() <= accept.point.max_sigma_m;
+                let known = solved.sigma_m() <= accept.point.max_sigma_m;
                 let point = match mirrored {
-                    Some((_, on_mirror)) if on_mirror.sigma_m() < solved.sigma_m() => on_mirror,
-                    _ => solved,
+                    Some((asked, on_mirror)) if on_mirror.sigma_m() < solved.sigma_m() => {
+                        Some(on_mirror).filter(|point| point.sigma_m() <= asked.max_sigma_m)
+                    }
+                    _ => Some(solved).filter(|_| known),
                 };
-                if !fine(&point) {
+                let Some(point) = point else {
                     return Outcome::Rejected(Rejection::IllConditioned);
-                }
+                };
                 // What lies beyond the map's range is counted there.
                 let insertion = self.memory.map.insert(&point).ok();
                 // A point that a mirror made says nothing new of mirrors.
-                if fine(&solved) {
+                if known {
                     self.mirrors.enter(sweep, ends, &solved.position);
                 }
                 Outcome::Point(point, insertion)
