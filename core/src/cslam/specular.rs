@@ -5,9 +5,11 @@
 //! departure says, and its point lies where the straight way from the image passes through the plane. That point stays good where
 //! the wave grazes the plane: there the closed form's ellipsoid runs along the way, and a decimetre of length is metres.
 
+use super::config::Mirrored;
 use super::paths::Straight;
 use crate::geometry::{Direction, Matrix3, Position, Vector3, World};
 use crate::localization::planes::Plane;
+use crate::lscn::{LinkState, Probabilities};
 use crate::path::Path;
 use crate::reflection::{Ends, ReflectionPoint};
 
@@ -83,6 +85,28 @@ pub(super) fn point_on(ends: &Ends, plane: &Plane) -> Option<ReflectionPoint> {
         covariance,
         distance_m: position.distance_m(&ends.uav),
     })
+}
+
+/// Whether a path is probably one reflection: its own state, or less where a known mirror explains it.
+pub(super) fn is_probable(probabilities: &Probabilities, least: f32, mirrored: Option<&Mirrored>) -> bool {
+    match mirrored {
+        Some(asked) => probabilities.first_order >= asked.min_probability,
+        None => probabilities.state() == LinkState::FirstOrder && probabilities.first_order >= least,
+    }
+}
+
+/// The better known of the point that a path alone gives and of the one on the mirror that explains it; `None` when it is not
+/// known well enough: to `most_m` by the path alone.
+pub(super) fn better(
+    solved: &ReflectionPoint,
+    most_m: f32,
+    mirrored: Option<&(Mirrored, ReflectionPoint)>,
+) -> Option<ReflectionPoint> {
+    let (point, most_m) = match mirrored {
+        Some((asked, on_mirror)) if on_mirror.sigma_m() < solved.sigma_m() => (on_mirror, asked.max_sigma_m),
+        _ => (solved, most_m),
+    };
+    (point.sigma_m() <= most_m).then_some(*point)
 }
 
 /// Heights of both ends over a plane that reflects between them: UAV, GMT, m.
@@ -203,6 +227,59 @@ mod tests {
             (found - expected).norm() < 0.02 * expected.norm(),
             "{found} {expected}"
         );
+    }
+
+    #[test]
+    fn a_mirror_asks_less_of_the_network_and_more_of_nothing_else() {
+        let of = |los, first_order| Probabilities {
+            los,
+            first_order,
+            higher_order: 1.0 - los - first_order,
+        };
+        let asked = Mirrored {
+            min_probability: 0.3,
+            max_sigma_m: 1.5,
+        };
+        let cases = [
+            (of(0.0, 0.85), true, true),
+            (of(0.0, 0.4), false, true),
+            (of(0.0, 0.2), false, false),
+        ];
+        for (probabilities, alone, mirrored) in cases {
+            assert_eq!(is_probable(&probabilities, 0.8, None), alone, "{probabilities:?}");
+            assert_eq!(
+                is_probable(&probabilities, 0.8, Some(&asked)),
+                mirrored,
+                "{probabilities:?}"
+            );
+        }
+        // However little is asked, alone the state must be first order.
+        assert!(!is_probable(&of(0.5, 0.4), 0.0, None));
+    }
+
+    #[test]
+    fn the_better_known_point_is_taken_if_it_is_known_well_enough() {
+        let known_to = |sigma_m: f32, x: f32| ReflectionPoint {
+            position: at(x, 0.0, 0.0),
+            covariance: Matrix3::from_diagonal(&Vector3::new(sigma_m * sigma_m, 0.0, 0.0)),
+            distance_m: 1.0,
+        };
+        let asked = Mirrored {
+            min_probability: 0.3,
+            max_sigma_m: 1.5,
+        };
+        let x_of = |solved_m, mirror_m: Option<f32>| {
+            let on_mirror = mirror_m.map(|sigma_m| (asked, known_to(sigma_m, 2.0)));
+            better(&known_to(solved_m, 1.0), 0.5, on_mirror.as_ref()).map(|point| point.position.vector().x)
+        };
+        assert_eq!([x_of(0.4, None), x_of(0.6, None)], [Some(1.0), None]);
+        assert_eq!(
+            [x_of(0.4, Some(0.45)), x_of(0.4, Some(0.1))],
+            [Some(1.0), Some(2.0)]
+        );
+        assert_eq!([x_of(9.0, Some(1.4)), x_of(9.0, Some(1.6))], [Some(2.0), None]);
+        // A poor mirror does not excuse a poor path.
+        assert_eq!(x_of(0.6, Some(0.7)), None);
     }
 
     #[test]

@@ -10,7 +10,7 @@ use super::mirrors::MIRRORS;
 use super::paths::{Heard, Judged};
 use super::receive::ends;
 use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
-use super::specular::{ground, misfit, point_on};
+use super::specular::{better, ground, is_probable, misfit, point_on};
 use super::{CHANNELS, Cslam, PATHS, PLANES, count};
 use crate::bounded::gather;
 use crate::localization::bsm::{Bearing, Refusal};
@@ -330,14 +330,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             .config
             .mirrored
             .and_then(|asked| Some((asked, self.mirrored(ends, judged, mirrors)?)));
-        let probable = match &mirrored {
-            Some((asked, _)) => probabilities.first_order >= asked.min_probability,
-            None => {
-                probabilities.state() == LinkState::FirstOrder
-                    && probabilities.first_order >= accept.min_probability
-            }
-        };
-        if !probable {
+        let asked = mirrored.as_ref().map(|(asked, _)| asked);
+        if !is_probable(&probabilities, accept.min_probability, asked) {
             return Outcome::NotFirstOrder;
         }
         let unsure = judged
@@ -360,20 +354,14 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             Err(error) => Outcome::Input(error),
             Ok(Verdict::Rejected(rejection)) => Outcome::Rejected(rejection),
             Ok(Verdict::Accepted(solved)) => {
-                let known = solved.sigma_m() <= accept.point.max_sigma_m;
-                let point = match mirrored {
-                    Some((asked, on_mirror)) if on_mirror.sigma_m() < solved.sigma_m() => {
-                        Some(on_mirror).filter(|point| point.sigma_m() <= asked.max_sigma_m)
-                    }
-                    _ => Some(solved).filter(|_| known),
-                };
+                let point = better(&solved, accept.point.max_sigma_m, mirrored.as_ref());
                 let Some(point) = point else {
                     return Outcome::Rejected(Rejection::IllConditioned);
                 };
                 // What lies beyond the map's range is counted there.
                 let insertion = self.memory.map.insert(&point).ok();
                 // A point that a mirror made says nothing new of mirrors.
-                if known {
+                if solved.sigma_m() <= accept.point.max_sigma_m {
                     self.mirrors.enter(sweep, ends, &solved.position);
                 }
                 Outcome::Point(point, insertion)
