@@ -93,21 +93,25 @@ pub enum Mapped {
     Strongest,
 }
 
-/// What is asked of a path that a known mirror explains.
+/// What is asked of a path whose length and direction of arrival are those that the ground or a known mirror makes between the
+/// ends, and of one that none explains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mirrored {
-    /// Least probability of first order.
+    /// Least probability of first order of one that a mirror explains.
     pub min_probability: f32,
+    /// The same of one that none explains, for a point: of those just below, one in four is wrong.
+    pub min_probability_alone: f32,
     /// Largest error of a point on the mirror, m, where that is known better than the point that the path alone gives. It
     /// may be larger than of other points: along the mirror, a point that is off still lies on the surface.
     pub max_sigma_m: f32,
 }
 
 impl Default for Mirrored {
-    /// 0.5; 1.5 m, of which a tenth shows.
+    /// 0.5 and 0.85; 1.5 m, of which a tenth shows.
     fn default() -> Self {
         Self {
             min_probability: 0.5,
+            min_probability_alone: 0.85,
             max_sigma_m: 1.5,
         }
     }
@@ -146,8 +150,7 @@ pub struct Config<'m> {
     pub link_states: LinkStates<'m>,
     /// When a path is taken for one reflection.
     pub accept: AcceptGate,
-    /// What is asked of a path whose length and direction of arrival are those that the ground or a known mirror makes between
-    /// the ends. `None` asks no mirror.
+    /// What known mirrors say of a path. `None` asks none of them.
     pub mirrored: Option<Mirrored>,
     /// Standard deviation of the angle of departure, along a tangent, up to which a path may become a point, rad; infinite
     /// takes paths without one too. Without departure one path in eight that looks like one reflection is two.

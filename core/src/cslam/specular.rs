@@ -87,11 +87,23 @@ pub(super) fn point_on(ends: &Ends, plane: &Plane) -> Option<ReflectionPoint> {
     })
 }
 
-/// Whether a path is probably one reflection: its own state, or less where a known mirror explains it.
-pub(super) fn is_probable(probabilities: &Probabilities, least: f32, mirrored: Option<&Mirrored>) -> bool {
-    match mirrored {
-        Some(asked) => probabilities.first_order >= asked.min_probability,
-        None => probabilities.state() == LinkState::FirstOrder && probabilities.first_order >= least,
+/// Least probability of first order that makes a path one reflection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Least {
+    /// Of a path that a known mirror explains, whatever its most probable state.
+    Mirrored(f32),
+    /// Of any other, whose state it must be.
+    Alone(f32),
+}
+
+impl Least {
+    pub(super) fn is_reached(self, probabilities: &Probabilities) -> bool {
+        match self {
+            Self::Mirrored(least) => probabilities.first_order >= least,
+            Self::Alone(least) => {
+                probabilities.state() == LinkState::FirstOrder && probabilities.first_order >= least
+            }
+        }
     }
 }
 
@@ -230,15 +242,11 @@ mod tests {
     }
 
     #[test]
-    fn a_mirror_asks_less_of_the_network_and_more_of_nothing_else() {
+    fn a_mirror_asks_less_of_the_network() {
         let of = |los, first_order| Probabilities {
             los,
             first_order,
             higher_order: 1.0 - los - first_order,
-        };
-        let asked = Mirrored {
-            min_probability: 0.3,
-            max_sigma_m: 1.5,
         };
         let cases = [
             (of(0.0, 0.85), true, true),
@@ -246,15 +254,19 @@ mod tests {
             (of(0.0, 0.2), false, false),
         ];
         for (probabilities, alone, mirrored) in cases {
-            assert_eq!(is_probable(&probabilities, 0.8, None), alone, "{probabilities:?}");
             assert_eq!(
-                is_probable(&probabilities, 0.8, Some(&asked)),
+                Least::Alone(0.8).is_reached(&probabilities),
+                alone,
+                "{probabilities:?}"
+            );
+            assert_eq!(
+                Least::Mirrored(0.3).is_reached(&probabilities),
                 mirrored,
                 "{probabilities:?}"
             );
         }
         // However little is asked, alone the state must be first order.
-        assert!(!is_probable(&of(0.5, 0.4), 0.0, None));
+        assert!(!Least::Alone(0.0).is_reached(&of(0.5, 0.4)));
     }
 
     #[test]
@@ -265,8 +277,8 @@ mod tests {
             distance_m: 1.0,
         };
         let asked = Mirrored {
-            min_probability: 0.3,
             max_sigma_m: 1.5,
+            ..Mirrored::default()
         };
         let x_of = |solved_m, mirror_m: Option<f32>| {
             let on_mirror = mirror_m.map(|sigma_m| (asked, known_to(sigma_m, 2.0)));

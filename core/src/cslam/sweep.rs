@@ -10,7 +10,7 @@ use super::mirrors::MIRRORS;
 use super::paths::{Heard, Judged};
 use super::receive::ends;
 use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
-use super::specular::{better, ground, is_probable, misfit, point_on};
+use super::specular::{Least, better, ground, misfit, point_on};
 use super::{CHANNELS, Cslam, PATHS, PLANES, count};
 use crate::bounded::gather;
 use crate::localization::bsm::{Bearing, Refusal};
@@ -326,12 +326,14 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             return Outcome::Unused;
         };
         let accept = self.config.accept;
-        let mirrored = self
-            .config
-            .mirrored
-            .and_then(|asked| Some((asked, self.mirrored(ends, judged, mirrors)?)));
-        let asked = mirrored.as_ref().map(|(asked, _)| asked);
-        if !is_probable(&probabilities, accept.min_probability, asked) {
+        let asked = self.config.mirrored;
+        let mirrored = asked.and_then(|asked| Some((asked, self.mirrored(ends, judged, mirrors)?)));
+        let least = match (&mirrored, asked) {
+            (Some((asked, _)), _) => Least::Mirrored(asked.min_probability),
+            (None, Some(asked)) => Least::Alone(asked.min_probability_alone),
+            (None, None) => Least::Alone(accept.min_probability),
+        };
+        if !least.is_reached(&probabilities) {
             return Outcome::NotFirstOrder;
         }
         let unsure = judged
