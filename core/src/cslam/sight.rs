@@ -24,7 +24,7 @@ use crate::ltd::PathEstimator;
 const UNREFLECTED_DB: f32 = 7.0;
 /// Paths within this of the first one are one with it: images that the arrays' errors make, the ground bounce, m. The
 /// strongest is taken.
-const AT_ONCE_M: f64 = 0.45;
+pub(super) const AT_ONCE_M: f64 = 0.45;
 /// Standard deviation of the position, norm, from which on it does not tell whether a path is direct, m.
 const PLACED_M: f32 = 3.0;
 /// Standard deviation of the attitude, norm, from which on it does not tell whether a path is straight, rad.
@@ -33,6 +33,8 @@ const ORIENTED_RAD: f32 = 0.1;
 const EXCESS: (f32, f32) = (0.6, 4.0);
 /// Angle off the expected direction up to which it may, rad, and the same in standard deviations; the sum counts.
 const ANGLE: (f32, f32) = (0.05, 4.0);
+/// A path proves itself with an attitude and a departure of this standard deviation, when the two ends differ by no more, rad.
+const PROVEN_RAD: f32 = 0.01;
 /// How far from where the pose puts the line of sight beam squint looks for it, direction cosine. Half a beam is 0.125.
 const POSE_RADIUS: f32 = 0.1;
 
@@ -64,7 +66,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 let first = first_of(heard.iter().map(length_m), heard)?;
                 let path = heard.get(first)?;
                 let direct = self.is_unreflected(path, length_m(path))
-                    && pose.is_none_or(|pose| is_straight(path, &pose));
+                    && pose.is_none_or(|pose| is_straight(path, &pose, ANGLE.0));
                 direct.then_some(first)
             }
         }
@@ -81,6 +83,20 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let spread = wavelength_m / (4.0 * core::f32::consts::PI * (length_m as f32).max(1.0));
         let free_space_db = 20.0 * libm::log10f((spread * dipoles).max(f32::MIN_POSITIVE));
         gain_db > free_space_db - UNREFLECTED_DB
+    }
+
+    /// Whether a path proves by itself that it is the line of sight: it has lost no more than through free space, and it comes,
+    /// with an attitude that is known, from just where it left for. A wave that is turned so little by a reflection has made
+    /// no detour.
+    pub(super) fn is_proven(&self, path: &Heard, time_ns: u64) -> bool {
+        let (Some(pose), Some(offset_m)) = (self.localizer.expected(), self.clock.offset_m(time_ns)) else {
+            return false;
+        };
+        let sure = |sigma_rad: f32| sigma_rad < PROVEN_RAD;
+        sure(sigma(&pose.attitude_covariance_rad2))
+            && path.estimated.path.aod.is_some_and(|aod| sure(aod.sigma_rad))
+            && self.is_unreflected(path, length_m(path.estimated.path.c_tau_m, offset_m))
+            && is_straight(path, &pose, PROVEN_RAD)
     }
 
     /// What beam squint needs to know of the line of sight, path number `index`.
@@ -113,7 +129,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 }
 
 /// Index of the strongest of the paths that came first.
-fn first_of(lengths_m: impl Iterator<Item = f64> + Clone, heard: &[Heard]) -> Option<usize> {
+pub(super) fn first_of(lengths_m: impl Iterator<Item = f64> + Clone, heard: &[Heard]) -> Option<usize> {
     let first_m = lengths_m.clone().min_by(f64::total_cmp)?;
     lengths_m
         .zip(heard)
@@ -135,8 +151,8 @@ fn is_direct(path: &Judged, pose: &Pose, gmt: &Transmitter) -> bool {
         && straight.angle_rad < ANGLE.0 + ANGLE.1 * libm::sqrtf(angle_variance.max(0.0))
 }
 
-/// Whether a path comes from the direction opposite to its departure, as far as the attitude is known.
-fn is_straight(path: &Heard, pose: &Pose) -> bool {
+/// Whether a path comes from the direction opposite to its departure, within an angle and what the attitude is not known to.
+fn is_straight(path: &Heard, pose: &Pose, within_rad: f32) -> bool {
     let attitude_sigma = sigma(&pose.attitude_covariance_rad2);
     if attitude_sigma > ORIENTED_RAD {
         return true;
@@ -147,7 +163,7 @@ fn is_straight(path: &Heard, pose: &Pose) -> bool {
             return false;
         };
         let sigma = libm::hypotf(attitude_sigma, departure.sigma_rad);
-        back.angle_to_rad(&seen) < ANGLE.0 + ANGLE.1 * sigma
+        back.angle_to_rad(&seen) < within_rad + ANGLE.1 * sigma
     })
 }
 

@@ -188,7 +188,13 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             .localizer
             .expected()
             .map(|pose| self.judge(heard, &pose, gmt));
-        let line = self.line_of_sight(heard, judged.as_deref(), open.time_ns);
+        let level = self.level_sight(heard, gmt, open.time_ns);
+        let line = self
+            .line_of_sight(heard, judged.as_deref(), open.time_ns)
+            .or(level.map(|(first, _)| first));
+        let proven = line
+            .and_then(|index| heard.get(index))
+            .is_some_and(|path| self.is_proven(path, open.time_ns));
         let line_of_sight = line.and_then(|index| heard.get(index)).and_then(|path| {
             let squint = bearing.filter(|_| line == open.sighted).map(face_direction);
             self.measurement(path, squint, gmt)
@@ -226,6 +232,11 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 gmt: *gmt,
                 stop,
                 line_of_sight,
+                proven,
+                // With a departure the window of fixes starts, which knows the attitude better.
+                level_yaw: level
+                    .map(|(_, yaw)| yaw)
+                    .filter(|_| line_of_sight.is_some_and(|path| path.departure.is_none())),
                 reflections: &reflections,
                 double_reflections: &double_reflections,
                 planes: &planes,

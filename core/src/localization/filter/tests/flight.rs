@@ -64,6 +64,8 @@ fn measurement(time_ns: u64, path: PathMeasurement) -> SweepMeasurement<'static>
         gmt: gmt(),
         stop: (time_ns / SWEEP_NS / 2) as u32,
         line_of_sight: Some(path),
+        proven: false,
+        level_yaw: None,
         reflections: &[],
         double_reflections: &[],
         planes: &[],
