@@ -62,7 +62,13 @@ fn wrapped(angle_rad: f64) -> f64 {
 
 /// The triangle of a path of this length that came along `seen` and left along `left`, beside a straight one of `range_m` along
 /// `sight`: directions of arrival in level axes, of departure in world axes.
-fn way(sight: &Vector3<f64>, range_m: f64, seen: &Vector3<f64>, length_m: f64, left: &Vector3<f64>) -> Option<Way> {
+fn way(
+    sight: &Vector3<f64>,
+    range_m: f64,
+    seen: &Vector3<f64>,
+    length_m: f64,
+    left: &Vector3<f64>,
+) -> Option<Way> {
     let last_m = (length_m * length_m - range_m * range_m) / (2.0 * (length_m - range_m * seen.dot(sight)));
     let first_m = length_m - last_m;
     if !(first_m > 0.1 && last_m > 0.1) {
@@ -89,7 +95,10 @@ fn agreed_yaw(ways: &[Way]) -> Option<f64> {
         for way in ways {
             let apart_rad = wrapped(way.yaw_rad - middle.yaw_rad);
             let new = |left: &f64| wrapped(way.left_rad - left).abs() > APART_RAD;
-            if apart_rad.abs() < SAME_YAW_RAD && different.iter().all(new) && different.push(way.left_rad).is_ok() {
+            if apart_rad.abs() < SAME_YAW_RAD
+                && different.iter().all(new)
+                && different.push(way.left_rad).is_ok()
+            {
                 sum += apart_rad;
             }
         }
@@ -126,7 +135,10 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         gmt: &Transmitter,
         time_ns: u64,
     ) -> Option<(usize, LevelYaw)> {
-        let found = self.localizer.level().and_then(|level| self.stand(heard, &level, gmt, time_ns));
+        let found = self
+            .localizer
+            .level()
+            .and_then(|level| self.stand(heard, &level, gmt, time_ns));
         let before = self.stand.take();
         let (first, stand) = found?;
         let stand = stand.after(before.as_ref());
@@ -177,5 +189,126 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         ground
             .is_none_or(|ground_z_m| place_m.z > f64::from(ground_z_m))
             .then_some((first, stand))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const YAW_RAD: f64 = -2.1;
+
+    fn gmt() -> Vector3<f64> {
+        Vector3::new(0.0, 0.0, 1.5)
+    }
+
+    fn uav() -> Vector3<f64> {
+        Vector3::new(6.0, 3.0, 9.0)
+    }
+
+    /// To level axes.
+    fn levelled(v: &Vector3<f64>) -> Vector3<f64> {
+        rotation(&Vector3::new(0.0, 0.0, -YAW_RAD)) * v
+    }
+
+    /// What a path over these points says, with `first` for the line of sight: its last point before the UAV.
+    fn over(points: &[Vector3<f64>], first: &[Vector3<f64>]) -> Option<Way> {
+        let length_m = |points: &[Vector3<f64>]| {
+            let ends = [points, &[uav()]].concat();
+            ends.iter()
+                .fold((0.0, gmt()), |(sum, from), to| (sum + (to - from).norm(), *to))
+                .0
+        };
+        let seen = |points: &[Vector3<f64>]| {
+            levelled(&(points.last().copied().unwrap_or(gmt()) - uav()).normalize())
+        };
+        let left = (points.first().copied().unwrap_or(uav()) - gmt()).normalize();
+        way(
+            &seen(first),
+            length_m(first),
+            &seen(points),
+            length_m(points),
+            &left,
+        )
+    }
+
+    fn walls() -> [Vector3<f64>; 3] {
+        [
+            Vector3::new(15.0, 4.0, 6.0),
+            Vector3::new(-8.0, 12.0, 5.0),
+            Vector3::new(3.0, -20.0, 4.0),
+        ]
+    }
+
+    #[test]
+    fn a_single_reflection_tells_the_yaw() {
+        for wall in walls() {
+            let way = over(&[wall], &[]).expect("a triangle");
+            assert!(wrapped(way.yaw_rad - YAW_RAD).abs() < 1e-9, "{way:?}");
+        }
+        // The ground's reflection has an elevation, but hardly an azimuth; here it left by a beam's sidelobe.
+        let below = Vector3::new(1.0, 0.5, 0.0);
+        let seen = levelled(&(below - uav()).normalize());
+        let length_m = (below - gmt()).norm() + (uav() - below).norm();
+        let sight = levelled(&(gmt() - uav()).normalize());
+        let range_m = (gmt() - uav()).norm();
+        let ahead = Vector3::new(1.0, 0.0, 0.2).normalize();
+        assert!(way(&sight, range_m, &seen, length_m, &ahead).is_none());
+    }
+
+    #[test]
+    fn three_different_ways_must_agree() {
+        let ways: Vec<Way, PATHS> = walls().iter().filter_map(|wall| over(&[*wall], &[])).collect();
+        let yaw_rad = agreed_yaw(&ways).expect("three");
+        assert!(wrapped(yaw_rad - YAW_RAD).abs() < 1e-9);
+        assert!(agreed_yaw(&ways[..2]).is_none());
+        // Another image in the same wall is no third way, and a way of its own mind no help.
+        let image = over(&[walls()[1] + Vector3::new(0.3, 0.3, 0.0)], &[]).expect("a triangle");
+        assert!(agreed_yaw(&[ways[0], ways[1], image]).is_none());
+        let double = Way {
+            yaw_rad: YAW_RAD + 0.05,
+            left_rad: 1.0,
+        };
+        assert!(agreed_yaw(&[ways[0], ways[1], double]).is_none());
+        let yaw_rad = agreed_yaw(&[double, ways[0], ways[1], ways[2]]).expect("three");
+        assert!(wrapped(yaw_rad - YAW_RAD).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_reflection_taken_for_the_line_of_sight_proves_nothing() {
+        let first = [Vector3::new(3.0, 8.0, 5.0)];
+        let ways: Vec<Way, PATHS> = walls().iter().filter_map(|wall| over(&[*wall], &first)).collect();
+        assert!(agreed_yaw(&ways).is_none(), "{ways:?}");
+    }
+
+    #[test]
+    fn sweeps_agree_while_the_uav_stands() {
+        let stand = |time_ns: u64, x_m: f64, yaw_rad: f64| Stand {
+            time_ns,
+            place_m: Vector3::new(x_m, 0.0, 5.0),
+            yaw_rad,
+            sweeps: 1,
+        };
+        let half = 500_000_000;
+        // The yaw's turn to -pi is no difference.
+        let first = stand(0, 2.0, 3.14).after(None);
+        let second = stand(half, 2.1, -3.14).after(Some(&first));
+        let third = stand(2 * half, 2.1, 3.14).after(Some(&second));
+        assert_eq!([first, second, third].map(|stand| stand.sweeps), [1, 2, SWEEPS]);
+        assert_eq!(
+            stand(3 * half, 2.4, 3.14).after(Some(&third)).sweeps,
+            1,
+            "it has moved"
+        );
+        assert_eq!(
+            stand(3 * half, 2.1, 3.1).after(Some(&third)).sweeps,
+            1,
+            "it has turned"
+        );
+        assert_eq!(
+            stand(5 * half, 2.1, 3.14).after(Some(&third)).sweeps,
+            1,
+            "too long ago"
+        );
     }
 }

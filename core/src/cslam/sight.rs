@@ -195,3 +195,68 @@ fn face_towards(u: &Direction<Gmt, f64>) -> usize {
 fn sigma(covariance: &crate::geometry::Matrix3<f32>) -> f32 {
     libm::sqrtf(covariance.trace().max(0.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Matrix3;
+
+    use super::*;
+    use crate::geometry::{Body, Position, Rotation};
+    use crate::localization::ClockEstimate;
+    use crate::ltd::EstimatedPath;
+    use crate::path::{Departure, Path};
+
+    /// A pose whose attitude is known to `sigma_rad` about each axis.
+    fn pose(sigma_rad: f32) -> Pose {
+        Pose {
+            time_ns: 0,
+            position: Position::new(0.0, 0.0, 0.0).expect("finite"),
+            velocity_m_per_s: Vector3::zeros(),
+            attitude: Rotation::<Body, World>::from_yaw_pitch_roll(0.0, 0.0, 0.0).expect("finite"),
+            clock: ClockEstimate {
+                offset_m: 0.0,
+                offset_sigma_m: 0.0,
+                drift_m_per_s: 0.0,
+                drift_sigma_m_per_s: 0.0,
+            },
+            position_covariance_m2: Matrix3::identity(),
+            velocity_covariance_m2_per_s2: Matrix3::zeros(),
+            attitude_covariance_rad2: Matrix3::identity() * (sigma_rad * sigma_rad),
+            position_attitude_covariance_m_rad: Matrix3::zeros(),
+            resets: 0,
+        }
+    }
+
+    /// A path that arrives along x and left `turned_rad` off the way straight to it.
+    fn path(turned_rad: f32, sigma_rad: f32) -> Heard {
+        let left = Vector3::new(-libm::cosf(turned_rad), libm::sinf(turned_rad), 0.0);
+        Heard {
+            estimated: EstimatedPath {
+                path: Path {
+                    c_tau_m: 30.0,
+                    aoa: Direction::from_vector(Vector3::x()).expect("unit"),
+                    aod: Some(Departure {
+                        direction: Direction::from_vector(left).expect("unit"),
+                        sigma_rad,
+                    }),
+                    covariance: Matrix3::identity() * 1e-6,
+                },
+                beam: 0,
+                snr_db: 30.0,
+                energy: 1.0,
+            },
+            gain_db: Some(-92.0),
+        }
+    }
+
+    #[test]
+    fn a_path_proves_itself_by_the_angle_between_its_two_ends() {
+        let straight = |turned_rad| is_straight(&path(turned_rad, 0.003), &pose(0.002), PROVEN_RAD);
+        // Four times the root sum of 3.5 mrad of attitude and 3 of departure beside the 10 mrad.
+        assert!(straight(0.0) && straight(0.025) && !straight(0.035));
+        assert!(is_straight(&path(0.035, 0.003), &pose(0.002), ANGLE.0));
+        let mut without = path(0.0, 0.003);
+        without.estimated.path.aod = None;
+        assert!(!is_straight(&without, &pose(0.002), PROVEN_RAD));
+    }
+}

@@ -5,11 +5,11 @@
 //! R u rho. The error of that attitude is the error of that place, turned about the GMT, and the covariance says so; the
 //! first departures that are heard take both out together.
 
+use super::Filter;
 use super::gate::Innovation;
 use super::layout::{ACCEL_BIAS, ATTITUDE, CLOCK_OFFSET, POSITION, VELOCITY};
 use super::measurement::{PathMeasurement, Transmitter};
 use super::nominal::{range_of_delay_m, rotation};
-use super::Filter;
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::geometry::Real;
 use crate::localization::imu::Alignment;

@@ -198,7 +198,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
         // itself needs no second one then.
         let blind = sweep.time_ns.saturating_sub(self.last_sight_ns) > BLIND_AFTER_NS;
         let proven = sweep.proven && blind;
-        let most = if proven { MOST_INFLATED_PROVEN } else { MOST_INFLATED };
+        let most = if proven {
+            MOST_INFLATED_PROVEN
+        } else {
+            MOST_INFLATED
+        };
 
         let verdict = if chi2 <= gate && (trusted || agrees || proven || self.held >= gates.refix_after) {
             SweepVerdict::Accepted
