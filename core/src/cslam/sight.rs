@@ -6,6 +6,7 @@
 //! come nearly as strong as through free space and, as soon as the attitude is known, from the direction opposite to
 //! its departure; a start or a re-fix then takes several that agree.
 
+use super::localizer::left;
 use super::paths::{Heard, Judged, Straight};
 use super::receive::length_m;
 use super::{CHANNELS, Cslam, LinkStates, PATHS};
@@ -15,9 +16,10 @@ use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Direction, Gmt, Vector3, World};
 use crate::localization::Pose;
 use crate::localization::bsm::{Expected, Sighting};
-use crate::localization::filter::Transmitter;
+use crate::localization::filter::{FaceDirection, Transmitter};
 use crate::lscn::LinkState;
 use crate::ltd::PathEstimator;
+use crate::path::Departure;
 
 /// Without a position: a path may have lost this much more than through free space, dB. A reflection costs 8 dB at normal
 /// incidence (signal.md section 2) and less the more it grazes; near the edge of the beams the gain is known to 5 dB.
@@ -66,7 +68,10 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 let first = first_of(heard.iter().map(length_m), heard)?;
                 let path = heard.get(first)?;
                 let direct = self.is_unreflected(path, length_m(path))
-                    && pose.is_none_or(|pose| is_straight(path, &pose, ANGLE.0));
+                    && pose.is_none_or(|pose| {
+                        let left = path.estimated.path.aod;
+                        left.is_some_and(|left| is_straight(path, &left, &pose, ANGLE.0))
+                    });
                 direct.then_some(first)
             }
         }
@@ -88,15 +93,33 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     /// Whether a path proves by itself that it is the line of sight: it has lost no more than through free space, and it comes,
     /// with an attitude that is known, from just where it left for. A wave that is turned so little by a reflection has made
     /// no detour.
-    pub(super) fn is_proven(&self, path: &Heard, time_ns: u64) -> bool {
-        let (Some(pose), Some(offset_m)) = (self.localizer.expected(), self.clock.offset_m(time_ns)) else {
+    pub(super) fn is_proven(
+        &self,
+        path: &Heard,
+        departure: &FaceDirection,
+        gmt: &Transmitter,
+        time_ns: u64,
+    ) -> bool {
+        let (Some(pose), Some(offset_m), Some(left)) = (
+            self.localizer.expected(),
+            self.clock.offset_m(time_ns),
+            left(&GmtArrays::default(), departure, gmt),
+        ) else {
             return false;
+        };
+        let Ok(direction) = Direction::from_vector(left.vector().map(|c| c as f32)) else {
+            return false;
+        };
+        let [x, z] = departure.sigma;
+        let left = Departure {
+            direction,
+            sigma_rad: x.max(z) as f32,
         };
         let sure = |sigma_rad: f32| sigma_rad < PROVEN_RAD;
         sure(sigma(&pose.attitude_covariance_rad2))
-            && path.estimated.path.aod.is_some_and(|aod| sure(aod.sigma_rad))
+            && sure(left.sigma_rad)
             && self.is_unreflected(path, length_m(path.estimated.path.c_tau_m, offset_m))
-            && is_straight(path, &pose, PROVEN_RAD)
+            && is_straight(path, &left, &pose, PROVEN_RAD)
     }
 
     /// What beam squint needs to know of the line of sight, path number `index`.
@@ -152,19 +175,17 @@ fn is_direct(path: &Judged, pose: &Pose, gmt: &Transmitter) -> bool {
 }
 
 /// Whether a path comes from the direction opposite to its departure, within an angle and what the attitude is not known to.
-fn is_straight(path: &Heard, pose: &Pose, within_rad: f32) -> bool {
+fn is_straight(path: &Heard, left: &Departure, pose: &Pose, within_rad: f32) -> bool {
     let attitude_sigma = sigma(&pose.attitude_covariance_rad2);
     if attitude_sigma > ORIENTED_RAD {
         return true;
     }
     let seen = pose.attitude.apply(path.estimated.path.aoa);
-    path.estimated.path.aod.is_some_and(|departure| {
-        let Ok(back) = Direction::<World>::from_vector(-departure.direction.vector()) else {
-            return false;
-        };
-        let sigma = libm::hypotf(attitude_sigma, departure.sigma_rad);
-        back.angle_to_rad(&seen) < within_rad + ANGLE.1 * sigma
-    })
+    let Ok(back) = Direction::<World>::from_vector(-left.direction.vector()) else {
+        return false;
+    };
+    let sigma = libm::hypotf(attitude_sigma, left.sigma_rad);
+    back.angle_to_rad(&seen) < within_rad + ANGLE.1 * sigma
 }
 
 /// Where a direction is, as a face has it.
@@ -204,7 +225,7 @@ mod tests {
     use crate::geometry::{Body, Position, Rotation};
     use crate::localization::ClockEstimate;
     use crate::ltd::EstimatedPath;
-    use crate::path::{Departure, Path};
+    use crate::path::Path;
 
     /// A pose whose attitude is known to `sigma_rad` about each axis.
     fn pose(sigma_rad: f32) -> Pose {
@@ -227,18 +248,23 @@ mod tests {
         }
     }
 
-    /// A path that arrives along x and left `turned_rad` off the way straight to it.
-    fn path(turned_rad: f32, sigma_rad: f32) -> Heard {
+    /// A departure `turned_rad` off the way straight to the UAV.
+    fn turned(turned_rad: f32) -> Departure {
         let left = Vector3::new(-libm::cosf(turned_rad), libm::sinf(turned_rad), 0.0);
+        Departure {
+            direction: Direction::from_vector(left).expect("unit"),
+            sigma_rad: 0.003,
+        }
+    }
+
+    /// A path that arrives along x.
+    fn path() -> Heard {
         Heard {
             estimated: EstimatedPath {
                 path: Path {
                     c_tau_m: 30.0,
                     aoa: Direction::from_vector(Vector3::x()).expect("unit"),
-                    aod: Some(Departure {
-                        direction: Direction::from_vector(left).expect("unit"),
-                        sigma_rad,
-                    }),
+                    aod: None,
                     covariance: Matrix3::identity() * 1e-6,
                 },
                 beam: 0,
@@ -251,12 +277,9 @@ mod tests {
 
     #[test]
     fn a_path_proves_itself_by_the_angle_between_its_two_ends() {
-        let straight = |turned_rad| is_straight(&path(turned_rad, 0.003), &pose(0.002), PROVEN_RAD);
+        let straight = |turned_rad| is_straight(&path(), &turned(turned_rad), &pose(0.002), PROVEN_RAD);
         // Four times the root sum of 3.5 mrad of attitude and 3 of departure beside the 10 mrad.
         assert!(straight(0.0) && straight(0.025) && !straight(0.035));
-        assert!(is_straight(&path(0.035, 0.003), &pose(0.002), ANGLE.0));
-        let mut without = path(0.0, 0.003);
-        without.estimated.path.aod = None;
-        assert!(!is_straight(&without, &pose(0.002), PROVEN_RAD));
+        assert!(is_straight(&path(), &turned(0.035), &pose(0.002), ANGLE.0));
     }
 }

@@ -105,6 +105,8 @@ pub struct Filter<T: Real, const N: usize> {
     held: u32,
     sure: bool,
     last_sight_ns: u64,
+    /// Last line of sight that was heard, whatever became of it.
+    last_line_ns: u64,
     last_aid_ns: u64,
     suspect_clock: Option<(u64, f64)>,
     resets: u32,
@@ -140,6 +142,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             held: 0,
             sure: false,
             last_sight_ns: time_ns,
+            last_line_ns: time_ns,
             last_aid_ns: time_ns,
             suspect_clock: None,
             resets: 0,

@@ -19,7 +19,7 @@ const DEAD_AFTER_NS: u64 = 2_000_000_000;
 const MOST_INFLATED: f64 = 4.0;
 /// The same of a path that proves itself.
 const MOST_INFLATED_PROVEN: f64 = 16.0;
-/// Without line of sight for this long, the filter lives on reflections and inertial data, ns.
+/// Without a line of sight, believed or not, for this long, the filter lives on reflections and inertial data, ns.
 const BLIND_AFTER_NS: u64 = 1_200_000_000;
 
 /// What a sweep brought.
@@ -108,6 +108,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
             Some(path) => self.line_of_sight(&gmt, path, measurement),
             None => SweepVerdict::NoSight,
         };
+        if measurement.line_of_sight.is_some() {
+            self.last_line_ns = measurement.time_ns;
+        }
         let sighted = verdict.is_taken();
         if sighted {
             self.last_sight_ns = measurement.time_ns;
@@ -194,9 +197,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         let trusted = self.sure;
         self.last_innovation = Some(innovation);
-        // After an outage the filter may have been led astray, by a wrong reflection even while it seems sure. A path that proves
-        // itself needs no second one then.
-        let blind = sweep.time_ns.saturating_sub(self.last_sight_ns) > BLIND_AFTER_NS;
+        // After an outage the filter may have been led astray, by a wrong reflection even while it seems sure. The first path then
+        // needs no second one if it proves itself.
+        let blind = sweep.time_ns.saturating_sub(self.last_line_ns) > BLIND_AFTER_NS;
         let proven = sweep.proven && blind;
         let most = if proven {
             MOST_INFLATED_PROVEN

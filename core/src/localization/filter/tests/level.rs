@@ -130,6 +130,18 @@ fn one_sweep_and_a_yaw_start_a_filter_that_knows_its_error() {
     let explained = error.dot(&(covariance.try_inverse().expect("regular") * error));
     assert!(explained < 6.0, "{explained}");
     assert!(covariance.trace() < 0.5, "{covariance}");
+    // A yaw turns the place about the GMT: dp = rho l x dth.
+    let way = gmt().position_m - place();
+    let (p, th) = (
+        filter.covariance().block(POSITION, ATTITUDE),
+        YAW_ERROR_RAD * YAW_ERROR_RAD,
+    );
+    let expected = way.cross(&Vector3::z()) * th;
+    let shared = p.column(2).map(f64::from);
+    assert!(
+        (shared - expected).norm() < 0.1 * expected.norm(),
+        "{shared} {expected}"
+    );
 }
 
 #[test]
