@@ -291,12 +291,12 @@ mod tests {
         };
         let half = 500_000_000;
         // The yaw's turn to -pi is no difference.
-        let first = stand(0, 2.0, 3.14).after(None);
-        let second = stand(half, 2.1, -3.14).after(Some(&first));
-        let third = stand(2 * half, 2.1, 3.14).after(Some(&second));
+        let first = stand(0, 2.0, 3.138).after(None);
+        let second = stand(half, 2.1, -3.138).after(Some(&first));
+        let third = stand(2 * half, 2.1, 3.138).after(Some(&second));
         assert_eq!([first, second, third].map(|stand| stand.sweeps), [1, 2, SWEEPS]);
         assert_eq!(
-            stand(3 * half, 2.4, 3.14).after(Some(&third)).sweeps,
+            stand(3 * half, 2.4, 3.138).after(Some(&third)).sweeps,
             1,
             "it has moved"
         );
@@ -306,7 +306,7 @@ mod tests {
             "it has turned"
         );
         assert_eq!(
-            stand(5 * half, 2.1, 3.14).after(Some(&third)).sweeps,
+            stand(5 * half, 2.1, 3.138).after(Some(&third)).sweeps,
             1,
             "too long ago"
         );
