@@ -191,11 +191,19 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             .localizer
             .expected()
             .map(|pose| self.judge(heard, &pose, gmt));
-        let line = self.line_of_sight(heard, judged.as_deref(), open.time_ns);
+        let level = self.level_sight(heard, gmt, open.time_ns);
+        let line = self
+            .line_of_sight(heard, judged.as_deref(), open.time_ns)
+            .or(level.map(|(first, _)| first));
         let line_of_sight = line.and_then(|index| heard.get(index)).and_then(|path| {
             let squint = bearing.filter(|_| line == open.sighted).map(face_direction);
             self.measurement(path, squint, gmt)
         });
+        let departure = line_of_sight.and_then(|path| path.departure);
+        let proven = line
+            .and_then(|index| heard.get(index))
+            .zip(departure)
+            .is_some_and(|(path, left)| self.is_proven(path, &left, gmt, open.time_ns));
         let (mut reflections, mut double_reflections) = (Vec::<_, PATHS>::new(), Vec::<_, PATHS>::new());
         if self.config.map_aided {
             let least = self.config.accept.min_probability;
@@ -229,6 +237,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 gmt: *gmt,
                 stop,
                 line_of_sight,
+                proven,
+                // With a departure the window of fixes starts, which knows the attitude better.
+                level_yaw: level.map(|(_, yaw)| yaw).filter(|_| departure.is_none()),
                 reflections: &reflections,
                 double_reflections: &double_reflections,
                 planes: &planes,
