@@ -93,6 +93,30 @@ pub enum Mapped {
     Strongest,
 }
 
+/// What is asked of a path whose length and direction of arrival are those that the ground or a known mirror makes between the
+/// ends, and of one that none explains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mirrored {
+    /// Least probability of first order of one that a mirror explains.
+    pub min_probability: f32,
+    /// The same of one that none explains, for a point: of those just below, one in four is wrong.
+    pub min_probability_alone: f32,
+    /// Largest error of a point on the mirror, m, where that is known better than the point that the path alone gives. It
+    /// may be larger than of other points: along the mirror, a point that is off still lies on the surface.
+    pub max_sigma_m: f32,
+}
+
+impl Default for Mirrored {
+    /// 0.5 and 0.85; 1.5 m, of which a tenth shows.
+    fn default() -> Self {
+        Self {
+            min_probability: 0.5,
+            min_probability_alone: 0.85,
+            max_sigma_m: 1.5,
+        }
+    }
+}
+
 /// Everything that is set before a flight.
 #[derive(Clone, Debug)]
 pub struct Config<'m> {
@@ -126,6 +150,8 @@ pub struct Config<'m> {
     pub link_states: LinkStates<'m>,
     /// When a path is taken for one reflection.
     pub accept: AcceptGate,
+    /// What known mirrors say of a path. `None` asks none of them.
+    pub mirrored: Option<Mirrored>,
     /// Standard deviation of the angle of departure, along a tangent, up to which a path may become a point, rad; infinite
     /// takes paths without one too. Without departure one path in eight that looks like one reflection is two.
     pub max_departure_sigma_rad: f32,
@@ -212,6 +238,7 @@ impl<'m> Config<'m> {
                 },
                 ..AcceptGate::default()
             },
+            mirrored: Some(Mirrored::default()),
             max_departure_sigma_rad: 0.05,
             mapped: Mapped::Every,
             form: Form::Vector,
@@ -231,6 +258,7 @@ impl<'m> Config<'m> {
                 min_probability: 0.0,
                 point: Gates::open(),
             },
+            mirrored: None,
             max_departure_sigma_rad: f32::INFINITY,
             mapped: Mapped::Strongest,
             form: Form::Paper,

@@ -7,8 +7,8 @@ use super::config::{HpcConfig, Localization};
 use crate::array::GmtArrays;
 use crate::geometry::{Body, Direction, Gmt, Position, Rotation, World};
 use crate::localization::filter::{
-    Counters, Filter, Health, PathMeasurement, SweepMeasurement, SweepVerdict, TestRatios, range_of_delay_m,
-    wrap_delay_m,
+    Counters, FaceDirection, Filter, Health, PathMeasurement, SweepMeasurement, SweepVerdict, TestRatios,
+    Transmitter, range_of_delay_m, wrap_delay_m,
 };
 use crate::localization::hpc::{Hpc, Start};
 use crate::localization::imu::{Alignment, ImuStep, Motion, Turn};
@@ -83,6 +83,14 @@ impl<const STATES: usize> Localizer<STATES> {
         match self {
             Self::Filter(filter) => filter.present(),
             Self::Hpc(hpc) => hpc.pose(),
+        }
+    }
+
+    /// Attitude of unknown yaw, before the filter's start.
+    pub(super) fn level(&self) -> Option<Matrix3<f64>> {
+        match self {
+            Self::Filter(filter) => filter.level(),
+            Self::Hpc(_) => None,
         }
     }
 
@@ -191,13 +199,7 @@ impl Calibrated {
     fn fix(&self, measurement: &SweepMeasurement<'_>, path: &PathMeasurement) -> Option<Fix> {
         let offset_m = self.clock.offset_m(measurement.time_ns)?;
         let departure = path.departure?;
-        let face = self.faces.faces().get(departure.face)?;
-        let [x, z] = departure.cosines;
-        let ahead = libm::sqrt((1.0 - x * x - z * z).max(0.0));
-        let up = face.normal.cross(&face.tangent);
-        let left: Direction<Gmt, f64> =
-            Direction::from_vector(face.normal * ahead + face.tangent * x + up * z).ok()?;
-        let left = *measurement.gmt.attitude.apply(left).vector();
+        let left = *left(&self.faces, &departure, &measurement.gmt)?.vector();
         let range_m = range_of_delay_m(path.c_tau_m - offset_m);
         Some(Fix {
             position_m: measurement.gmt.position_m + left * range_m,
@@ -274,6 +276,21 @@ impl Calibrated {
             resets: 0,
         })
     }
+}
+
+/// Direction in which a path left, by the face that measured it.
+pub(super) fn left(
+    faces: &GmtArrays<f64>,
+    departure: &FaceDirection,
+    gmt: &Transmitter,
+) -> Option<Direction<World, f64>> {
+    let face = faces.faces().get(departure.face)?;
+    let [x, z] = departure.cosines;
+    let ahead = libm::sqrt((1.0 - x * x - z * z).max(0.0));
+    let up = face.normal.cross(&face.tangent);
+    let left: Direction<Gmt, f64> =
+        Direction::from_vector(face.normal * ahead + face.tangent * x + up * z).ok()?;
+    Some(gmt.attitude.apply(left))
 }
 
 /// A position fix.

@@ -23,6 +23,8 @@ const SHIFT_M: f32 = 0.15;
 const TILT_RAD: f32 = 0.012;
 /// Weight of what is known against a new point, at most.
 const MOST_HITS: u16 = 8;
+/// Sweeps that must have shown a mirror before it may prove what a path is: two may be wrong in the same way.
+const PROVEN_HITS: u16 = 3;
 /// Numbers of mirrors begin here, those of the map's planes at zero.
 const FIRST_ID: u32 = 1 << 31;
 
@@ -101,9 +103,18 @@ impl Mirrors {
 
     /// Those that more than one sweep has shown, and that are none of the map's planes.
     pub(super) fn beside<'a>(&'a self, surfaces: &'a [Surface]) -> impl Iterator<Item = MappedPlane> + 'a {
+        self.seen(2, surfaces)
+    }
+
+    /// Those of them that may prove what a path is.
+    pub(super) fn proven<'a>(&'a self, surfaces: &'a [Surface]) -> impl Iterator<Item = MappedPlane> + 'a {
+        self.seen(PROVEN_HITS, surfaces)
+    }
+
+    fn seen<'a>(&'a self, least: u16, surfaces: &'a [Surface]) -> impl Iterator<Item = MappedPlane> + 'a {
         self.mirrors
             .iter()
-            .filter(|mirror| mirror.hits > 1)
+            .filter(move |mirror| mirror.hits >= least)
             .filter(|mirror| !surfaces.iter().any(|surface| same(&surface.plane, &mirror.plane)))
             .map(|mirror| MappedPlane {
                 id: mirror.id,
@@ -154,6 +165,10 @@ mod tests {
             "{plane:?}"
         );
         assert!(found[0].id >= FIRST_ID);
+        assert_eq!(mirrors.proven(&[]).count(), 0, "two may be wrong in the same way");
+        let (ends, point) = reflection(13.0);
+        mirrors.enter(9, &ends, &point);
+        assert_eq!(mirrors.proven(&[]).count(), 1);
     }
 
     #[test]

@@ -17,6 +17,7 @@
 mod clock;
 mod config;
 mod gain;
+mod level;
 mod localizer;
 mod mirrors;
 mod paths;
@@ -24,9 +25,10 @@ mod receive;
 mod report;
 mod rules;
 mod sight;
+mod specular;
 mod sweep;
 
-pub use config::{Config, ConfigError, Departures, HpcConfig, LinkStates, Localization, Mapped};
+pub use config::{Config, ConfigError, Departures, HpcConfig, LinkStates, Localization, Mapped, Mirrored};
 pub use gain::LinkBudget;
 pub use receive::Residuals;
 pub use report::{Innovation, Measured, Outcome, PathReport, SweepReport};
@@ -35,6 +37,7 @@ pub use rules::Rules;
 use nalgebra::Vector3;
 
 use self::clock::TwoWayClock;
+use self::level::Stand;
 use self::localizer::Localizer;
 use self::mirrors::Mirrors;
 use self::sweep::Open;
@@ -115,6 +118,7 @@ pub struct Cslam<'m, E, const VOXELS: usize, const STATES: usize = { states(2) }
     localizer: Localizer<STATES>,
     planes: PlaneMap<PLANES>,
     mirrors: Mirrors,
+    stand: Option<Stand>,
     open: Option<Open>,
     last_beacon: Option<(u64, Beacon)>,
     clock: TwoWayClock,
@@ -135,6 +139,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             last_heading_ns: 0,
             planes: PlaneMap::new(config.planes),
             mirrors: Mirrors::default(),
+            stand: None,
             localizer: Localizer::new(&config.localization),
             open: None,
             last_beacon: None,

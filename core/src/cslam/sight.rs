@@ -6,6 +6,7 @@
 //! come nearly as strong as through free space and, as soon as the attitude is known, from the direction opposite to
 //! its departure; a start or a re-fix then takes several that agree.
 
+use super::localizer::left;
 use super::paths::{Heard, Judged, Straight};
 use super::receive::length_m;
 use super::{CHANNELS, Cslam, LinkStates, PATHS};
@@ -15,16 +16,17 @@ use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Direction, Gmt, Vector3, World};
 use crate::localization::Pose;
 use crate::localization::bsm::{Expected, Sighting};
-use crate::localization::filter::Transmitter;
+use crate::localization::filter::{FaceDirection, Transmitter};
 use crate::lscn::LinkState;
 use crate::ltd::PathEstimator;
+use crate::path::Departure;
 
 /// Without a position: a path may have lost this much more than through free space, dB. A reflection costs 8 dB at normal
 /// incidence (signal.md section 2) and less the more it grazes; near the edge of the beams the gain is known to 5 dB.
 const UNREFLECTED_DB: f32 = 7.0;
 /// Paths within this of the first one are one with it: images that the arrays' errors make, the ground bounce, m. The
 /// strongest is taken.
-const AT_ONCE_M: f64 = 0.45;
+pub(super) const AT_ONCE_M: f64 = 0.45;
 /// Standard deviation of the position, norm, from which on it does not tell whether a path is direct, m.
 const PLACED_M: f32 = 3.0;
 /// Standard deviation of the attitude, norm, from which on it does not tell whether a path is straight, rad.
@@ -33,6 +35,8 @@ const ORIENTED_RAD: f32 = 0.1;
 const EXCESS: (f32, f32) = (0.6, 4.0);
 /// Angle off the expected direction up to which it may, rad, and the same in standard deviations; the sum counts.
 const ANGLE: (f32, f32) = (0.05, 4.0);
+/// A path proves itself with an attitude and a departure of this standard deviation, when the two ends differ by no more, rad.
+const PROVEN_RAD: f32 = 0.01;
 /// How far from where the pose puts the line of sight beam squint looks for it, direction cosine. Half a beam is 0.125.
 const POSE_RADIUS: f32 = 0.1;
 
@@ -64,7 +68,10 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 let first = first_of(heard.iter().map(length_m), heard)?;
                 let path = heard.get(first)?;
                 let direct = self.is_unreflected(path, length_m(path))
-                    && pose.is_none_or(|pose| is_straight(path, &pose));
+                    && pose.is_none_or(|pose| {
+                        let left = path.estimated.path.aod;
+                        left.is_some_and(|left| is_straight(path, &left, &pose, ANGLE.0))
+                    });
                 direct.then_some(first)
             }
         }
@@ -81,6 +88,38 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let spread = wavelength_m / (4.0 * core::f32::consts::PI * (length_m as f32).max(1.0));
         let free_space_db = 20.0 * libm::log10f((spread * dipoles).max(f32::MIN_POSITIVE));
         gain_db > free_space_db - UNREFLECTED_DB
+    }
+
+    /// Whether a path proves by itself that it is the line of sight: it has lost no more than through free space, and it comes,
+    /// with an attitude that is known, from just where it left for. A wave that is turned so little by a reflection has made
+    /// no detour.
+    pub(super) fn is_proven(
+        &self,
+        path: &Heard,
+        departure: &FaceDirection,
+        gmt: &Transmitter,
+        time_ns: u64,
+    ) -> bool {
+        let (Some(pose), Some(offset_m), Some(left)) = (
+            self.localizer.expected(),
+            self.clock.offset_m(time_ns),
+            left(&GmtArrays::default(), departure, gmt),
+        ) else {
+            return false;
+        };
+        let Ok(direction) = Direction::from_vector(left.vector().map(|c| c as f32)) else {
+            return false;
+        };
+        let [x, z] = departure.sigma;
+        let left = Departure {
+            direction,
+            sigma_rad: x.max(z) as f32,
+        };
+        let sure = |sigma_rad: f32| sigma_rad < PROVEN_RAD;
+        sure(sigma(&pose.attitude_covariance_rad2))
+            && sure(left.sigma_rad)
+            && self.is_unreflected(path, length_m(path.estimated.path.c_tau_m, offset_m))
+            && is_straight(path, &left, &pose, PROVEN_RAD)
     }
 
     /// What beam squint needs to know of the line of sight, path number `index`.
@@ -113,7 +152,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 }
 
 /// Index of the strongest of the paths that came first.
-fn first_of(lengths_m: impl Iterator<Item = f64> + Clone, heard: &[Heard]) -> Option<usize> {
+pub(super) fn first_of(lengths_m: impl Iterator<Item = f64> + Clone, heard: &[Heard]) -> Option<usize> {
     let first_m = lengths_m.clone().min_by(f64::total_cmp)?;
     lengths_m
         .zip(heard)
@@ -135,20 +174,18 @@ fn is_direct(path: &Judged, pose: &Pose, gmt: &Transmitter) -> bool {
         && straight.angle_rad < ANGLE.0 + ANGLE.1 * libm::sqrtf(angle_variance.max(0.0))
 }
 
-/// Whether a path comes from the direction opposite to its departure, as far as the attitude is known.
-fn is_straight(path: &Heard, pose: &Pose) -> bool {
+/// Whether a path comes from the direction opposite to its departure, within an angle and what the attitude is not known to.
+fn is_straight(path: &Heard, left: &Departure, pose: &Pose, within_rad: f32) -> bool {
     let attitude_sigma = sigma(&pose.attitude_covariance_rad2);
     if attitude_sigma > ORIENTED_RAD {
         return true;
     }
     let seen = pose.attitude.apply(path.estimated.path.aoa);
-    path.estimated.path.aod.is_some_and(|departure| {
-        let Ok(back) = Direction::<World>::from_vector(-departure.direction.vector()) else {
-            return false;
-        };
-        let sigma = libm::hypotf(attitude_sigma, departure.sigma_rad);
-        back.angle_to_rad(&seen) < ANGLE.0 + ANGLE.1 * sigma
-    })
+    let Ok(back) = Direction::<World>::from_vector(-left.direction.vector()) else {
+        return false;
+    };
+    let sigma = libm::hypotf(attitude_sigma, left.sigma_rad);
+    back.angle_to_rad(&seen) < within_rad + ANGLE.1 * sigma
 }
 
 /// Where a direction is, as a face has it.
@@ -178,4 +215,71 @@ fn face_towards(u: &Direction<Gmt, f64>) -> usize {
 /// Norm of the standard deviations of a covariance.
 fn sigma(covariance: &crate::geometry::Matrix3<f32>) -> f32 {
     libm::sqrtf(covariance.trace().max(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Matrix3;
+
+    use super::*;
+    use crate::geometry::{Body, Position, Rotation};
+    use crate::localization::ClockEstimate;
+    use crate::ltd::EstimatedPath;
+    use crate::path::Path;
+
+    /// A pose whose attitude is known to `sigma_rad` about each axis.
+    fn pose(sigma_rad: f32) -> Pose {
+        Pose {
+            time_ns: 0,
+            position: Position::new(0.0, 0.0, 0.0).expect("finite"),
+            velocity_m_per_s: Vector3::zeros(),
+            attitude: Rotation::<Body, World>::from_yaw_pitch_roll(0.0, 0.0, 0.0).expect("finite"),
+            clock: ClockEstimate {
+                offset_m: 0.0,
+                offset_sigma_m: 0.0,
+                drift_m_per_s: 0.0,
+                drift_sigma_m_per_s: 0.0,
+            },
+            position_covariance_m2: Matrix3::identity(),
+            velocity_covariance_m2_per_s2: Matrix3::zeros(),
+            attitude_covariance_rad2: Matrix3::identity() * (sigma_rad * sigma_rad),
+            position_attitude_covariance_m_rad: Matrix3::zeros(),
+            resets: 0,
+        }
+    }
+
+    /// A departure `turned_rad` off the way straight to the UAV.
+    fn turned(turned_rad: f32) -> Departure {
+        let left = Vector3::new(-libm::cosf(turned_rad), libm::sinf(turned_rad), 0.0);
+        Departure {
+            direction: Direction::from_vector(left).expect("unit"),
+            sigma_rad: 0.003,
+        }
+    }
+
+    /// A path that arrives along x.
+    fn path() -> Heard {
+        Heard {
+            estimated: EstimatedPath {
+                path: Path {
+                    c_tau_m: 30.0,
+                    aoa: Direction::from_vector(Vector3::x()).expect("unit"),
+                    aod: None,
+                    covariance: Matrix3::identity() * 1e-6,
+                },
+                beam: 0,
+                snr_db: 30.0,
+                energy: 1.0,
+            },
+            gain_db: Some(-92.0),
+        }
+    }
+
+    #[test]
+    fn a_path_proves_itself_by_the_angle_between_its_two_ends() {
+        let straight = |turned_rad| is_straight(&path(), &turned(turned_rad), &pose(0.002), PROVEN_RAD);
+        // Four times the root sum of 3.5 mrad of attitude and 3 of departure beside the 10 mrad.
+        assert!(straight(0.0) && straight(0.025) && !straight(0.035));
+        assert!(is_straight(&path(), &turned(0.035), &pose(0.002), ANGLE.0));
+    }
 }

@@ -10,15 +10,17 @@ use super::mirrors::MIRRORS;
 use super::paths::{Heard, Judged};
 use super::receive::ends;
 use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
+use super::specular::{Least, better, ground, misfit, point_on};
 use super::{CHANNELS, Cslam, PATHS, PLANES, count};
 use crate::bounded::gather;
 use crate::localization::bsm::{Bearing, Refusal};
 use crate::localization::filter::{
     Counters, FaceDirection, MappedPlane, SweepMeasurement, SweepVerdict, Transmitter,
 };
+use crate::localization::planes::Plane;
 use crate::lscn::LinkState;
 use crate::ltd::{EstimatedPath, PathEstimator};
-use crate::reflection::{Ends, Verdict, solve};
+use crate::reflection::{Ends, Gates, ReflectionPoint, Rejection, Verdict, solve};
 
 /// What the localizer made of a sweep.
 #[derive(Clone, Debug)]
@@ -126,11 +128,12 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             (Some(pose), Some((gmt, _))) if !self.localizer.health().lost => ends(pose, &gmt.position_m).ok(),
             _ => None,
         };
+        let mirrors = self.proven_mirrors();
         let mut paths = Vec::new();
         for (index, path) in heard.iter().enumerate() {
             let judged = judged.get(index);
             let outcome = match (&ends, judged) {
-                (Some(ends), Some(judged)) => self.outcome(open.sweep, index, line, ends, judged),
+                (Some(ends), Some(judged)) => self.outcome(open.sweep, index, line, ends, judged, &mirrors),
                 _ => Outcome::NoPose,
             };
             let _fits = paths.push(PathReport {
@@ -188,11 +191,19 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             .localizer
             .expected()
             .map(|pose| self.judge(heard, &pose, gmt));
-        let line = self.line_of_sight(heard, judged.as_deref(), open.time_ns);
+        let level = self.level_sight(heard, gmt, open.time_ns);
+        let line = self
+            .line_of_sight(heard, judged.as_deref(), open.time_ns)
+            .or(level.map(|(first, _)| first));
         let line_of_sight = line.and_then(|index| heard.get(index)).and_then(|path| {
             let squint = bearing.filter(|_| line == open.sighted).map(face_direction);
             self.measurement(path, squint, gmt)
         });
+        let departure = line_of_sight.and_then(|path| path.departure);
+        let proven = line
+            .and_then(|index| heard.get(index))
+            .zip(departure)
+            .is_some_and(|(path, left)| self.is_proven(path, &left, gmt, open.time_ns));
         let (mut reflections, mut double_reflections) = (Vec::<_, PATHS>::new(), Vec::<_, PATHS>::new());
         if self.config.map_aided {
             let least = self.config.accept.min_probability;
@@ -226,6 +237,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 gmt: *gmt,
                 stop,
                 line_of_sight,
+                proven,
+                // With a departure the window of fixes starts, which knows the attitude better.
+                level_yaw: level.map(|(_, yaw)| yaw).filter(|_| departure.is_none()),
                 reflections: &reflections,
                 double_reflections: &double_reflections,
                 planes: &planes,
@@ -283,6 +297,26 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         gather([line, timing, reflection].into_iter().flatten())
     }
 
+    /// Planes of the map and other mirrors that may prove what a path is.
+    fn proven_mirrors(&self) -> Vec<Plane, { PLANES + MIRRORS }> {
+        let surfaces = self.planes.surfaces();
+        let mapped = surfaces.iter().map(|surface| surface.plane);
+        gather(mapped.chain(self.mirrors.proven(surfaces).map(|mirror| mirror.plane)))
+    }
+
+    /// Where the ground or the mirror that explains a path best reflected it; `None` when none does. The path was compared with
+    /// the ground when it was judged.
+    fn mirrored(&self, ends: &Ends, judged: &Judged, mirrors: &[Plane]) -> Option<ReflectionPoint> {
+        if judged.off_ground {
+            return point_on(ends, &ground(ends, self.config.accept.point.ground_z_m?)?);
+        }
+        mirrors
+            .iter()
+            .filter_map(|plane| Some((misfit(ends, &judged.path, plane)?, plane)))
+            .min_by(|(a, _), (b, _)| a.total_cmp(b))
+            .and_then(|(_, plane)| point_on(ends, plane))
+    }
+
     /// What becomes of a path with the final pose.
     fn outcome(
         &mut self,
@@ -291,6 +325,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         line: Option<usize>,
         ends: &Ends,
         judged: &Judged,
+        mirrors: &[Plane],
     ) -> Outcome {
         if line == Some(index) {
             return Outcome::LineOfSight;
@@ -302,25 +337,46 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             return Outcome::Unused;
         };
         let accept = self.config.accept;
-        if probabilities.state() != LinkState::FirstOrder
-            || probabilities.first_order < accept.min_probability
-        {
+        let asked = self.config.mirrored;
+        let mirrored = asked.and_then(|asked| Some((asked, self.mirrored(ends, judged, mirrors)?)));
+        let least = match (&mirrored, asked) {
+            (Some((asked, _)), _) => Least::Mirrored(asked.min_probability),
+            (None, Some(asked)) => Least::Alone(asked.min_probability_alone),
+            (None, None) => Least::Alone(accept.min_probability),
+        };
+        if !least.is_reached(&probabilities) {
             return Outcome::NotFirstOrder;
         }
         let unsure = judged
             .path
             .aod
             .is_none_or(|departure| departure.sigma_rad > self.config.max_departure_sigma_rad);
-        if unsure && !judged.off_ground && self.config.max_departure_sigma_rad.is_finite() {
+        if unsure
+            && !judged.off_ground
+            && mirrored.is_none()
+            && self.config.max_departure_sigma_rad.is_finite()
+        {
             return Outcome::DepartureUnknown;
         }
-        match solve(ends, &judged.path, self.config.form, &accept.point) {
+        // How good the point must be is said below, of the better one.
+        let gates = Gates {
+            max_sigma_m: f32::INFINITY,
+            ..accept.point
+        };
+        match solve(ends, &judged.path, self.config.form, &gates) {
             Err(error) => Outcome::Input(error),
             Ok(Verdict::Rejected(rejection)) => Outcome::Rejected(rejection),
-            Ok(Verdict::Accepted(point)) => {
+            Ok(Verdict::Accepted(solved)) => {
+                let point = better(&solved, accept.point.max_sigma_m, mirrored.as_ref());
+                let Some(point) = point else {
+                    return Outcome::Rejected(Rejection::IllConditioned);
+                };
                 // What lies beyond the map's range is counted there.
                 let insertion = self.memory.map.insert(&point).ok();
-                self.mirrors.enter(sweep, ends, &point.position);
+                // A point that a mirror made says nothing new of mirrors.
+                if solved.sigma_m() <= accept.point.max_sigma_m {
+                    self.mirrors.enter(sweep, ends, &solved.position);
+                }
                 Outcome::Point(point, insertion)
             }
         }

@@ -121,6 +121,8 @@ pub fn run<R: Read, T: Real, const N: usize>(
                     gmt: sweep.gmt,
                     stop: sweep.stop,
                     line_of_sight: sweep.line_of_sight,
+                    proven: false,
+                    level_yaw: None,
                     reflections: &sweep.reflections,
                     double_reflections: &sweep.double_reflections,
                     planes: &planes,

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::completeness::{Completeness, Lit, Part};
 use super::figures::{Spread, distance, share};
+use super::losses::{FirstOrderPaths, first_order_paths};
 use super::surface::Surfaces;
 use crate::flight_log::FlightLog;
 
@@ -28,6 +29,8 @@ pub struct MapFigures {
     pub recall_first_order: Option<f64>,
     /// Share of all true first-order paths that were measured.
     pub measured_first_order: Option<f64>,
+    /// What became of the true first-order paths.
+    pub first_order: FirstOrderPaths,
     /// Accepted points in an average sweep, over the sweeps with any true first-order path.
     pub accepted_per_sweep: Option<f64>,
     /// Median distance of truly first-order points to where the wave was reflected, m.
@@ -87,6 +90,7 @@ pub(super) fn judge(log: &FlightLog, surfaces: Option<&Surfaces<'_>>) -> (MapFig
     let mut figures = MapFigures {
         points: log.map.len(),
         accepted: log.points.len(),
+        first_order: first_order_paths(log),
         ..MapFigures::default()
     };
     let mut errors = PointErrors {

@@ -72,7 +72,8 @@ fn apparent(path: &LinkPath, to_body: &UnitQuaternion<f64>, clock_m: f64) -> (f6
     (path.delay_s * SPEED_OF_LIGHT_M_PER_S + clock_m, direction)
 }
 
-fn unit(zenith_rad: f64, azimuth_rad: f64) -> Vector3<f64> {
+/// Unit vector of zenith angle and azimuth.
+pub(super) fn unit(zenith_rad: f64, azimuth_rad: f64) -> Vector3<f64> {
     let (st, ct) = libm::sincos(zenith_rad);
     let (sp, cp) = libm::sincos(azimuth_rad);
     Vector3::new(st * cp, st * sp, ct)

@@ -186,6 +186,8 @@ fn sweep<T: Real, const N: usize>(
         gmt: transmitter(beacon),
         stop: beacon.sweep / beacon.sweeps_per_stop.max(1),
         line_of_sight: seen.sight,
+        proven: false,
+        level_yaw: None,
         reflections: &seen.single,
         double_reflections: &seen.double,
         planes: &receiver.map,

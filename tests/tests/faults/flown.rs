@@ -148,6 +148,8 @@ pub(crate) fn fly(faults: &str, flagged: impl Fn(&LocalizerHealth) -> bool) -> F
                     gmt: sweep.gmt,
                     stop: sweep.stop,
                     line_of_sight: sweep.line_of_sight,
+                    proven: false,
+                    level_yaw: None,
                     reflections: &sweep.reflections,
                     double_reflections: &sweep.double_reflections,
                     planes: &planes,

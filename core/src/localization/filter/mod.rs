@@ -24,6 +24,7 @@ mod covariance;
 mod gate;
 mod health;
 mod layout;
+mod level;
 mod measurement;
 mod nominal;
 mod predict;
@@ -42,6 +43,7 @@ pub use layout::{
     ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, FACE_BIAS,
     GYRO_BIAS, GYRO_MATRIX, PLANES, POSITION, TWO_WAY_BIAS, VELOCITY, planes, states,
 };
+pub use level::LevelYaw;
 pub use measurement::{FaceDirection, MappedPlane, Model, PathMeasurement, Transmitter};
 pub use nominal::{DELAY_PERIOD_M, Nominal, range_of_delay_m, rotation, wrap_delay_m};
 pub use row::{ROW_CAPACITY, Row};
@@ -49,6 +51,7 @@ pub use scalar::TimingVerdict;
 pub use sweep::{SweepMeasurement, SweepVerdict};
 
 use self::gate::Innovation;
+use self::level::Level;
 use self::scalar::Pending;
 use self::window::Window;
 use super::imu::ImuStep;
@@ -95,12 +98,15 @@ pub struct Filter<T: Real, const N: usize> {
     running: bool,
     clock_known: bool,
     gyro_bias_known: bool,
+    level: Option<Level>,
     last_innovation: Option<Innovation>,
     contested: u32,
     /// Sweeps held back in a row.
     held: u32,
     sure: bool,
     last_sight_ns: u64,
+    /// Last line of sight that was heard, whatever became of it.
+    last_line_ns: u64,
     last_aid_ns: u64,
     suspect_clock: Option<(u64, f64)>,
     resets: u32,
@@ -130,11 +136,13 @@ impl<T: Real, const N: usize> Filter<T, N> {
             running: false,
             clock_known: false,
             gyro_bias_known: false,
+            level: None,
             last_innovation: None,
             contested: 0,
             held: 0,
             sure: false,
             last_sight_ns: time_ns,
+            last_line_ns: time_ns,
             last_aid_ns: time_ns,
             suspect_clock: None,
             resets: 0,

@@ -170,6 +170,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// Nobody measured the motion: velocity and attitude are kept, and soon not known.
     fn coasted(&mut self, until_ns: u64, accel: f64, gyro: f64) {
         self.window.clear();
+        self.level = None;
         self.last_gap_ns = Some(until_ns);
         self.health.inertial_missing = true;
         let dt = until_ns.saturating_sub(self.nominal.time_ns) as f64 * 1e-9;

@@ -24,8 +24,8 @@ const MAST_SHARE: f64 = 0.7;
 const FACES_COSINE: f64 = -0.5;
 
 impl<T: Real, const N: usize> Filter<T, N> {
-    /// Takes over the gyroscope bias found at rest. The tilt is not needed: the start finds it from motion, as precisely as
-    /// the accelerometer's bias lets anyone.
+    /// Takes over the gyroscope bias found at rest. The tilt serves a start without departures only: the window finds it from
+    /// motion, as precisely as the accelerometer's bias lets anyone.
     pub fn aligned(&mut self, rest: &Alignment) {
         let (bias, sigma) = (rest.gyro_bias_rad_per_s, rest.gyro_bias_sigma_rad_per_s);
         if !(bias + sigma).iter().all(|c| c.is_finite()) {
@@ -39,6 +39,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             self.covariance
                 .reset(GYRO_BIAS + i, T::of(f64::from(*sigma) * f64::from(*sigma)));
         }
+        self.set_level(rest);
     }
 
     /// Adds a line-of-sight path to the window of fixes.
@@ -129,6 +130,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.window.clear();
         self.slots.clear();
         self.running = false;
+        self.level = None;
         self.clock_known = false;
         self.suspect_clock = None;
         self.last_innovation = None;

@@ -4,6 +4,7 @@ use super::Filter;
 use super::beacon::BeaconVerdict;
 use super::gate::{Innovation, chi_square};
 use super::layout::{ATTITUDE, POSITION, VELOCITY};
+use super::level::LevelYaw;
 use super::measurement::{MappedPlane, PATH_ROWS, PathMeasurement, PathRows, Transmitter};
 use super::row::Row;
 use super::start::START_FIXES;
@@ -16,6 +17,10 @@ const GMT_PACE_M_PER_S: f64 = 0.3;
 const DEAD_AFTER_NS: u64 = 2_000_000_000;
 /// The vote takes a contradiction of up to this many gates in by inflation.
 const MOST_INFLATED: f64 = 4.0;
+/// The same of a path that proves itself.
+const MOST_INFLATED_PROVEN: f64 = 16.0;
+/// Without a line of sight, believed or not, for this long, the filter lives on reflections and inertial data, ns.
+const BLIND_AFTER_NS: u64 = 1_200_000_000;
 
 /// What a sweep brought.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +33,10 @@ pub struct SweepMeasurement<'a> {
     pub stop: u32,
     /// The line-of-sight path, if the link state says so.
     pub line_of_sight: Option<PathMeasurement>,
+    /// That it is the line of sight shows in the path itself, whatever the position is thought to be.
+    pub proven: bool,
+    /// Yaw of the level attitude ([`Filter::level`]), if something tells it before the start.
+    pub level_yaw: Option<LevelYaw>,
     /// Paths of one reflection.
     pub reflections: &'a [PathMeasurement],
     /// Paths of two reflections, or of a higher order that is not known.
@@ -96,9 +105,12 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let gmt = self.judge_beacon(measurement);
         self.beacon_sigma_m = self.config.radio.steady_beacon_m(&gmt);
         let verdict = match &measurement.line_of_sight {
-            Some(path) => self.line_of_sight(&gmt, path),
+            Some(path) => self.line_of_sight(&gmt, path, measurement),
             None => SweepVerdict::NoSight,
         };
+        if measurement.line_of_sight.is_some() {
+            self.last_line_ns = measurement.time_ns;
+        }
         let sighted = verdict.is_taken();
         if sighted {
             self.last_sight_ns = measurement.time_ns;
@@ -134,14 +146,20 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
     }
 
-    fn line_of_sight(&mut self, gmt: &Transmitter, path: &PathMeasurement) -> SweepVerdict {
+    fn line_of_sight(
+        &mut self,
+        gmt: &Transmitter,
+        path: &PathMeasurement,
+        sweep: &SweepMeasurement<'_>,
+    ) -> SweepVerdict {
         let finite = path.c_tau_m + path.aoa_sigma_rad + path.c_tau_sigma_m;
         if !finite.is_finite() {
             return SweepVerdict::Rejected;
         }
         self.push_fix(gmt, path);
         if !self.running {
-            return if self.try_start() {
+            let level = |filter: &mut Self, yaw| filter.start_level(gmt, path, yaw);
+            return if self.try_start() || sweep.level_yaw.as_ref().is_some_and(|yaw| level(self, yaw)) {
                 SweepVerdict::Started
             } else {
                 SweepVerdict::Waiting
@@ -179,8 +197,17 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         let trusted = self.sure;
         self.last_innovation = Some(innovation);
+        // After an outage the filter may have been led astray, by a wrong reflection even while it seems sure. The first path then
+        // needs no second one if it proves itself.
+        let blind = sweep.time_ns.saturating_sub(self.last_line_ns) > BLIND_AFTER_NS;
+        let proven = sweep.proven && blind;
+        let most = if proven {
+            MOST_INFLATED_PROVEN
+        } else {
+            MOST_INFLATED
+        };
 
-        let verdict = if chi2 <= gate && (trusted || agrees || self.held >= gates.refix_after) {
+        let verdict = if chi2 <= gate && (trusted || agrees || proven || self.held >= gates.refix_after) {
             SweepVerdict::Accepted
         } else if chi2 <= gate {
             // After an outage almost any place is possible: one sweep is no proof, a consistent fix elsewhere may be a lie.
@@ -188,7 +215,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             self.held = self.held.saturating_add(1);
             self.contested = 0;
             return SweepVerdict::Held;
-        } else if chi2 > gate && chi2 < MOST_INFLATED * gate && !trusted && agrees {
+        } else if chi2 > gate && chi2 < most * gate && (proven || (!trusted && agrees)) {
             // The filter was too sure: its uncertainty of pose and motion is raised to what the sweep says. Only a little:
             // beyond, a linear step would land anywhere, and the window does better.
             let factor = libm::sqrt(chi2.min(1e6) / rows.len() as f64);

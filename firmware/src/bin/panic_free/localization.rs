@@ -4,7 +4,7 @@ use core::hint::black_box;
 
 use cslam_core::geometry::{Direction, Matrix3, Position, Rotation, Vector3};
 use cslam_core::localization::filter::{
-    FaceDirection, MappedPlane, PathMeasurement, SweepMeasurement, Transmitter, states,
+    FaceDirection, LevelYaw, MappedPlane, PathMeasurement, SweepMeasurement, Transmitter, states,
 };
 use cslam_core::localization::imu::Alignment;
 use cslam_core::localization::planes::Plane;
@@ -81,6 +81,11 @@ fn sweep(localizer: &mut Localizer<f32, STATES>) -> Option<()> {
         },
         stop: black_box(0),
         line_of_sight: black_box(Some(path)),
+        proven: black_box(true),
+        level_yaw: black_box(Some(LevelYaw {
+            yaw_rad: 0.0,
+            sigma_rad: 0.0,
+        })),
         reflections: black_box(&paths),
         double_reflections: black_box(&paths),
         planes: black_box(&planes),

@@ -8,7 +8,7 @@ use crate::commands::fly::Mode;
 use crate::commands::fly::raw::{
     DepartureChoice, LinkStateChoice, LocalizationChoice, MappedChoice, Setup, Stages, fly,
 };
-use crate::evaluation::{Evaluation, evaluate};
+use crate::evaluation::{Evaluation, FirstOrderPaths, evaluate};
 use crate::flight::FlightConfig;
 use crate::flight_log::FlightLog;
 use crate::input::InputError;
@@ -61,6 +61,8 @@ enum What {
     Modes,
     /// Ours with one stage at a time exchanged for the paper's
     Ablation,
+    /// Ours, and what became of the true paths of one reflection
+    Losses,
 }
 
 /// A way to fly, and its name.
@@ -75,6 +77,7 @@ fn setups(what: What) -> Vec<(&'static str, Setup)> {
         setup
     };
     match what {
+        What::Losses => vec![("best", of(Mode::Best))],
         What::Modes => vec![("best", of(Mode::Best)), ("paper", of(Mode::Paper))],
         What::Ablation => vec![
             ("ours in every stage", of(Mode::Best)),
@@ -236,6 +239,36 @@ const FIGURES: [Figure; 14] = [
     },
 ];
 
+/// What became of the true paths of one reflection, flight by flight and of all, % of them.
+fn losses(mut columns: Vec<String>, flights: &[FirstOrderPaths]) -> Table {
+    if let Some(first) = columns.first_mut() {
+        *first = "true first-order paths, seed".into();
+    }
+    let paths: Vec<usize> = flights.iter().map(|flight| flight.paths).collect();
+    let mut table = Table::new(columns);
+    let mut row = |name: &str, numbers: &[String]| {
+        table.row(core::iter::once(name.to_owned()).chain(numbers.iter().cloned()));
+    };
+    let all: usize = paths.iter().sum();
+    let counts = paths.iter().chain([&all]);
+    row(
+        "number",
+        &counts.clone().map(ToString::to_string).collect::<Vec<_>>(),
+    );
+    let names = FirstOrderPaths::default().rows();
+    for (index, (name, _)) in names.iter().enumerate() {
+        let of_flights: Vec<usize> = flights.iter().map(|flight| flight.rows()[index].1).collect();
+        let sum = of_flights.iter().sum();
+        let percent = |(part, whole): (&usize, &usize)| match whole {
+            0 => "-".to_owned(),
+            _ => format!("{:.1}", 100.0 * *part as f64 / *whole as f64),
+        };
+        let numbers = of_flights.iter().chain([&sum]).zip(counts.clone()).map(percent);
+        row(&format!("{name}, %"), &numbers.collect::<Vec<_>>());
+    }
+    table
+}
+
 pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     if args.flights == 0 {
         return Err(InputError::new("nothing to fly: --flights is 0").into());
@@ -260,6 +293,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         columns.extend(worlds.iter().map(|(seed, _)| seed.to_string()));
         columns.push("all".into());
         let mut values = vec![Vec::new(); FIGURES.len()];
+        let mut fates = Vec::new();
         for (seed, world) in &worlds {
             let planned = usize::try_from(world.sweeps())?;
             let swept = || bar.inc(1);
@@ -277,8 +311,9 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             for (of_figure, figure) in values.iter_mut().zip(&FIGURES) {
                 of_figure.push((figure.of)(&log, &evaluation));
             }
+            fates.push(evaluation.map.first_order);
         }
-        let mut table = Table::new(columns);
+        let mut table = Table::new(columns.clone());
         for (of_figure, figure) in values.iter().zip(&FIGURES) {
             let known: Vec<f64> = of_figure.iter().copied().flatten().collect();
             let all = (figure.join)(&known);
@@ -291,8 +326,36 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             table.row(row);
         }
         bar.suspend(|| println!("{table}"));
+        if args.what == What::Losses {
+            let table = losses(columns, &fates);
+            bar.suspend(|| println!("{table}"));
+        }
     }
     bar.finish_and_clear();
     println!("all: rms of the rms figures, mean of the others, over the flights that have one");
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn losses_are_shares_of_each_flight_and_of_all() {
+        let flight = |paths, accepted, no_pose| FirstOrderPaths {
+            paths,
+            accepted,
+            no_pose,
+            ..FirstOrderPaths::default()
+        };
+        let columns = ["", "1", "2", "3", "all"].map(String::from).to_vec();
+        let table = losses(columns, &[flight(10, 9, 1), flight(0, 0, 0), flight(30, 10, 20)]).to_string();
+        let row = |name: &str| -> Vec<String> {
+            let line = table.lines().find(|line| line.starts_with(name)).expect("a row");
+            line[name.len()..].split_whitespace().map(String::from).collect()
+        };
+        assert_eq!(row("number"), ["10", "0", "30", "40"]);
+        assert_eq!(row("accepted, %"), ["90.0", "-", "33.3", "47.5"]);
+        assert_eq!(row("no pose, %"), ["10.0", "-", "66.7", "52.5"]);
+    }
 }

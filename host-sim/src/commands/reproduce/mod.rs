@@ -34,7 +34,7 @@ enum What {
     /// The paper's worked example, on a link like the paper's unless others are given. From raw samples with the
     /// true pose.
     Link(link::Args),
-    /// Whole flights from raw samples: both modes, or ours with one stage at a time exchanged for the paper's
+    /// Whole flights from raw samples: both modes, ours with one stage at a time exchanged for the paper's, or where points are lost
     ///
     /// Every error of the budget; figures of each flight and of all. docs/flights.md holds the tables.
     Flights(flights::Args),

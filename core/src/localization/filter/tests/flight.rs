@@ -64,6 +64,8 @@ fn measurement(time_ns: u64, path: PathMeasurement) -> SweepMeasurement<'static>
         gmt: gmt(),
         stop: (time_ns / SWEEP_NS / 2) as u32,
         line_of_sight: Some(path),
+        proven: false,
+        level_yaw: None,
         reflections: &[],
         double_reflections: &[],
         planes: &[],
@@ -204,6 +206,95 @@ fn a_filter_that_is_wrong_is_fixed_anew() {
     assert_eq!(filter.counters().refixes, 1, "{:?}", filter.counters());
     assert_eq!(filter.pose().map(|pose| pose.resets), Some(1));
     assert!(error_m(&filter) < 0.1, "{}", error_m(&filter));
+}
+
+/// Out of sight from some time on, and at 12 s in sight again, with the filter as far aside of what it believes; the first verdict after that.
+fn seen_again(proven: bool, aside_m: f64, hidden_from_ns: u64, heard: bool) -> (SweepVerdict, f64) {
+    let (mut filter, mut first) = (Filter46::new(FilterConfig::default(), 0), None);
+    for now in (STEP_NS..=12_000_000_000).step_by(STEP_NS as usize) {
+        filter.increment(&increment(now - STEP_NS));
+        if now % SWEEP_NS == SWEEP_NS / 2 {
+            let _ = filter.two_way(now, truth(now).clock_offset_m);
+        }
+        if now.is_multiple_of(SWEEP_NS) {
+            let mut sweep = measurement(now, path(now));
+            sweep.proven = proven;
+            let hidden = (hidden_from_ns..12_000_000_000).contains(&now);
+            match &mut sweep.line_of_sight {
+                // Seen a little aside just before: contradicted, but heard.
+                Some(path) if hidden && heard && now == 11_500_000_000 => path.c_tau_m += 5.0,
+                line if hidden => *line = None,
+                _ => (),
+            }
+            if now == 12_000_000_000 {
+                filter.nominal.position_m += Vector3::new(aside_m, 0.0, 0.0);
+                let sigma = filter.sigma(POSITION);
+                first = Some((filter.sweep(&sweep), sigma));
+            } else {
+                let _ = filter.sweep(&sweep);
+            }
+        }
+    }
+    let (verdict, sigma) = first.expect("flown");
+    let taken = matches!(verdict, SweepVerdict::Accepted | SweepVerdict::Inflated);
+    assert_eq!(
+        taken,
+        error_m(&filter) < 0.3 * aside_m,
+        "{verdict:?} {}",
+        error_m(&filter)
+    );
+    (verdict, sigma)
+}
+
+#[test]
+fn a_path_that_proves_itself_needs_no_second_one_after_an_outage() {
+    // A filter that has been led astray while it seems sure of itself.
+    let (verdict, sigma) = seen_again(true, 1.0, 10_500_000_000, false);
+    assert!(sigma < 0.4, "{sigma}");
+    assert_eq!(verdict, SweepVerdict::Inflated);
+    assert_eq!(
+        seen_again(false, 1.0, 10_500_000_000, false).0,
+        SweepVerdict::Rejected
+    );
+    // Nor is it the first one when another was heard, and not believed, a sweep before.
+    assert_eq!(
+        seen_again(true, 1.0, 10_500_000_000, true).0,
+        SweepVerdict::Rejected
+    );
+    // With the GMT in sight all the time a contradiction is a wrong path, whatever it seems to prove; and so is a place ten
+    // metres off at any time.
+    assert_eq!(
+        seen_again(true, 0.4, 12_000_000_000, false).0,
+        SweepVerdict::Rejected
+    );
+    assert_eq!(
+        seen_again(true, 0.4, 10_500_000_000, false).0,
+        SweepVerdict::Accepted
+    );
+    assert_eq!(
+        seen_again(true, 10.0, 10_500_000_000, false).0,
+        SweepVerdict::Rejected
+    );
+}
+
+#[test]
+fn a_filter_that_is_not_sure_believes_a_path_that_proves_itself() {
+    let mut verdicts = [SweepVerdict::NoSight; 2];
+    for (verdict, proven) in verdicts.iter_mut().zip([false, true]) {
+        let mut filter = flown(12_000_000_000, 0, |time_ns, _, sweep| {
+            if time_ns > 8_000_000_000 {
+                sweep.line_of_sight = None;
+            }
+        });
+        // An outage so long that a second sweep would have to agree.
+        (0..3).for_each(|i| filter.covariance.add(POSITION + i, 0.3));
+        filter.increment(&increment(12_000_000_000));
+        let now = 12_000_000_000 + STEP_NS;
+        let mut sweep = measurement(now, seen_from(Vector3::new(0.5, 0.0, 0.0), now));
+        sweep.proven = proven;
+        *verdict = filter.sweep(&sweep);
+    }
+    assert_eq!(verdicts, [SweepVerdict::Held, SweepVerdict::Accepted]);
 }
 
 #[test]

@@ -2,5 +2,6 @@
 
 mod covariance;
 mod flight;
+mod level;
 mod rows;
 mod window;
