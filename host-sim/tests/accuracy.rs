@@ -3,7 +3,7 @@
 //! `cslam accuracy` prints the same cases with more trials; docs/path-estimation.md holds its table.
 
 use cslam_host_sim::accuracy::{
-    Mode, bounce, departures, detection, false_alarms, loss, pairs, scenes, single,
+    Mode, bounce, corner, departures, detection, false_alarms, loss, pairs, scenes, single,
 };
 
 const SEED: u64 = 1;
@@ -93,6 +93,17 @@ fn close_pairs_are_told_apart() {
     ] {
         let figures = pairs(Mode::Best, apart_m, apart_deg, second_db, 60, SEED);
         assert!(figures.both >= expected, "{figures:?}");
+    }
+}
+
+/// With fewer members to a group the fourth path would be in the others' angles, and false ones beside them.
+#[test]
+fn a_corner_above_the_ground_is_four_paths() {
+    for distance_m in [30.0, 90.0] {
+        let figures = corner(Mode::Best, distance_m, 100, SEED);
+        assert!((3.85..4.1).contains(&figures.paths), "{figures:?}");
+        assert!(figures.range_m[0] <= 2.0 * figures.bound[0], "{figures:?}");
+        assert!(figures.angle_deg[0] <= 3.0 * figures.bound[1], "{figures:?}");
     }
 }
 

@@ -5,6 +5,7 @@
 //! Cramer-Rao bound of the same draw ([`crate::crlb`]). Trials are independent streams of one seed: the figures do not
 //! depend on the number of threads.
 
+mod corner;
 mod loss;
 mod pairs;
 mod report;
@@ -12,6 +13,7 @@ mod scenes;
 mod single;
 mod twin;
 
+pub use corner::{Corner, corner};
 pub use loss::{Loss, loss};
 pub use pairs::{Bounce, Pairs, bounce, pairs};
 pub use report::{Case, Report, Target};

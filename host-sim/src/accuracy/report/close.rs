@@ -1,7 +1,10 @@
-//! Two close paths in one beam.
+//! Close paths in one beam: two, and the four of a corner.
 
 use super::{Case, Report, Rows, Run, each, millimetres};
-use crate::accuracy::{Mode, bounce, pairs};
+use crate::accuracy::{Mode, bounce, corner, pairs};
+
+/// Distances of the corners, m.
+pub(super) const CORNERS_M: [f64; 2] = [30.0, 90.0];
 
 /// Separations of signal.md section 3.3: m, deg, and the share that its joint fit finds with equal power and at -10 dB.
 pub(super) const SEPARATIONS: [(f64, f64, [f64; 2]); 12] = [
@@ -94,6 +97,36 @@ pub(super) fn close_pairs(run: &Run<'_>, n: usize) -> Report {
         let measured = format!("{met} and {at_bound} of {all}");
         let what = "pairs: at least the joint column of the design, or what the bound allows";
         rows.target(what, measured, met + at_bound == all);
+    }
+    rows.done()
+}
+
+/// Corners above flat ground.
+pub(super) fn corners(run: &Run<'_>, n: usize) -> Report {
+    let mut rows = Rows::new(
+        Case::Corner,
+        [
+            "corner, mode",
+            "m",
+            "paths of 4",
+            "c tau mm 50 / 90 %",
+            "bound mm",
+            "angle deg 50 / 90 %",
+            "bound deg",
+        ],
+    );
+    for (mode, i) in each(run.modes, CORNERS_M.len()) {
+        let r = corner(mode, CORNERS_M[i], n, run.seed);
+        let cells = vec![
+            format!("{:.0}", r.distance_m),
+            format!("{:.2}", r.paths),
+            format!("{} / {}", millimetres(r.range_m[0]), millimetres(r.range_m[1])),
+            millimetres(r.bound[0]),
+            format!("{:.3} / {:.3}", r.angle_deg[0], r.angle_deg[1]),
+            format!("{:.3}", r.bound[1]),
+        ];
+        rows.add(mode, &r, cells);
+        (run.tick)();
     }
     rows.done()
 }

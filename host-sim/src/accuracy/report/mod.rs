@@ -27,6 +27,8 @@ pub enum Case {
     Bounce,
     /// Two close paths in one beam
     Pairs,
+    /// A corner above the ground: four paths within a tap
+    Corner,
     /// Angle of departure from the energies of the beams
     Departure,
 }
@@ -36,7 +38,7 @@ impl Case {
     fn trials(self, unit: usize) -> usize {
         match self {
             Self::Single | Self::Twin | Self::Detection => 10 * unit,
-            Self::Noise | Self::Bounce => 2 * unit,
+            Self::Noise | Self::Bounce | Self::Corner => 2 * unit,
             Self::Scenes | Self::Pairs | Self::Departure => unit,
         }
     }
@@ -66,7 +68,7 @@ pub struct Report {
 
 impl Case {
     /// All cases, in the order of the report.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Single,
         Self::Detection,
         Self::Noise,
@@ -74,6 +76,7 @@ impl Case {
         Self::Scenes,
         Self::Bounce,
         Self::Pairs,
+        Self::Corner,
         Self::Departure,
     ];
 
@@ -93,6 +96,7 @@ impl Case {
             Self::Scenes => sweep::nine_paths(run, n),
             Self::Bounce => close::ground_bounce(run, n),
             Self::Pairs => close::close_pairs(run, n),
+            Self::Corner => close::corners(run, n),
             Self::Departure => sweep::departure(run, n),
         }
     }
@@ -106,6 +110,7 @@ impl Case {
             Self::Twin => return beam::TWIN_DB.len() * usize::from(modes.contains(&Mode::Best)),
             Self::Scenes => 2,
             Self::Bounce | Self::Departure => 3,
+            Self::Corner => close::CORNERS_M.len(),
             Self::Pairs => 2 * close::SEPARATIONS.len(),
         };
         each * modes.len()
