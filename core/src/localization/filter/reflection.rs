@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 /// A reflection whose second-best explanation is not worse than this in chi-square is ambiguous.
 const AMBIGUITY: f64 = 9.0;
 /// Share of its gate that a path of two reflections is given. Any pair of planes may explain it, and a path of three may be explained
-/// by a pair as well, by chance and badly; of those that are true 98 of 100 stay below it.
+/// by a pair as well, by chance and badly; by the chi-square law, 98 of 100 true ones stay below it.
 const DOUBLE_SHARE: f64 = 0.5;
 /// Planes whose prediction is further off than this are not considered: delay m, angle rad.
 const NEAR: (f64, f64) = (8.0, 0.15);
