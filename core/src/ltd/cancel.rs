@@ -102,8 +102,8 @@ pub(super) fn change<const L: usize, const A: usize, const E: usize, const C: us
             let (away, gain) = source.seen_from(origin, template.centre_turns());
             let delay = away - lead.dot(&source.u);
             let scaled = gain.get(j).copied().unwrap_or_default() * (1 << FRACTION_BITS) as f32;
-            let column = columns.iter_mut().take(count).filter_map(|row| row.get_mut(l));
-            fill(template, first, count, delay, scaled, column);
+            let column = columns.as_flattened_mut().get_mut(l..).unwrap_or_default();
+            fill(template, first, count, delay, scaled, (column, L));
         }
         let phases: [[Iq; E]; L] = sources
             .each_ref()
@@ -130,15 +130,21 @@ pub(super) fn q15(s: Complex<f32>) -> Iq {
 
 /// Fills a column with the kernel times `gain`, cut to integers, at coordinates `first`, `first + 1`, ..., `count` of them: from the table near
 /// the peak, by the closed form beyond, band centre put back. Phases advance by products, anew on each side of the peak and around
-/// it: their rounding stays under 3e-5 of values that are a fortieth of the peak at most.
-pub(super) fn fill<'a>(
+/// it: their rounding stays under 3e-5 of values that are a fortieth of the peak at most. The column is every so-manyth value, from the
+/// first one on. Of one kind for all numbers of sources: flash is short.
+#[inline(never)]
+pub(super) fn fill(
     template: &Template,
     first: i32,
     count: usize,
     delay: f32,
     gain: Complex<f32>,
-    mut column: impl Iterator<Item = &'a mut [i32; 2]>,
+    (column, stride): (&mut [[i32; 2]], usize),
 ) {
+    let mut column = column
+        .chunks_mut(stride.max(1))
+        .filter_map(|row| row.first_mut())
+        .take(count);
     let place = |tap: usize| (first + tap as i32) as f32 - delay;
     // As many taps as lie further ahead of the peak than the table reaches, and as many as do not lie as far behind it: the casts
     // cut towards zero and give 0 below it.
@@ -310,14 +316,7 @@ mod tests {
         ] {
             for delay in [-0.5, -0.25, 0.0, 0.3] {
                 let mut column = [[0; 2]; SAMPLES];
-                fill(
-                    &template,
-                    first,
-                    count,
-                    delay,
-                    gain,
-                    column.iter_mut().take(count),
-                );
+                fill(&template, first, count, delay, gain, (&mut column, 1));
                 for (n, value) in (first..).zip(column).take(count) {
                     let exact = gain
                         * phasor(template.centre_turns() * n as f32)

@@ -318,14 +318,7 @@ impl<const A: usize, const E: usize> Match<A, E> {
             .enumerate()
         {
             let scaled = gain * (1 << FRACTION_BITS) as f32;
-            fill(
-                template,
-                first,
-                count,
-                *delay,
-                scaled,
-                columns.iter_mut().take(count),
-            );
+            fill(template, first, count, *delay, scaled, (&mut columns, 1));
             let (before, behind) = columns.split_at_checked(ahead).unwrap_or((&columns, &[]));
             let behind = behind.get(..count - ahead).unwrap_or(&[]);
             for (taps, element) in folded.taps.iter_mut().zip(elements::<E>(channels, array)) {

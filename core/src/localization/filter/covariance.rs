@@ -96,7 +96,8 @@ impl<T: Real, const N: usize> Covariance<T, N> {
         Matrix3::from_fn(|a, b| self.at(i + a, j + b))
     }
 
-    /// Forgets all about a state but a new variance: its correlations vanish.
+    /// Forgets all about a state but a new variance: its correlations vanish. Never inlined: forty states are set by it at the start.
+    #[inline(never)]
     pub fn reset(&mut self, state: usize, variance: T) {
         for (i, row) in self.p.iter_mut().enumerate() {
             if i == state {
