@@ -58,6 +58,13 @@ pub struct LinkPath {
     pub confirmed: Option<bool>,
 }
 
+impl LinkPath {
+    /// Power gain, dB; minus infinity for a path without any power, absent where the list does not say.
+    pub fn gain_db(&self) -> Option<f64> {
+        self.gain.map(|[re, im]| 10.0 * libm::log10(re * re + im * im))
+    }
+}
+
 /// Reads a paths file (`.jsonl` or `.jsonl.gz`). Empty lines are skipped; the index of a link is its place among the
 /// non-empty lines, from 0.
 ///

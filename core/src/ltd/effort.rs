@@ -24,8 +24,7 @@ impl WorkLimit {
         thrifty: 5_000,
         spent: 9_000,
     };
-    /// None, where nothing waits for the sweep. Clusters of paths that lie within a tap of each other are told apart more
-    /// often: of the points of strong first-order paths, the 5 % that are worst come out a tenth better.
+    /// None, where nothing waits for the sweep.
     pub const NONE: Self = Self {
         thrifty: u32::MAX,
         spent: u32::MAX,

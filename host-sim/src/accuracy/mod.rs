@@ -5,17 +5,17 @@
 //! Cramer-Rao bound of the same draw ([`crate::crlb`]). Trials are independent streams of one seed: the figures do not
 //! depend on the number of threads.
 
-mod corner;
 mod loss;
+mod over_ground;
 mod pairs;
 mod report;
 mod scenes;
 mod single;
 mod twin;
 
-pub use corner::{Corner, corner};
 pub use loss::{Loss, loss};
-pub use pairs::{Bounce, Pairs, bounce, pairs};
+pub use over_ground::{Bounce, Corner, bounce, corner};
+pub use pairs::{Pairs, pairs};
 pub use report::{Case, Report, Target};
 pub use scenes::{Departures, Scenes, departures, scenes};
 pub use single::{Detection, FalseAlarms, Single, detection, false_alarms, single};

@@ -7,6 +7,7 @@ use cslam_core::waveform::Waveform;
 
 use super::trial::Case;
 use crate::channel::{Instant, Ray, Simulator};
+
 /// What a thread keeps between trials.
 pub(super) struct Receiver {
     pub(super) estimator: Box<dyn PathEstimator<32, 9>>,

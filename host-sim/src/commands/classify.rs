@@ -189,7 +189,7 @@ fn classify(
         if ignore_aod {
             measured.aod = None;
         }
-        let gain_db = path.gain.map(|[re, im]| 10.0 * libm::log10(re * re + im * im));
+        let gain_db = path.gain_db();
         Ok(Received {
             path: measured,
             // A path without any power has no gain to speak of.

@@ -6,10 +6,11 @@
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::cslam::PATHS;
 use cslam_core::ltd::EstimatorConfig;
+use cslam_core::reflection::Rejection;
 use serde::Serialize;
 
 use super::matching::unit;
-use crate::flight_log::{FlightLog, SweepRecord};
+use crate::flight_log::{FlightLog, MeasuredPath, SweepRecord};
 use crate::paths::LinkPath;
 
 /// Paths closer than this in length, m (c / 200 MHz), and in angle of arrival, deg (a beam of the four arrays), are one peak.
@@ -64,11 +65,11 @@ impl FirstOrderPaths {
     /// The number that a path which was measured belongs to.
     fn of_verdict(&mut self, verdict: &str) -> &mut usize {
         match verdict {
-            "ok" => &mut self.accepted,
-            "no pose yet" => &mut self.no_pose,
-            "not one reflection" => &mut self.improbable,
-            "angle of departure not known well enough" => &mut self.departure_unknown,
-            _ if verdict.starts_with("ill-conditioned") => &mut self.ill_conditioned,
+            MeasuredPath::OK => &mut self.accepted,
+            MeasuredPath::NO_POSE => &mut self.no_pose,
+            MeasuredPath::NOT_FIRST_ORDER => &mut self.improbable,
+            MeasuredPath::DEPARTURE_UNKNOWN => &mut self.departure_unknown,
+            _ if verdict == Rejection::IllConditioned.to_string() => &mut self.ill_conditioned,
             _ => &mut self.refused,
         }
     }
@@ -76,7 +77,8 @@ impl FirstOrderPaths {
     /// The number that a path which was not measured belongs to.
     fn of_unheard(&mut self, paths: &[LinkPath], index: usize, measured: usize) -> Option<&mut usize> {
         let path = paths.get(index)?;
-        let level = |path: &LinkPath| gain_db(path).unwrap_or(0.0);
+        // Finite: two paths without any power differ by nothing.
+        let level = |path: &LinkPath| path.gain_db().map_or(0.0, |db| db.max(f64::MIN));
         let strongest = paths.iter().map(level).fold(f64::NEG_INFINITY, f64::max);
         let hides = |(other, by): (usize, &LinkPath)| {
             other != index && level(by) - level(path) > HIDES_DB && within_resolution(path, by)
@@ -118,11 +120,6 @@ pub(super) fn first_order_paths(log: &FlightLog) -> FirstOrderPaths {
     let mut all = FirstOrderPaths::default();
     log.sweeps.iter().for_each(|sweep| all.enter(sweep));
     all
-}
-
-fn gain_db(path: &LinkPath) -> Option<f64> {
-    path.gain
-        .map(|[re, im]| 10.0 * libm::log10((re * re + im * im).max(f64::MIN_POSITIVE)))
 }
 
 fn within_resolution(a: &LinkPath, b: &LinkPath) -> bool {

@@ -23,6 +23,17 @@ pub struct MeasuredPath {
     pub verdict: String,
 }
 
+impl MeasuredPath {
+    /// Verdict of an accepted reflection point.
+    pub const OK: &'static str = "ok";
+    /// Verdict of a path that was measured while there was no pose.
+    pub const NO_POSE: &'static str = "no pose yet";
+    /// Verdict of a path that is probably no first-order reflection.
+    pub const NOT_FIRST_ORDER: &'static str = "not one reflection";
+    /// Verdict of a path whose departure does not prove what it is.
+    pub const DEPARTURE_UNKNOWN: &'static str = "angle of departure not known well enough";
+}
+
 /// Kinds of measurement that correct the pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -143,14 +143,14 @@ fn innovation(of: &cslam::Innovation) -> Innovation {
 /// What became of a path, in words.
 fn verdict(path: &PathReport) -> String {
     match path.outcome {
-        Outcome::NoPose => "no pose yet".into(),
+        Outcome::NoPose => MeasuredPath::NO_POSE.into(),
         Outcome::Unused => "not used in this mode".into(),
         Outcome::Input(error) => error.to_string(),
         Outcome::LineOfSight => "line of sight".into(),
-        Outcome::NotFirstOrder => "not one reflection".into(),
-        Outcome::DepartureUnknown => "angle of departure not known well enough".into(),
+        Outcome::NotFirstOrder => MeasuredPath::NOT_FIRST_ORDER.into(),
+        Outcome::DepartureUnknown => MeasuredPath::DEPARTURE_UNKNOWN.into(),
         Outcome::Rejected(rejection) => rejection.to_string(),
-        Outcome::Point(..) => "ok".into(),
+        Outcome::Point(..) => MeasuredPath::OK.into(),
     }
 }
 

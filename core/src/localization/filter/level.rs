@@ -107,7 +107,6 @@ impl<T: Real, const N: usize> Filter<T, N> {
             self.covariance.reset(POSITION + i, T::zero());
             self.covariance
                 .reset(VELOCITY + i, T::of(STILL_SIGMA_M_PER_S * STILL_SIGMA_M_PER_S));
-            self.covariance.reset(ACCEL_BIAS + i, T::zero());
         }
         let square = |x: f64| x * x;
         let tilt = square(level.tilt_sigma_rad);

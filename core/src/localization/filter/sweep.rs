@@ -158,8 +158,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         self.push_fix(gmt, path);
         if !self.running {
-            let level = |filter: &mut Self, yaw| filter.start_level(gmt, path, yaw);
-            return if self.try_start() || sweep.level_yaw.as_ref().is_some_and(|yaw| level(self, yaw)) {
+            let yaw = sweep.level_yaw.as_ref();
+            return if self.try_start() || yaw.is_some_and(|yaw| self.start_level(gmt, path, yaw)) {
                 SweepVerdict::Started
             } else {
                 SweepVerdict::Waiting

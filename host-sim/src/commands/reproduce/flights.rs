@@ -293,7 +293,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         columns.extend(worlds.iter().map(|(seed, _)| seed.to_string()));
         columns.push("all".into());
         let mut values = vec![Vec::new(); FIGURES.len()];
-        let mut fates = Vec::new();
+        let mut first_order = Vec::new();
         for (seed, world) in &worlds {
             let planned = usize::try_from(world.sweeps())?;
             let swept = || bar.inc(1);
@@ -311,7 +311,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             for (of_figure, figure) in values.iter_mut().zip(&FIGURES) {
                 of_figure.push((figure.of)(&log, &evaluation));
             }
-            fates.push(evaluation.map.first_order);
+            first_order.push(evaluation.map.first_order);
         }
         let mut table = Table::new(columns.clone());
         for (of_figure, figure) in values.iter().zip(&FIGURES) {
@@ -327,7 +327,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         }
         bar.suspend(|| println!("{table}"));
         if args.what == What::Losses {
-            let table = losses(columns, &fates);
+            let table = losses(columns, &first_order);
             bar.suspend(|| println!("{table}"));
         }
     }

@@ -223,7 +223,7 @@ fn print(link: &Link, results: &[Result]) -> anyhow::Result<()> {
 }
 
 fn row(index: usize, path: &LinkPath) -> [String; 8] {
-    let gain_db = path.gain.map(|[re, im]| 10.0 * libm::log10(re * re + im * im));
+    let gain_db = path.gain_db();
     let aod = path.aod_zenith_rad.zip(path.aod_azimuth_rad);
     [
         (index + 1).to_string(),
