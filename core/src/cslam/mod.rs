@@ -17,21 +17,26 @@
 mod clock;
 mod config;
 mod gain;
+mod higher_order;
+mod known;
 mod level;
 mod localizer;
 mod mirrors;
+mod outcome;
 mod paths;
 mod receive;
 mod report;
 mod rules;
 mod sight;
 mod specular;
+mod supposed;
 mod sweep;
 
 pub use config::{Config, ConfigError, Departures, HpcConfig, LinkStates, Localization, Mapped, Mirrored};
 pub use gain::LinkBudget;
+pub use higher_order::MAX_REFLECTIONS;
 pub use receive::Residuals;
-pub use report::{Innovation, Measured, Outcome, PathReport, SweepReport};
+pub use report::{Innovation, MappedPoint, Measured, Outcome, PathReport, SweepReport};
 pub use rules::Rules;
 
 use nalgebra::Vector3;
@@ -39,7 +44,7 @@ use nalgebra::Vector3;
 use self::clock::TwoWayClock;
 use self::level::Stand;
 use self::localizer::Localizer;
-use self::mirrors::Mirrors;
+use self::mirrors::{MIRRORS, Mirrors, SUPPOSED};
 use self::sweep::Open;
 use crate::block::BeamBlock;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
@@ -92,6 +97,8 @@ pub struct Counters {
     pub beacons_missing: u32,
     /// Two-way exchanges whose offset was no number.
     pub timing_invalid: u32,
+    /// Paths of several reflections that there was no time to explain: a sweep's mirrors were too many.
+    pub unexplained: u32,
 }
 
 /// The large parts of the receiver, which lie where their owner wants them: a board's stack has no room to build them on the
@@ -117,7 +124,8 @@ pub struct Cslam<'m, E, const VOXELS: usize, const STATES: usize = { states(2) }
     last_heading_ns: u64,
     localizer: Localizer<STATES>,
     planes: PlaneMap<PLANES>,
-    mirrors: Mirrors,
+    mirrors: Mirrors<MIRRORS>,
+    supposed: Mirrors<SUPPOSED>,
     stand: Option<Stand>,
     open: Option<Open>,
     last_beacon: Option<(u64, Beacon)>,
@@ -138,7 +146,8 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             rest: Some(RestAlignment::new(config.rest)),
             last_heading_ns: 0,
             planes: PlaneMap::new(config.planes),
-            mirrors: Mirrors::default(),
+            mirrors: Mirrors::single(),
+            supposed: Mirrors::supposed(),
             stand: None,
             localizer: Localizer::new(&config.localization),
             open: None,
@@ -256,7 +265,8 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     pub fn clear_map(&mut self) {
         self.memory.map.clear();
         self.planes = PlaneMap::new(self.config.planes);
-        self.mirrors = Mirrors::default();
+        self.mirrors = Mirrors::single();
+        self.supposed = Mirrors::supposed();
     }
 
     /// The newest beacon of a sweep that was heard.

@@ -61,6 +61,21 @@ impl Straight {
             across_variance_rad2: position_covariance_m2.trace() / (length_m * length_m),
         })
     }
+
+    /// How far length and direction are off, the worse of both in units of what is allowed: so much, and [`SIGMAS`] standard
+    /// deviations of path and position.
+    pub(super) fn off(&self, path: &Path<World>, length_m: f32, angle_rad: f32) -> f32 {
+        let angle_variance = path.covariance.m22.max(path.covariance.m33) + self.across_variance_rad2;
+        let sigmas = |variance: f32| SIGMAS * libm::sqrtf(variance.max(0.0));
+        let length = self.excess_m.abs() / (length_m + sigmas(self.length_variance_m2));
+        let angle = self.angle_rad / (angle_rad + sigmas(angle_variance));
+        // `max` would pass over a number that is none.
+        if length > angle || length.is_nan() {
+            length
+        } else {
+            angle
+        }
+    }
 }
 
 /// How far a path's length may be off that of the ground's reflection, m, and its direction, rad; beside [`SIGMAS`].
@@ -87,13 +102,8 @@ impl Judged {
         let Some(straight) = Straight::against(&self.path, &towards, &ends.uav_covariance) else {
             return;
         };
-        let covariance = &self.path.covariance;
-        let angle_variance = covariance.m22.max(covariance.m33) + straight.across_variance_rad2;
-        let sigmas = |variance: f32| SIGMAS * libm::sqrtf(variance.max(0.0));
         let above = ends.uav.vector().z > ground_z_m && ends.gmt.vector().z > ground_z_m;
-        self.off_ground = above
-            && straight.excess_m.abs() < GROUND_LENGTH_M + sigmas(straight.length_variance_m2)
-            && straight.angle_rad < GROUND_ANGLE_RAD + sigmas(angle_variance);
+        self.off_ground = above && straight.off(&self.path, GROUND_LENGTH_M, GROUND_ANGLE_RAD) < 1.0;
         if self.off_ground {
             self.path.aod = None;
             self.probabilities = Some(FIRST_ORDER);

@@ -2,6 +2,7 @@
 
 use heapless::Vec;
 
+use super::higher_order::MAX_REFLECTIONS;
 use crate::localization::Pose;
 use crate::localization::bsm::{Bearing, Refusal};
 use crate::localization::filter::{Health, SweepVerdict};
@@ -10,8 +11,17 @@ use crate::ltd::EstimatedPath;
 use crate::map::Insertion;
 use crate::reflection::{InputError, ReflectionPoint, Rejection};
 
-/// What became of a path.
+/// A reflection point, and what the map did with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MappedPoint {
+    /// The point.
+    pub point: ReflectionPoint,
+    /// `None` when it lies beyond the map's range.
+    pub insertion: Option<Insertion>,
+}
+
+/// What became of a path.
+#[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
     /// The receiver has no pose yet, has lost it, or does not know where the GMT is.
     NoPose,
@@ -21,18 +31,18 @@ pub enum Outcome {
     Input(InputError),
     /// Taken for the line of sight.
     LineOfSight,
-    /// Not probable enough to be a first-order reflection.
+    /// Not probable enough to be a first-order reflection, and no two or three known mirrors explain it.
     NotFirstOrder,
     /// Probably a first-order reflection, but its angle of departure, which would prove it, is not known well enough.
     DepartureUnknown,
-    /// Probably a first-order reflection, but a gate of the reflection point says no.
+    /// Probably a first-order reflection, or explained by known mirrors, but a gate of the reflection points says no.
     Rejected(Rejection),
-    /// A point of the map; `None` when it lies beyond the map's range.
-    Point(ReflectionPoint, Option<Insertion>),
+    /// Points of the map, one for each reflection of the path, from the GMT to the UAV: there is at least one.
+    Points(Vec<MappedPoint, MAX_REFLECTIONS>),
 }
 
 /// A path and what was made of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PathReport {
     /// As estimated: body axes, clock offset included.
     pub estimated: EstimatedPath,
@@ -42,6 +52,21 @@ pub struct PathReport {
     pub probabilities: Option<Probabilities>,
     /// What became of it.
     pub outcome: Outcome,
+}
+
+impl PathReport {
+    /// Probability that the path is what its points presume: of first order when there is one, of higher order when there are
+    /// several. Of a path without a point, that of first order. `None` when it could not be classified.
+    #[must_use]
+    pub fn presumed_probability(&self) -> Option<f32> {
+        let several = matches!(&self.outcome, Outcome::Points(points) if points.len() > 1);
+        let probabilities = self.probabilities?;
+        Some(if several {
+            probabilities.higher_order
+        } else {
+            probabilities.first_order
+        })
+    }
 }
 
 /// What an innovation is of.

@@ -6,6 +6,7 @@
 //! the wave grazes the plane: there the closed form's ellipsoid runs along the way, and a decimetre of length is metres.
 
 use super::config::Mirrored;
+use super::mirrors::PLACED_M;
 use super::paths::Straight;
 use crate::geometry::{Direction, Matrix3, Position, Vector3, World};
 use crate::localization::planes::Plane;
@@ -13,15 +14,12 @@ use crate::lscn::{LinkState, Probabilities};
 use crate::path::Path;
 use crate::reflection::{Ends, ReflectionPoint};
 
-/// How far length and direction may be off those of a mirror, m and rad, beside [`SIGMAS`] standard deviations of path and
+/// How far length and direction may be off those of a mirror, m and rad, beside three standard deviations of path and
 /// pose. What the mirror's own error would allow is not added: a mirror that is known too poorly proves nothing.
 const LENGTH_M: f32 = 0.15;
 const ANGLE_RAD: f32 = 0.003;
-const SIGMAS: f32 = 3.0;
-/// Position by which a mirror is compared with a path, standard deviation (norm), m: with a worse one every mirror fits.
-const PLACED_M: f32 = 0.25;
 /// Height over the mirror below which an end lies in it, m.
-const LEAST_HEIGHT_M: f32 = 0.1;
+pub(super) const LEAST_HEIGHT_M: f32 = 0.1;
 /// Standard deviations of the ground, which is flat as far as is known: shift, m, tilts, rad.
 const GROUND_SHIFT_M: f32 = 0.05;
 const GROUND_TILT_RAD: f32 = 0.003;
@@ -41,27 +39,50 @@ pub(super) fn ground(ends: &Ends, ground_z_m: f32) -> Option<Plane> {
 /// How far a path is off the one that a plane reflects, in units of what is allowed: `None` when that is more than 1, when the
 /// plane does not reflect between these ends, or when the UAV's place is too unsure to tell.
 pub(super) fn misfit(ends: &Ends, path: &Path<World>, plane: &Plane) -> Option<f32> {
-    heights_m(ends, plane)?;
-    if ends.uav_covariance.trace() > PLACED_M * PLACED_M {
-        return None;
-    }
-    let towards = plane.image(ends.gmt.vector()) - ends.uav.vector();
-    let straight = Straight::against(path, &towards, &ends.uav_covariance)?;
-    let covariance = &path.covariance;
-    let angle_variance = covariance.m22.max(covariance.m33) + straight.across_variance_rad2;
-    let sigmas = |variance: f32| SIGMAS * libm::sqrtf(variance.max(0.0));
-    let length = straight.excess_m.abs() / (LENGTH_M + sigmas(straight.length_variance_m2));
-    let angle = straight.angle_rad / (ANGLE_RAD + sigmas(angle_variance));
-    // In this order a number that is none fits nothing.
-    (length <= 1.0 && angle <= 1.0).then_some(length.max(angle))
+    heights_m(ends.uav.vector(), ends.gmt.vector(), plane)?;
+    is_placed(ends)
+        .then(|| misfit_of(ends, path, &plane.image(ends.gmt.vector())))
+        .flatten()
 }
 
-/// Where a plane reflects between these ends, with the errors of the UAV's place and of the plane. `None` when it does not.
-pub(super) fn point_on(ends: &Ends, plane: &Plane) -> Option<ReflectionPoint> {
-    let (uav_m, gmt_m) = heights_m(ends, plane)?;
+/// Whether the UAV's place is known well enough to tell what a path is.
+pub(super) fn is_placed(ends: &Ends) -> bool {
+    ends.uav_covariance.trace() <= PLACED_M * PLACED_M
+}
+
+/// How far a path is off the straight way from a place, in units of what is allowed: `None` when that is more than 1.
+pub(super) fn misfit_of(ends: &Ends, path: &Path<World>, from_m: &Vector3<f32>) -> Option<f32> {
+    let towards = from_m - ends.uav.vector();
+    let off = Straight::against(path, &towards, &ends.uav_covariance)?.off(path, LENGTH_M, ANGLE_RAD);
+    // In this order a number that is none fits nothing.
+    (off <= 1.0).then_some(off)
+}
+
+/// One end of a straight way, and how well it is known.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct End {
+    pub(super) at: Vector3<f32>,
+    pub(super) covariance: Matrix3<f32>,
+}
+
+impl End {
+    /// Seen in a plane, whose own error adds to it.
+    pub(super) fn mirrored(&self, plane: &Plane) -> Self {
+        let normal = plane.normal.vector();
+        let turn = Matrix3::identity() - normal * normal.transpose() * 2.0;
+        let of_plane = plane.image_jacobian(&self.at);
+        Self {
+            at: plane.image(&self.at),
+            covariance: turn * self.covariance * turn + of_plane * plane.covariance * of_plane.transpose(),
+        }
+    }
+}
+
+/// Where a plane reflects between these ends, with the errors of both and of the plane. `None` when it does not.
+pub(super) fn point_on(uav: &End, gmt: &End, plane: &Plane) -> Option<ReflectionPoint> {
+    let (uav_m, gmt_m) = heights_m(&uav.at, &gmt.at, plane)?;
     let normal = plane.normal.vector();
-    let feet = [(&ends.uav, uav_m), (&ends.gmt, gmt_m)].map(|(end, height)| end.vector() - normal * height);
-    let [from, to] = feet;
+    let [from, to] = [(&uav.at, uav_m), (&gmt.at, gmt_m)].map(|(end, height)| end - normal * height);
     let both_m = uav_m + gmt_m;
     let share = uav_m / both_m;
     let along = to - from;
@@ -73,18 +94,34 @@ pub(super) fn point_on(ends: &Ends, plane: &Plane) -> Option<ReflectionPoint> {
         from * (1.0 - share) + to * share + along * ((gmt_m * uav - uav_m * gmt) / (both_m * both_m))
     };
     let (t1, t2) = plane.tangents();
-    let [uav, gmt] = [&ends.uav, &ends.gmt].map(|end| end.vector() - plane.centre.vector());
-    let tilted = |t: &Vector3<f32>| moved(t.dot(&uav), t.dot(&gmt), t);
-    let of_plane = Matrix3::from_columns(&[moved(-1.0, -1.0, &Vector3::zeros()), tilted(&t1), tilted(&t2)]);
-    let of_uav =
-        Matrix3::identity() * (1.0 - share) + moved(1.0, 0.0, &Vector3::zeros()) * normal.transpose();
-    let covariance = of_plane * plane.covariance * of_plane.transpose()
-        + of_uav * ends.uav_covariance * of_uav.transpose();
+    let [uav_away, gmt_away] = [uav, gmt].map(|end| end.at - plane.centre.vector());
+    let tilted = |t: &Vector3<f32>| moved(t.dot(&uav_away), t.dot(&gmt_away), t);
+    let zero = Vector3::zeros();
+    let of_plane = Matrix3::from_columns(&[moved(-1.0, -1.0, &zero), tilted(&t1), tilted(&t2)]);
+    let of_uav = Matrix3::identity() * (1.0 - share) + moved(1.0, 0.0, &zero) * normal.transpose();
+    let of_gmt = Matrix3::identity() * share + moved(0.0, 1.0, &zero) * normal.transpose();
+    let spread = |by: &Matrix3<f32>, covariance: &Matrix3<f32>| by * covariance * by.transpose();
     Some(ReflectionPoint {
         position,
-        covariance,
-        distance_m: position.distance_m(&ends.uav),
+        covariance: spread(&of_plane, &plane.covariance)
+            + spread(&of_uav, &uav.covariance)
+            + spread(&of_gmt, &gmt.covariance),
+        distance_m: (position.vector() - uav.at).norm(),
     })
+}
+
+/// Both ends of a link, UAV first; the GMT's place is taken as its beacon says.
+pub(super) fn both(ends: &Ends) -> [End; 2] {
+    [
+        End {
+            at: *ends.uav.vector(),
+            covariance: ends.uav_covariance,
+        },
+        End {
+            at: *ends.gmt.vector(),
+            covariance: Matrix3::zeros(),
+        },
+    ]
 }
 
 /// Least probability of first order that makes a path one reflection.
@@ -122,8 +159,8 @@ pub(super) fn better(
 }
 
 /// Heights of both ends over a plane that reflects between them: UAV, GMT, m.
-fn heights_m(ends: &Ends, plane: &Plane) -> Option<(f32, f32)> {
-    let [uav, gmt] = [&ends.uav, &ends.gmt].map(|end| plane.height_m(end.vector()));
+fn heights_m(uav: &Vector3<f32>, gmt: &Vector3<f32>, plane: &Plane) -> Option<(f32, f32)> {
+    let [uav, gmt] = [uav, gmt].map(|end| plane.height_m(end));
     (uav > LEAST_HEIGHT_M && gmt > LEAST_HEIGHT_M).then_some((uav, gmt))
 }
 
@@ -149,6 +186,11 @@ mod tests {
             covariance: Matrix3::from_diagonal(&Vector3::new(9e-4, 4e-6, 4e-6)),
         };
         (ends, plane)
+    }
+
+    fn reflected(ends: &Ends, plane: &Plane) -> Option<ReflectionPoint> {
+        let [uav, gmt] = both(ends);
+        point_on(&uav, &gmt, plane)
     }
 
     /// The path that a plane reflects, longer and turned towards north by so much.
@@ -190,7 +232,7 @@ mod tests {
             ..path
         };
         assert_eq!(misfit(&behind, &seen, &plane), None);
-        assert_eq!(point_on(&behind, &plane), None);
+        assert_eq!(reflected(&behind, &plane), None);
         let unsure = Ends {
             uav_covariance: ends.uav_covariance * 9.0,
             ..ends
@@ -201,7 +243,7 @@ mod tests {
     #[test]
     fn the_point_lies_on_the_wall_and_halves_the_way() {
         let (ends, plane) = wall();
-        let point = point_on(&ends, &plane).expect("before it");
+        let point = reflected(&ends, &plane).expect("before it");
         // Heights 4 and 9 m: four thirteenths of the way along the wall.
         let expected = Vector3::new(10.0, 30.0 - 30.0 * 4.0 / 13.0, 9.0 - 7.5 * 4.0 / 13.0);
         assert!((point.position.vector() - expected).norm() < 1e-4, "{point:?}");
@@ -213,10 +255,10 @@ mod tests {
     #[test]
     fn its_covariance_is_that_of_difference_quotients() {
         let (ends, plane) = wall();
-        let here = *point_on(&ends, &plane).expect("before it").position.vector();
+        let here = *reflected(&ends, &plane).expect("before it").position.vector();
         let step = 0.02;
         let by = |ends: &Ends, plane: &Plane| {
-            (point_on(ends, plane).expect("before it").position.vector() - here) / step
+            (reflected(ends, plane).expect("before it").position.vector() - here) / step
         };
         let mut expected = Matrix3::zeros();
         for axis in 0..3 {
@@ -234,7 +276,7 @@ mod tests {
             let column = by(&ends, &moved);
             expected += column * column.transpose() * plane.covariance[(axis, axis)];
         }
-        let found = point_on(&ends, &plane).expect("before it").covariance;
+        let found = reflected(&ends, &plane).expect("before it").covariance;
         assert!(
             (found - expected).norm() < 0.02 * expected.norm(),
             "{found} {expected}"
@@ -299,7 +341,7 @@ mod tests {
         let (ends, _) = wall();
         let plane = ground(&ends, -0.5).expect("a number");
         assert_eq!(plane.height_m(&Vector3::new(40.0, -7.0, -0.5)), 0.0);
-        let point = point_on(&ends, &plane).expect("above it");
+        let point = reflected(&ends, &plane).expect("above it");
         assert!((point.position.vector().z + 0.5).abs() < 1e-5);
         assert!(point.covariance.m33 < 1.1 * (GROUND_SHIFT_M * GROUND_SHIFT_M) + 1e-3);
         assert_eq!(ground(&ends, f32::NAN), None);

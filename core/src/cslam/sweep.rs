@@ -5,22 +5,17 @@
 
 use heapless::Vec;
 
-use super::config::{Departures, Mapped};
-use super::mirrors::MIRRORS;
-use super::paths::{Heard, Judged};
+use super::config::Departures;
+use super::known::holding;
+use super::paths::Heard;
 use super::receive::ends;
 use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
-use super::specular::{Least, better, ground, misfit, point_on};
-use super::{CHANNELS, Cslam, PATHS, PLANES, count};
+use super::{CHANNELS, Cslam, PATHS, count};
 use crate::bounded::gather;
 use crate::localization::bsm::{Bearing, Refusal};
-use crate::localization::filter::{
-    Counters, FaceDirection, MappedPlane, SweepMeasurement, SweepVerdict, Transmitter,
-};
-use crate::localization::planes::Plane;
+use crate::localization::filter::{Counters, FaceDirection, SweepMeasurement, SweepVerdict, Transmitter};
 use crate::lscn::LinkState;
 use crate::ltd::{EstimatedPath, PathEstimator};
-use crate::reflection::{Ends, Gates, ReflectionPoint, Rejection, Verdict, solve};
 
 /// What the localizer made of a sweep.
 #[derive(Clone, Debug)]
@@ -128,12 +123,14 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             (Some(pose), Some((gmt, _))) if !self.localizer.health().lost => ends(pose, &gmt.position_m).ok(),
             _ => None,
         };
-        let mirrors = self.proven_mirrors();
+        let mut scene =
+            ends.map(|ends| self.scene(ends, open.sweep, gmt.as_ref().map_or(0, |(_, stop)| *stop)));
         let mut paths = Vec::new();
         for (index, path) in heard.iter().enumerate() {
             let judged = judged.get(index);
-            let outcome = match (&ends, judged) {
-                (Some(ends), Some(judged)) => self.outcome(open.sweep, index, line, ends, judged, &mirrors),
+            let outcome = match (&mut scene, judged) {
+                (Some(_), Some(_)) if line == Some(index) => Outcome::LineOfSight,
+                (Some(scene), Some(judged)) => self.outcome(scene, index, judged),
                 _ => Outcome::NoPose,
             };
             let _fits = paths.push(PathReport {
@@ -222,13 +219,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 };
             }
         }
-        let surfaces = self.planes.surfaces();
-        let mapped = surfaces.iter().map(|surface| MappedPlane {
-            id: surface.id,
-            plane: surface.plane,
-        });
-        let planes: Vec<MappedPlane, { PLANES + MIRRORS }> =
-            gather(mapped.chain(self.mirrors.beside(surfaces)));
+        let planes = holding(self.planes.surfaces(), &self.mirrors, &self.supposed);
         let before = self.localizer.counters();
         let verdict = self.localizer.sweep(
             open.sweep,
@@ -295,91 +286,6 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             accepted: true,
         });
         gather([line, timing, reflection].into_iter().flatten())
-    }
-
-    /// Planes of the map and other mirrors that may prove what a path is.
-    fn proven_mirrors(&self) -> Vec<Plane, { PLANES + MIRRORS }> {
-        let surfaces = self.planes.surfaces();
-        let mapped = surfaces.iter().map(|surface| surface.plane);
-        gather(mapped.chain(self.mirrors.proven(surfaces).map(|mirror| mirror.plane)))
-    }
-
-    /// Where the ground or the mirror that explains a path best reflected it; `None` when none does. The path was compared with
-    /// the ground when it was judged.
-    fn mirrored(&self, ends: &Ends, judged: &Judged, mirrors: &[Plane]) -> Option<ReflectionPoint> {
-        if judged.off_ground {
-            return point_on(ends, &ground(ends, self.config.accept.point.ground_z_m?)?);
-        }
-        mirrors
-            .iter()
-            .filter_map(|plane| Some((misfit(ends, &judged.path, plane)?, plane)))
-            .min_by(|(a, _), (b, _)| a.total_cmp(b))
-            .and_then(|(_, plane)| point_on(ends, plane))
-    }
-
-    /// What becomes of a path with the final pose.
-    fn outcome(
-        &mut self,
-        sweep: u32,
-        index: usize,
-        line: Option<usize>,
-        ends: &Ends,
-        judged: &Judged,
-        mirrors: &[Plane],
-    ) -> Outcome {
-        if line == Some(index) {
-            return Outcome::LineOfSight;
-        }
-        if self.config.mapped == Mapped::Strongest && index > 0 {
-            return Outcome::Unused;
-        }
-        let Some(probabilities) = judged.probabilities else {
-            return Outcome::Unused;
-        };
-        let accept = self.config.accept;
-        let asked = self.config.mirrored;
-        let mirrored = asked.and_then(|asked| Some((asked, self.mirrored(ends, judged, mirrors)?)));
-        let least = match (&mirrored, asked) {
-            (Some((asked, _)), _) => Least::Mirrored(asked.min_probability),
-            (None, Some(asked)) => Least::Alone(asked.min_probability_alone),
-            (None, None) => Least::Alone(accept.min_probability),
-        };
-        if !least.is_reached(&probabilities) {
-            return Outcome::NotFirstOrder;
-        }
-        let unsure = judged
-            .path
-            .aod
-            .is_none_or(|departure| departure.sigma_rad > self.config.max_departure_sigma_rad);
-        if unsure
-            && !judged.off_ground
-            && mirrored.is_none()
-            && self.config.max_departure_sigma_rad.is_finite()
-        {
-            return Outcome::DepartureUnknown;
-        }
-        // How good the point must be is said below, of the better one.
-        let gates = Gates {
-            max_sigma_m: f32::INFINITY,
-            ..accept.point
-        };
-        match solve(ends, &judged.path, self.config.form, &gates) {
-            Err(error) => Outcome::Input(error),
-            Ok(Verdict::Rejected(rejection)) => Outcome::Rejected(rejection),
-            Ok(Verdict::Accepted(solved)) => {
-                let point = better(&solved, accept.point.max_sigma_m, mirrored.as_ref());
-                let Some(point) = point else {
-                    return Outcome::Rejected(Rejection::IllConditioned);
-                };
-                // What lies beyond the map's range is counted there.
-                let insertion = self.memory.map.insert(&point).ok();
-                // A point that a mirror made says nothing new of mirrors.
-                if solved.sigma_m() <= accept.point.max_sigma_m {
-                    self.mirrors.enter(sweep, ends, &solved.position);
-                }
-                Outcome::Point(point, insertion)
-            }
-        }
     }
 }
 

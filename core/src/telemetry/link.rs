@@ -22,13 +22,13 @@ pub enum PathOutcome {
     Unused,
     /// Taken for the line of sight.
     LineOfSight,
-    /// Not probable enough to be a first-order reflection.
+    /// Not probable enough to be a first-order reflection, nor explained by known mirrors.
     NotFirstOrder,
     /// Probably a first-order reflection, but its angle of departure is not known well enough.
     DepartureUnknown,
-    /// A point.
+    /// A point, or one for each reflection of a path that known mirrors explain.
     Point,
-    /// A point, but beyond the map's range.
+    /// The same, but all of it beyond the map's range.
     PointOutOfRange,
     /// Probably a first-order reflection, but a gate of the reflection point says no.
     Rejected(Rejection),
@@ -110,8 +110,8 @@ impl From<&Outcome> for PathOutcome {
             Outcome::NotFirstOrder => Self::NotFirstOrder,
             Outcome::DepartureUnknown => Self::DepartureUnknown,
             Outcome::Rejected(reason) => Self::Rejected(*reason),
-            Outcome::Point(_, Some(_)) => Self::Point,
-            Outcome::Point(_, None) => Self::PointOutOfRange,
+            Outcome::Points(points) if points.iter().any(|point| point.insertion.is_some()) => Self::Point,
+            Outcome::Points(_) => Self::PointOutOfRange,
         }
     }
 }

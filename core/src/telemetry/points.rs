@@ -21,7 +21,7 @@ pub struct PointReport {
     pub position_m: [f32; 3],
     /// Root of the trace of the position's covariance, m; sent in 16 steps of half an octave from 1 cm to 1.81 m.
     pub sigma_m: f32,
-    /// Probability of a first-order reflection; sent in 16 steps from 0 to 1.
+    /// Probability that the path was what the point presumes, a reflection of first order or of higher; sent in 16 steps from 0 to 1.
     pub probability: f32,
 }
 

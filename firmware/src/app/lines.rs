@@ -14,7 +14,7 @@ impl fmt::Display for SweepLine<'_> {
         let report = self.0;
         write!(f, "sweep {} {:?} ", report.sweep, report.verdict)?;
         for path in &report.paths {
-            let letter = match path.outcome {
+            let letter = match &path.outcome {
                 Outcome::NoPose => '-',
                 Outcome::Unused => 'u',
                 Outcome::Input(_) => 'i',
@@ -22,7 +22,8 @@ impl fmt::Display for SweepLine<'_> {
                 Outcome::NotFirstOrder => 'n',
                 Outcome::DepartureUnknown => 'd',
                 Outcome::Rejected(_) => 'r',
-                Outcome::Point(..) => 'P',
+                Outcome::Points(points) if points.len() > 1 => 'H',
+                Outcome::Points(_) => 'P',
             };
             write!(f, "{letter}{:08x}", path.estimated.path.c_tau_m.to_bits())?;
         }

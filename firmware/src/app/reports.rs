@@ -110,20 +110,23 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             _ => {}
         }
         for path in &report.paths {
-            let counter = match path.outcome {
-                Outcome::Point(point, insertion) => {
-                    let point = PointReport {
-                        sweep: report.sweep,
-                        stop,
-                        position_m: point.position.to_array(),
-                        sigma_m: point.sigma_m(),
-                        probability: path.probabilities.map_or(1.0, |p| p.first_order),
-                    };
-                    // The ground's map is no larger than ours.
-                    if insertion.is_some() {
-                        self.downlink.point(self.now_ns, &point);
+            let counter = match &path.outcome {
+                Outcome::Points(points) => {
+                    for mapped in points {
+                        let point = PointReport {
+                            sweep: report.sweep,
+                            stop,
+                            position_m: mapped.point.position.to_array(),
+                            sigma_m: mapped.point.sigma_m(),
+                            probability: path.presumed_probability().unwrap_or(1.0),
+                        };
+                        // The ground's map is no larger than ours.
+                        if mapped.insertion.is_some() {
+                            self.downlink.point(self.now_ns, &point);
+                        }
+                        super::counters::count(&mut self.counters.points);
                     }
-                    &mut self.counters.points
+                    continue;
                 }
                 Outcome::Rejected(_) => &mut self.counters.rejected,
                 Outcome::Input(_) => &mut self.counters.invalid,

@@ -6,10 +6,14 @@ use super::completeness::{Completeness, Lit, Part};
 use super::figures::{Spread, distance, share};
 use super::losses::{FirstOrderPaths, first_order_paths};
 use super::surface::Surfaces;
-use crate::flight_log::FlightLog;
+use crate::flight_log::{FlightLog, PointRecord};
+use crate::paths::LinkPath;
 
 /// Distances at which completeness, precision and F-score are given, m.
 const THRESHOLDS_M: [f64; 2] = [0.2, 0.5];
+
+/// A point of several reflections that is off by more lies on another mirror than where the wave was reflected, m.
+const OTHER_MIRROR_M: f64 = 1.0;
 
 /// Radii of the lit patches, m; the first one is that of the plain keys.
 const PATCHES_M: [f64; 2] = [0.5, 1.0];
@@ -21,10 +25,17 @@ pub struct MapFigures {
     pub points: usize,
     /// Accepted reflection points, before they were fused.
     pub accepted: usize,
+    /// Those of them that paths of several reflections gave, off mirrors that were known.
+    pub accepted_higher_order: usize,
     /// Accepted points whose measured path has no true one behind it.
     pub ghosts: usize,
-    /// Share of accepted points whose path was truly of first order; ghosts count as wrong.
+    /// Share of accepted points whose path truly had as many reflections as they presume; ghosts count as wrong, and so do points
+    /// of several reflections off another mirror.
+    pub precision: Option<f64>,
+    /// The same of points that presume one reflection.
     pub precision_first_order: Option<f64>,
+    /// The same of points that presume more.
+    pub precision_higher_order: Option<f64>,
     /// Share of all true first-order paths that became accepted points.
     pub recall_first_order: Option<f64>,
     /// Share of all true first-order paths that were measured.
@@ -33,7 +44,9 @@ pub struct MapFigures {
     pub first_order: FirstOrderPaths,
     /// Accepted points in an average sweep, over the sweeps with any true first-order path.
     pub accepted_per_sweep: Option<f64>,
-    /// Median distance of truly first-order points to where the wave was reflected, m.
+    /// Those of them that presume one reflection.
+    pub accepted_first_order_per_sweep: Option<f64>,
+    /// Median distance of points of the true order to where the wave was reflected, m.
     pub point_median_m: Option<f64>,
     /// Rms of the same, m.
     pub point_rmse_m: Option<f64>,
@@ -72,7 +85,8 @@ pub struct MapFigures {
 /// Errors of single points, for curves.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointErrors {
-    /// Distance of each truly first-order accepted point to where the wave was reflected, m.
+    /// Distance of each accepted point of the true order to where the wave was reflected, m; without those between the first and
+    /// the last reflection of a path, which the truth does not name.
     pub reflection_m: Vec<f64>,
     /// Distance of each map point to the nearest true surface, m; in the order of the map.
     pub surface_m: Vec<f64>,
@@ -115,24 +129,42 @@ pub(super) fn judge(log: &FlightLog, surfaces: Option<&Surfaces<'_>>) -> (MapFig
     (figures, errors)
 }
 
-/// Accepted points against the true paths behind them; returns the errors of the truly first-order ones.
+/// Accepted points whose truth is known, and those of the true order.
+#[derive(Clone, Copy, Default)]
+struct Judged {
+    known: usize,
+    right: usize,
+}
+
+impl Judged {
+    fn enter(&mut self, right: bool) {
+        self.known += 1;
+        self.right += usize::from(right);
+    }
+}
+
+/// Accepted points against the true paths behind them; returns the errors of those of the true order.
 fn judge_points(log: &FlightLog, figures: &mut MapFigures) -> Vec<f64> {
-    let (mut known, mut first, mut errors_m) = (0, 0, Vec::new());
+    let (mut first, mut higher) = (Judged::default(), Judged::default());
+    let mut errors_m = Vec::new();
     for point in &log.points {
+        figures.accepted_higher_order += usize::from(point.order > 1);
         let Some(truth) = log.truth_of(point) else {
             continue;
         };
-        known += 1;
-        let Some(path) = truth else {
-            figures.ghosts += 1;
-            continue;
-        };
-        if path.order == Some(1) {
-            first += 1;
-            errors_m.extend(path.last_vertex.map(|vertex| distance(point.position_m, vertex)));
+        figures.ghosts += usize::from(truth.is_none());
+        let right = truth.filter(|path| path.order == Some(point.order));
+        let vertex = right.and_then(|path| vertex(path, point));
+        let error_m = vertex.map(|vertex| distance(point.position_m, vertex));
+        if point.order > 1 {
+            // As many reflections off other mirrors are wrong too.
+            higher.enter(right.is_some() && error_m.is_none_or(|error_m| error_m < OTHER_MIRROR_M));
+        } else {
+            first.enter(right.is_some());
         }
+        errors_m.extend(error_m);
     }
-    let (mut all, mut measured, mut rich, mut accepted_in_rich) = (0, 0, Vec::new(), 0);
+    let (mut all, mut measured, mut rich) = (0, 0, Vec::new());
     for sweep in &log.sweeps {
         let paths = sweep.truth.link.iter().flat_map(|l| &l.paths);
         let here = paths.filter(|p| p.order == Some(1)).count();
@@ -150,17 +182,33 @@ fn judge_points(log: &FlightLog, figures: &mut MapFigures) -> Vec<f64> {
             .count();
     }
     rich.sort_unstable();
-    for point in &log.points {
-        accepted_in_rich += usize::from(rich.binary_search(&point.sweep).is_ok());
-    }
+    let in_rich = |point: &&PointRecord| rich.binary_search(&point.sweep).is_ok();
+    let here = log.points.iter().filter(in_rich);
+    let (accepted, accepted_first) = here.fold((0, 0), |(all, first), point| {
+        (all + 1, first + usize::from(point.order == 1))
+    });
     let spread = Spread::of(&errors_m);
     (figures.point_median_m, figures.point_rmse_m, figures.point_p95_m) =
         (spread.median, spread.rmse, spread.p95);
-    figures.precision_first_order = share(first, known);
-    figures.recall_first_order = share(first, all);
+    figures.precision = share(first.right + higher.right, first.known + higher.known);
+    figures.precision_first_order = share(first.right, first.known);
+    figures.precision_higher_order = share(higher.right, higher.known);
+    figures.recall_first_order = share(first.right, all);
     figures.measured_first_order = share(measured, all);
-    figures.accepted_per_sweep = share(accepted_in_rich, rich.len());
+    figures.accepted_per_sweep = share(accepted, rich.len());
+    figures.accepted_first_order_per_sweep = share(accepted_first, rich.len());
     errors_m
+}
+
+/// Where the true path was reflected that an accepted point is of; of three reflections the truth names only the outer two.
+fn vertex(path: &LinkPath, point: &PointRecord) -> Option<[f64; 3]> {
+    if point.reflection == point.order {
+        path.last_vertex
+    } else if point.reflection == 1 {
+        path.first_vertex
+    } else {
+        None
+    }
 }
 
 /// Precision, completeness and F-score of the map's points against the surfaces.

@@ -15,11 +15,13 @@ fn point(sweep: u32, path: u8, position_m: [f64; 3]) -> PointRecord {
     PointRecord {
         sweep,
         path,
+        order: 1,
+        reflection: 1,
         time_s: 0.5,
         gmt_index: 0,
         position_m,
         covariance_trace_m2: 0.01,
-        first_order_probability: None,
+        probability: None,
         snr_db: None,
     }
 }

@@ -31,7 +31,7 @@ impl Row {
         Self {
             position_m: point.position_m,
             covariance_trace_m2: point.covariance_trace_m2,
-            probability: point.first_order_probability.unwrap_or(f64::NAN),
+            probability: point.probability.unwrap_or(f64::NAN),
             time_s: point.time_s,
             snr_db: point.snr_db.unwrap_or(f64::NAN),
             gmt_index: integer(point.gmt_index),

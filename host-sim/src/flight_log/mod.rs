@@ -156,11 +156,13 @@ mod tests {
         PointRecord {
             sweep,
             path,
+            order: 1,
+            reflection: 1,
             time_s: 1.0,
             gmt_index: 0,
             position_m: [1.0, 2.0, 3.0],
             covariance_trace_m2: 0.02,
-            first_order_probability: Some(0.9),
+            probability: Some(0.9),
             snr_db: None,
         }
     }

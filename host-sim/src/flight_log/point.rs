@@ -11,6 +11,10 @@ pub struct PointRecord {
     pub sweep: u32,
     /// Index of the path among the measured ones of that sweep.
     pub path: u8,
+    /// Reflections that the path is taken to have had.
+    pub order: u8,
+    /// Which of them this is: 1 is the first after the GMT.
+    pub reflection: u8,
     /// GMT time, s.
     pub time_s: f64,
     /// Index of the GMT position.
@@ -19,8 +23,8 @@ pub struct PointRecord {
     pub position_m: [f64; 3],
     /// Trace of the covariance of the position, m^2.
     pub covariance_trace_m2: f64,
-    /// Probability that the path was reflected once; `None` when no classifier judged it.
-    pub first_order_probability: Option<f64>,
+    /// Probability that the path was reflected once, or more often when `order` says so; `None` when no classifier judged it.
+    pub probability: Option<f64>,
     /// SNR per element and active subcarrier, dB.
     pub snr_db: Option<f64>,
 }

@@ -26,6 +26,8 @@ pub struct MeasuredPath {
 impl MeasuredPath {
     /// Verdict of an accepted reflection point.
     pub const OK: &'static str = "ok";
+    /// Verdict of a path whose several reflections off known mirrors were accepted.
+    pub const OK_HIGHER_ORDER: &'static str = "ok, of higher order";
     /// Verdict of a path that was measured while there was no pose.
     pub const NO_POSE: &'static str = "no pose yet";
     /// Verdict of a path that is probably no first-order reflection.

@@ -120,11 +120,13 @@ fn point_record(point: &Point, time_ns: u64) -> PointRecord {
     PointRecord {
         sweep: point.sweep,
         path: 0,
+        order: 1,
+        reflection: 1,
         time_s: time_ns as f64 * 1e-9,
         gmt_index: u32::from(point.gmt_index),
         position_m: point.position_m,
         covariance_trace_m2: point.sigma_m * point.sigma_m,
-        first_order_probability: Some(point.probability),
+        probability: Some(point.probability),
         snr_db: None,
     }
 }

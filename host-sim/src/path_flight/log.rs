@@ -46,11 +46,13 @@ pub fn log<const N: usize>(
         log.points.push(PointRecord {
             sweep: answer.link,
             path: answer.path,
+            order: 1,
+            reflection: 1,
             time_s: sweep.map_or(0.0, |s| s.time_s),
             gmt_index: sweep.map_or(0, |s| s.estimate.gmt_index),
             position_m: point.position.to_array().map(f64::from),
             covariance_trace_m2: f64::from(point.sigma_m()).powi(2),
-            first_order_probability: None,
+            probability: None,
             snr_db: None,
         });
     }

@@ -64,17 +64,22 @@ impl Logbook {
             self.last_gmt_m = Some(gmt_m);
         }
         for (index, path) in report.paths.iter().enumerate() {
-            if let Outcome::Point(point, _) = path.outcome {
-                self.log.points.push(PointRecord {
-                    sweep: report.sweep,
-                    path: index as u8,
-                    time_s,
-                    gmt_index: self.gmt_index,
-                    position_m: point.position.to_array().map(f64::from),
-                    covariance_trace_m2: f64::from(point.covariance.trace()),
-                    first_order_probability: path.probabilities.map(|p| f64::from(p.first_order)),
-                    snr_db: Some(f64::from(path.estimated.snr_db)),
-                });
+            if let Outcome::Points(points) = &path.outcome {
+                let order = points.len() as u8;
+                for (reflection, mapped) in (1..).zip(points) {
+                    self.log.points.push(PointRecord {
+                        sweep: report.sweep,
+                        path: index as u8,
+                        order,
+                        reflection,
+                        time_s,
+                        gmt_index: self.gmt_index,
+                        position_m: mapped.point.position.to_array().map(f64::from),
+                        covariance_trace_m2: f64::from(mapped.point.covariance.trace()),
+                        probability: path.presumed_probability().map(f64::from),
+                        snr_db: Some(f64::from(path.estimated.snr_db)),
+                    });
+                }
             }
             self.count(&verdict(path));
         }
@@ -142,7 +147,7 @@ fn innovation(of: &cslam::Innovation) -> Innovation {
 
 /// What became of a path, in words.
 fn verdict(path: &PathReport) -> String {
-    match path.outcome {
+    match &path.outcome {
         Outcome::NoPose => MeasuredPath::NO_POSE.into(),
         Outcome::Unused => "not used in this mode".into(),
         Outcome::Input(error) => error.to_string(),
@@ -150,7 +155,8 @@ fn verdict(path: &PathReport) -> String {
         Outcome::NotFirstOrder => MeasuredPath::NOT_FIRST_ORDER.into(),
         Outcome::DepartureUnknown => MeasuredPath::DEPARTURE_UNKNOWN.into(),
         Outcome::Rejected(rejection) => rejection.to_string(),
-        Outcome::Point(..) => MeasuredPath::OK.into(),
+        Outcome::Points(points) if points.len() > 1 => MeasuredPath::OK_HIGHER_ORDER.into(),
+        Outcome::Points(_) => MeasuredPath::OK.into(),
     }
 }
 

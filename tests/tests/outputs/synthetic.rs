@@ -178,11 +178,13 @@ fn listen(
                 log.points.push(PointRecord {
                     sweep,
                     path: paths.len() as u8,
+                    order: 1,
+                    reflection: 1,
                     time_s: truth.time_s,
                     gmt_index,
                     position_m: f32_point.position.to_array().map(f64::from),
                     covariance_trace_m2: point.covariance.trace(),
-                    first_order_probability: Some(probability),
+                    probability: Some(probability),
                     snr_db: Some(snr_db),
                 });
                 "ok"

@@ -152,7 +152,7 @@ fn present(log: &FlightLog) -> Option<f64> {
     mean(&counts)
 }
 
-const FIGURES: [Figure; 14] = [
+const FIGURES: [Figure; 17] = [
     Figure {
         name: "sweeps with the GMT in sight, %",
         join: mean,
@@ -166,10 +166,22 @@ const FIGURES: [Figure; 14] = [
         of: |log, _| share(log, |orders| !orders.contains(&0), |orders| orders.contains(&1)),
     },
     Figure {
-        name: "accepted points that are truly first-order, %",
+        name: "points of the reflections that they presume, %",
+        join: mean,
+        decimals: 1,
+        of: |_, e| e.map.precision.map(|share| 100.0 * share),
+    },
+    Figure {
+        name: "of one reflection that truly are, %",
         join: mean,
         decimals: 1,
         of: |_, e| e.map.precision_first_order.map(|share| 100.0 * share),
+    },
+    Figure {
+        name: "of several that truly are, %",
+        join: mean,
+        decimals: 1,
+        of: |_, e| e.map.precision_higher_order.map(|share| 100.0 * share),
     },
     Figure {
         name: "map to true surface, median, m",
@@ -194,6 +206,12 @@ const FIGURES: [Figure; 14] = [
         join: mean,
         decimals: 2,
         of: |_, e| e.map.accepted_per_sweep,
+    },
+    Figure {
+        name: "of these, of paths of one reflection",
+        join: mean,
+        decimals: 2,
+        of: |_, e| e.map.accepted_first_order_per_sweep,
     },
     Figure {
         name: "true first-order paths in such a sweep",

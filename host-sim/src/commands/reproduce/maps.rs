@@ -283,11 +283,13 @@ impl Flight {
         self.log.points.push(PointRecord {
             sweep,
             path,
+            order: 1,
+            reflection: 1,
             time_s,
             gmt_index: self.gmt_index,
             position_m: point.position.to_array().map(f64::from),
             covariance_trace_m2: f64::from(point.covariance.trace()),
-            first_order_probability: probability,
+            probability,
             snr_db: None,
         });
     }

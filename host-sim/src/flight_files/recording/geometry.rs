@@ -138,7 +138,7 @@ pub(crate) fn points(points: &[PointRecord], time_ns: u64) -> PointCloud {
     );
     for p in points {
         let [x, y, z] = p.position_m;
-        let (probability, snr_db) = (p.first_order_probability, p.snr_db);
+        let (probability, snr_db) = (p.probability, p.snr_db);
         cloud.push(
             &[
                 x,
