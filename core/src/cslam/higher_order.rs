@@ -57,7 +57,7 @@ pub(super) fn explain(
             }
             let two = second.plane.image(&one);
             if is_near(&two, &source) {
-                consider(ends, path, &[first, second], &mut best);
+                consider(ends, path, known, &[first, second], &mut best);
             }
             let looked = u32::try_from(last.len()).unwrap_or(u32::MAX).saturating_add(1);
             *effort = effort.saturating_sub(looked);
@@ -66,7 +66,7 @@ pub(super) fn explain(
             }
             for (third, seen) in &last {
                 if is_near(&two, seen) && !core::ptr::eq(*third, second) && is_before(third, &two) {
-                    consider(ends, path, &[first, second, third], &mut best);
+                    consider(ends, path, known, &[first, second, third], &mut best);
                 }
             }
         }
@@ -75,7 +75,13 @@ pub(super) fn explain(
 }
 
 /// Keeps an explanation if it is the best so far.
-fn consider(ends: &Ends, path: &Path<World>, chain: &[&Known], best: &mut Option<(f32, Reflections)>) {
+fn consider(
+    ends: &Ends,
+    path: &Path<World>,
+    known: &[Known],
+    chain: &[&Known],
+    best: &mut Option<(f32, Reflections)>,
+) {
     let mut sources: Vec<End, { MAX_REFLECTIONS + 1 }> = Vec::new();
     let [uav, gmt] = both(ends);
     let mut source = gmt;
@@ -90,6 +96,7 @@ fn consider(ends: &Ends, path: &Path<World>, chain: &[&Known], best: &mut Option
         return;
     }
     if let Some(points) = reflections(uav, &sources, chain)
+        && !is_blocked(ends, known, chain, &points)
         && (chain.len() < MAX_REFLECTIONS || left_towards(ends, path, &points))
     {
         *best = Some((misfit, points));
@@ -116,6 +123,20 @@ fn reflections(uav: End, sources: &[End], chain: &[&Known]) -> Option<Reflection
         points.push(*point).ok()?;
     }
     Some(points)
+}
+
+/// Whether a known wall stands in the way, other than those that reflect.
+fn is_blocked(ends: &Ends, known: &[Known], chain: &[&Known], points: &[ReflectionPoint]) -> bool {
+    let mut from = ends.gmt.vector();
+    let after = points.iter().map(|point| point.position.vector());
+    for to in after.chain(core::iter::once(ends.uav.vector())) {
+        let other = |mirror: &&Known| !chain.iter().any(|met| core::ptr::eq(*met, *mirror));
+        if known.iter().filter(other).any(|mirror| mirror.blocks(from, to)) {
+            return true;
+        }
+        from = to;
+    }
+    false
 }
 
 /// Whether a path left the GMT for the first of these points, as far as its departure is known.

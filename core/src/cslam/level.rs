@@ -86,6 +86,13 @@ fn way(
     })
 }
 
+/// The yaw of a body that sees the GMT along `sight`, in level axes, by a wave that left it along `left`, in world axes.
+fn straight_yaw(sight: &Vector3<f64>, left: &Vector3<f64>) -> Option<f64> {
+    let level = |v: &Vector3<f64>| libm::hypot(v.x, v.y) > LEAST_LEVEL;
+    let straight = level(sight) && level(left) && (sight.z + left.z).abs() < ELEVATION;
+    straight.then(|| wrapped(libm::atan2(-left.y, -left.x) - libm::atan2(sight.y, sight.x)))
+}
+
 /// The yaw on which the most different ways agree, when those are enough.
 fn agreed_yaw(ways: &[Way]) -> Option<f64> {
     let mut best = (0, 0.0);
@@ -177,7 +184,21 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 let _fits = ways.push(way);
             }
         }
-        let yaw_rad = agreed_yaw(&ways)?;
+        let direct = heard.get(first).and_then(|path| {
+            let left = path
+                .estimated
+                .path
+                .aod
+                .filter(|aod| aod.sigma_rad < DEPARTURE_SIGMA_RAD)?;
+            let unreflected = self.is_unreflected(path, range_m);
+            let left = left.direction.vector().map(f64::from);
+            unreflected.then(|| straight_yaw(&sight, &left)).flatten()
+        });
+        let yaw_rad = match (agreed_yaw(&ways), direct) {
+            // What both say must be one: else the first path was no line of sight.
+            (Some(agreed), Some(direct)) if wrapped(agreed - direct).abs() > SAME_YAW_RAD => return None,
+            (agreed, direct) => agreed.or(direct)?,
+        };
         let place_m = gmt.position_m - rotation(&Vector3::new(0.0, 0.0, yaw_rad)) * sight * range_m;
         let ground = self.config.accept.point.ground_z_m;
         let stand = Stand {

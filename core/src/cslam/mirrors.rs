@@ -6,6 +6,7 @@
 
 use heapless::Vec;
 
+use super::known::Bounds;
 use crate::geometry::{Direction, Matrix3, Position, Vector3, World};
 use crate::localization::filter::MappedPlane;
 use crate::localization::planes::Plane;
@@ -73,8 +74,8 @@ pub(super) fn same(a: &Plane, b: &Plane) -> bool {
 pub(super) struct Mirror {
     /// The plane and its number.
     pub(super) of: MappedPlane,
-    /// How far from its centre it was seen, m.
-    pub(super) reach_m: f32,
+    /// Around the points where it was seen.
+    pub(super) bounds_m: Bounds,
     sweeps: u16,
     sweep: u32,
     stops: u16,
@@ -128,7 +129,7 @@ impl<const N: usize> Mirrors<N> {
                 id: rule.first_id | self.found,
                 plane: *plane,
             },
-            reach_m: 0.0,
+            bounds_m: Bounds::at(plane.centre.vector()),
             sweeps: 1,
             sweep,
             stops: 1,
@@ -170,9 +171,7 @@ impl Mirror {
         let (Ok(normal), Ok(centre)) = (normal, centre) else {
             return;
         };
-        // The centre moves towards what may be the farthest piece.
-        let moved_m = centre.distance_m(&known.centre);
-        self.reach_m = (self.reach_m + moved_m).max(centre.distance_m(&plane.centre));
+        self.bounds_m.take_in(plane.centre.vector());
         (known.normal, known.centre) = (normal, centre);
         if self.sweep != sweep {
             self.sweeps = self.sweeps.saturating_add(1).min(MOST_SWEEPS);

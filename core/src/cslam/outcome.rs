@@ -107,7 +107,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         scene
             .known
             .iter()
-            .filter(|known| known.reach_m.is_finite())
+            .filter(|known| !known.is_ground())
             .filter_map(|known| Some((misfit(ends, &judged.path, &known.plane)?, known)))
             .min_by(|(a, _), (b, _)| a.total_cmp(b))
             .and_then(|(_, known)| point_on(&uav, &gmt, &known.plane))

@@ -78,7 +78,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     }
 
     /// Whether a path of this length came nearly as strong as through free space.
-    fn is_unreflected(&self, path: &Heard, length_m: f64) -> bool {
+    pub(super) fn is_unreflected(&self, path: &Heard, length_m: f64) -> bool {
         let Some((departure, gain_db)) = path.estimated.path.aod.zip(path.gain_db) else {
             return false;
         };

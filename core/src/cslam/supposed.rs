@@ -41,7 +41,20 @@ pub(super) fn suppose(
             let left = Position::from_vector(found.first)
                 .ok()
                 .and_then(|first| departure_off_rad(&ends.gmt, path, &first));
-            if above(&found.first) && above(&found.last) && left.is_some_and(|off| off < DEPARTURE_RAD) {
+            let legs = [
+                (&two.gmt, &found.first),
+                (&found.first, &found.last),
+                (&found.last, &two.uav),
+            ];
+            let blocked = known
+                .iter()
+                .filter(|other| !core::ptr::eq(*other, mirror))
+                .any(|other| legs.iter().any(|(from, to)| other.blocks(from, to)));
+            if !blocked
+                && above(&found.first)
+                && above(&found.last)
+                && left.is_some_and(|off| off < DEPARTURE_RAD)
+            {
                 take(&found.plane);
             }
         }

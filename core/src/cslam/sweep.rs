@@ -229,8 +229,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 stop,
                 line_of_sight,
                 proven,
-                // With a departure the window of fixes starts, which knows the attitude better.
-                level_yaw: level.map(|(_, yaw)| yaw).filter(|_| departure.is_none()),
+                level_yaw: level.map(|(_, yaw)| yaw),
                 reflections: &reflections,
                 double_reflections: &double_reflections,
                 planes: &planes,

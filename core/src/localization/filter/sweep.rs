@@ -159,7 +159,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.push_fix(gmt, path);
         if !self.running {
             let yaw = sweep.level_yaw.as_ref();
-            return if self.try_start() || yaw.is_some_and(|yaw| self.start_level(gmt, path, yaw)) {
+            return if yaw.is_some_and(|yaw| self.start_level(gmt, path, yaw)) || self.try_start() {
                 SweepVerdict::Started
             } else {
                 SweepVerdict::Waiting
