@@ -113,16 +113,17 @@ impl<const N: usize> Mirrors<N> {
         }
     }
 
-    /// Takes in a piece of plane that was seen in this sweep, from this stop of the GMT.
-    pub(super) fn enter(&mut self, sweep: u32, stop: u32, plane: &Plane) {
+    /// Takes in a piece of plane that was seen in this sweep, from this stop of the GMT. Whether it has just proven a mirror.
+    pub(super) fn enter(&mut self, sweep: u32, stop: u32, plane: &Plane) -> bool {
         let rule = self.rule;
         if let Some(known) = self
             .mirrors
             .iter_mut()
             .find(|known| rule.same(&known.of.plane, plane))
         {
+            let before = known.is_proven(&rule);
             known.join(sweep, stop, plane);
-            return;
+            return !before && known.is_proven(&rule);
         }
         let mirror = Mirror {
             of: MappedPlane {
@@ -144,6 +145,7 @@ impl<const N: usize> Mirrors<N> {
         {
             *oldest = mirror;
         }
+        false
     }
 
     /// Those that more than one sweep has shown: good enough to hold a pose that they must fit.
@@ -153,14 +155,15 @@ impl<const N: usize> Mirrors<N> {
 
     /// Those that may prove what a path is.
     pub(super) fn proven(&self) -> impl Iterator<Item = &Mirror> {
-        let rule = self.rule;
-        self.mirrors
-            .iter()
-            .filter(move |mirror| mirror.sweeps >= rule.sweeps && mirror.stops >= rule.stops)
+        self.mirrors.iter().filter(|mirror| mirror.is_proven(&self.rule))
     }
 }
 
 impl Mirror {
+    fn is_proven(&self, rule: &Rule) -> bool {
+        self.sweeps >= rule.sweeps && self.stops >= rule.stops
+    }
+
     /// Takes in another piece of it.
     fn join(&mut self, sweep: u32, stop: u32, plane: &Plane) {
         let share = 1.0 / f32::from(self.sweeps.saturating_add(1));

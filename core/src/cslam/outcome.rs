@@ -29,14 +29,19 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 {
     /// Of a sweep that was sent from this stop of the GMT.
     pub(super) fn scene(&self, ends: Ends, sweep: u32, stop: u32) -> Scene {
-        let ground = self.config.accept.point.ground_z_m.and_then(|z| ground(&ends, z));
         Scene {
-            known: proving(ground, self.planes.surfaces(), &self.mirrors, &self.supposed),
+            known: self.known(&ends),
             ends,
             sweep,
             stop,
             effort: EFFORT,
         }
+    }
+
+    /// Mirrors that may prove what a path between these ends is.
+    fn known(&self, ends: &Ends) -> Vec<Known, KNOWN> {
+        let ground = self.config.accept.point.ground_z_m.and_then(|z| ground(ends, z));
+        proving(ground, self.planes.surfaces(), &self.mirrors, &self.supposed)
     }
 
     /// What becomes of a path that is not the line of sight.
@@ -89,7 +94,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 if solved.sigma_m() <= accept.point.max_sigma_m
                     && let Some(piece) = piece(&scene.ends, &solved.position)
                 {
-                    self.mirrors.enter(scene.sweep, scene.stop, &piece);
+                    let _proven = self.mirrors.enter(scene.sweep, scene.stop, &piece);
                 }
                 self.mapped(&[point])
             }
@@ -115,23 +120,30 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 
     /// A path of several reflections: points on the mirrors that explain it, or else what it makes one suppose.
     fn several(&mut self, scene: &mut Scene, judged: &Judged, asked: &Mirrored) -> Option<Outcome> {
-        let (ends, path) = (&scene.ends, &judged.path);
-        if let Some(points) = explain(ends, path, &scene.known, &mut scene.effort) {
-            let known = points.iter().all(|point| point.sigma_m() <= asked.max_sigma_m);
-            return Some(if known {
-                self.mapped(&points)
-            } else {
-                Outcome::Rejected(Rejection::IllConditioned)
+        let path = &judged.path;
+        let mut points = explain(&scene.ends, path, &scene.known, &mut scene.effort);
+        if points.is_none() {
+            if scene.effort == 0 {
+                count(&mut self.counters.unexplained);
+            }
+            let ground_z_m = self.config.accept.point.ground_z_m;
+            let mut proven = false;
+            suppose(&scene.ends, path, &scene.known, ground_z_m, |plane| {
+                proven |= self.supposed.enter(scene.sweep, scene.stop, plane);
             });
+            if proven {
+                // With what it has just proven, this path is explained too.
+                scene.known = self.known(&scene.ends);
+                points = explain(&scene.ends, path, &scene.known, &mut scene.effort);
+            }
         }
-        if scene.effort == 0 {
-            count(&mut self.counters.unexplained);
-        }
-        let ground_z_m = self.config.accept.point.ground_z_m;
-        suppose(ends, path, &scene.known, ground_z_m, |plane| {
-            self.supposed.enter(scene.sweep, scene.stop, plane);
-        });
-        None
+        let points = points?;
+        let known = points.iter().all(|point| point.sigma_m() <= asked.max_sigma_m);
+        Some(if known {
+            self.mapped(&points)
+        } else {
+            Outcome::Rejected(Rejection::IllConditioned)
+        })
     }
 
     /// Enters the points of a path into the map.
