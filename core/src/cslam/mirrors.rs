@@ -13,7 +13,7 @@ use crate::localization::planes::Plane;
 use crate::reflection::Ends;
 
 /// Mirrors kept that paths of one reflection have shown, and that paths of more have.
-pub(super) const MIRRORS: usize = 8;
+pub(super) const MIRRORS: usize = 16;
 pub(super) const SUPPOSED: usize = 24;
 /// Position of which a point is used, standard deviation (norm), m.
 pub(super) const PLACED_M: f32 = 0.25;
