@@ -44,6 +44,8 @@ impl<F: Frame, T: Real> Direction<F, T> {
     /// # Errors
     /// [`GeometryError::NotFinite`] for NaN or infinity, [`GeometryError::ZeroLength`] for a vector whose squared
     /// length underflows.
+    // Fifty callers: a copy at each costs more flash than the call costs time.
+    #[inline(never)]
     pub fn from_vector(vector: Vector3<T>) -> Result<Self, GeometryError> {
         if !vector.iter().all(|c| c.is_finite()) {
             return Err(GeometryError::NotFinite);

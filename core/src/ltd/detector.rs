@@ -104,6 +104,8 @@ pub(super) fn fit_threshold(false_alarms: f64, beams: usize) -> f32 {
 
 /// Lower median of a profile, rounded down to nine significant bits (0.2 % at most): the octave in one counting pass,
 /// then the eight bits below its leading one in another.
+// A call a beam costs nothing, a copy at each of five callers two kilobytes of flash.
+#[inline(never)]
 fn median<const TAPS: usize>(profile: &[u64; TAPS]) -> u64 {
     const { assert!(TAPS > 0 && TAPS <= u16::MAX as usize) };
     let mut octaves = [0_u16; 65];
