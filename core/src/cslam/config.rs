@@ -86,9 +86,11 @@ pub enum Departures {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mapped {
-    /// Every path is classified and may become a point.
+    /// Every path is classified and may become a point, or several where known mirrors explain it.
     #[default]
     Every,
+    /// Every path is classified, those of one reflection may become a point.
+    FirstOrder,
     /// The strongest one only, as the paper does.
     Strongest,
 }

@@ -61,7 +61,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             (None, None) => Least::Alone(accept.min_probability),
         };
         if !least.is_reached(&probabilities) {
-            let of_several = asked.filter(|asked| probabilities.higher_order >= asked.min_probability);
+            let of_several = asked.filter(|asked| {
+                self.config.mapped == Mapped::Every && probabilities.higher_order >= asked.min_probability
+            });
             return of_several
                 .and_then(|asked| self.several(scene, judged, &asked))
                 .unwrap_or(Outcome::NotFirstOrder);

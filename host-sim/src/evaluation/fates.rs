@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::flight_log::FlightLog;
+use crate::flight_log::{FlightLog, MeasuredPath};
 
 /// Measured paths that met one verdict, by the true path behind them.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Fate {
-    /// The verdict: `ok`, or the reason of a rejection.
+    /// The verdict: `ok`, `ok, of higher order`, or the reason of a rejection.
     pub verdict: String,
     /// Truly line of sight.
     pub los: usize,
@@ -30,10 +30,12 @@ pub(super) fn fates(log: &FlightLog) -> Vec<Fate> {
         };
         for (path, matched) in sweep.estimate.paths.iter().zip(&sweep.truth.matches) {
             let verdict = path.verdict.as_str();
-            let fate = all.entry((verdict != "ok", verdict)).or_insert_with(|| Fate {
-                verdict: verdict.to_owned(),
-                ..Fate::default()
-            });
+            let fate = all
+                .entry((!MeasuredPath::is_accepted(verdict), verdict))
+                .or_insert_with(|| Fate {
+                    verdict: verdict.to_owned(),
+                    ..Fate::default()
+                });
             match matched.and_then(|index| link.paths.get(index)).map(|p| p.order) {
                 None => fate.ghosts += 1,
                 Some(Some(0)) => fate.los += 1,

@@ -24,6 +24,8 @@ struct Row {
     snr_db: f64,
     gmt_index: i32,
     hits: i32,
+    /// Reflections that the path is taken to have had; 0 when no point is known.
+    order: i32,
 }
 
 impl Row {
@@ -36,6 +38,7 @@ impl Row {
             snr_db: point.snr_db.unwrap_or(f64::NAN),
             gmt_index: integer(point.gmt_index),
             hits: 1,
+            order: i32::from(point.order),
         }
     }
 }
@@ -62,6 +65,7 @@ pub(super) fn map(out: &mut impl Write, encoding: Encoding, log: &FlightLog) -> 
             snr_db: f64::NAN,
             gmt_index: NO_GMT,
             hits: 0,
+            order: 0,
         };
         Row {
             position_m: cell.position_m,
@@ -143,6 +147,7 @@ fn write(out: &mut impl Write, encoding: Encoding, comment: &str, rows: &[Row]) 
             Column::I32(rows.iter().map(|r| r.gmt_index).collect()),
         ),
         ("hits", Column::I32(rows.iter().map(|r| r.hits).collect())),
+        ("order", Column::I32(rows.iter().map(|r| r.order).collect())),
     ];
     ply::write(out, encoding, comment, &columns)
 }

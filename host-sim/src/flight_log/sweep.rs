@@ -28,6 +28,11 @@ impl MeasuredPath {
     pub const OK: &'static str = "ok";
     /// Verdict of a path whose several reflections off known mirrors were accepted.
     pub const OK_HIGHER_ORDER: &'static str = "ok, of higher order";
+    /// Whether a verdict is that of a path that became points.
+    pub fn is_accepted(verdict: &str) -> bool {
+        verdict == Self::OK || verdict == Self::OK_HIGHER_ORDER
+    }
+
     /// Verdict of a path that was measured while there was no pose.
     pub const NO_POSE: &'static str = "no pose yet";
     /// Verdict of a path that is probably no first-order reflection.

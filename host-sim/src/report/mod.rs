@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::evaluation::{
     ClockFigures, Consistency, Evaluation, Fate, LinkStateFigures, MapFigures, TrajectoryFigures,
 };
-use crate::flight_log::FlightLog;
+use crate::flight_log::{FlightLog, MeasuredPath};
 
 pub use table::table;
 
@@ -75,13 +75,13 @@ impl Report {
             .sweeps
             .iter()
             .flat_map(|s| &s.estimate.paths)
-            .filter(|p| p.verdict != "ok")
+            .filter(|p| !MeasuredPath::is_accepted(&p.verdict))
         {
             *verdicts.entry(path.verdict.clone()).or_default() += 1;
         }
         // A receiver may count its verdicts too: once is enough.
         let mut counters = log.counters.clone();
-        counters.retain(|name, _| name != "ok" && !verdicts.contains_key(name));
+        counters.retain(|name, _| !MeasuredPath::is_accepted(name) && !verdicts.contains_key(name));
         Self {
             mode: log.header.mode.clone(),
             scene: log.header.scene.clone(),

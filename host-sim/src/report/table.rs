@@ -42,8 +42,14 @@ fn rows(report: &Report) -> Vec<(&'static str, String)> {
         "accepted a sweep with first-order paths",
         map.accepted_per_sweep.map(|v| format!("{v:.1}")),
     );
+    add(
+        "of these, of one reflection",
+        map.accepted_first_order_per_sweep.map(|v| format!("{v:.1}")),
+    );
     add("map points (voxels)", Some(map.points.to_string()));
-    add("truly first-order", percent(map.precision_first_order));
+    add("truly of their order", percent(map.precision));
+    add("of one reflection, truly", percent(map.precision_first_order));
+    add("of several, truly", percent(map.precision_higher_order));
     add("first-order paths accepted", percent(map.recall_first_order));
     add("point error, median", metres(map.point_median_m));
     add("point error, 95 %", metres(map.point_p95_m));

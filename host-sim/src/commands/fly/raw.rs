@@ -81,8 +81,10 @@ pub(crate) enum DepartureChoice {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum MappedChoice {
-    /// Every path
+    /// Every path, of several reflections where known mirrors explain it
     Every,
+    /// Paths of one reflection
+    FirstOrder,
     /// The strongest path
     Strongest,
 }
@@ -243,6 +245,7 @@ fn receiver_config(setup: &Setup) -> anyhow::Result<Receiver<'static>> {
     if let Some(choice) = stages.mapped {
         config.mapped = match choice {
             MappedChoice::Every => Mapped::Every,
+            MappedChoice::FirstOrder => Mapped::FirstOrder,
             MappedChoice::Strongest => Mapped::Strongest,
         };
     }

@@ -27,9 +27,12 @@ pub(crate) struct Args {
     /// Scene: outdoor, indoor, street, outdoor_a, city:SEED, or a file
     #[arg(long, value_name = "NAME|FILE", default_value = "outdoor")]
     scene: String,
-    /// Flights, with the seeds 1, 2, 3, ...
+    /// Flights, with one seed after the other
     #[arg(long, value_name = "N", default_value_t = 5)]
     flights: u64,
+    /// Seed of the first flight
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    first_seed: u64,
     /// Length of a flight, s
     #[arg(long, value_name = "SECONDS", default_value_t = 120.0)]
     duration: f64,
@@ -92,6 +95,10 @@ fn setups(what: What) -> Vec<(&'static str, Setup)> {
             (
                 "rules for link state",
                 without(|s| s.link_state = Some(LinkStateChoice::Rules)),
+            ),
+            (
+                "paths of one reflection only",
+                without(|s| s.mapped = Some(MappedChoice::FirstOrder)),
             ),
             (
                 "strongest path only",
@@ -300,7 +307,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         ..WorldConfig::default()
     };
     let setups = setups(args.what);
-    let worlds = (1..=args.flights)
+    let worlds = (args.first_seed..args.first_seed.saturating_add(args.flights))
         .map(|seed| Ok((seed, World::new(&scene, config.clone(), seed)?)))
         .collect::<Result<Vec<_>, InputError>>()?;
     let sweeps: u64 = worlds.iter().map(|(_, world)| u64::from(world.sweeps())).sum();

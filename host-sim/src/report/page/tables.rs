@@ -2,6 +2,7 @@
 
 use super::escape;
 use super::strips::STATES;
+use crate::flight_log::MeasuredPath;
 use crate::report::Report;
 
 /// A table with a caption; the first column names the row.
@@ -66,8 +67,8 @@ pub(super) fn tiles(report: &Report) -> String {
             map.point_median_m.map(|v| format!("{v:.3} m")),
         ),
         (
-            "truly first order",
-            map.precision_first_order.map(|v| format!("{:.1} %", 100.0 * v)),
+            "points truly of their order",
+            map.precision.map(|v| format!("{:.1} %", 100.0 * v)),
         ),
         (
             "lit walls mapped within 0.5 m",
@@ -116,7 +117,13 @@ fn map(report: &Report) -> String {
             "accepted a sweep with first-order paths",
             &number(m.accepted_per_sweep, ""),
         ]),
-        row(&["truly first order", &percent(m.precision_first_order)]),
+        row(&[
+            "of these, of one reflection",
+            &number(m.accepted_first_order_per_sweep, ""),
+        ]),
+        row(&["truly of their order", &percent(m.precision)]),
+        row(&["of one reflection, truly", &percent(m.precision_first_order)]),
+        row(&["of several, truly", &percent(m.precision_higher_order)]),
         row(&["without a true path (ghosts)", &m.ghosts.to_string()]),
         row(&["first-order paths measured", &percent(m.measured_first_order)]),
         row(&["first-order paths accepted", &percent(m.recall_first_order)]),
@@ -239,10 +246,10 @@ fn link_state(report: &Report) -> String {
 fn fates(report: &Report) -> String {
     let line = |f: &crate::evaluation::Fate| {
         let counts = [f.los, f.first_order, f.higher_order, f.ghosts].map(|n| n.to_string());
-        let name = if f.verdict == "ok" {
-            "accepted"
-        } else {
-            f.verdict.as_str()
+        let name = match f.verdict.as_str() {
+            MeasuredPath::OK => "accepted",
+            MeasuredPath::OK_HIGHER_ORDER => "accepted, of several reflections",
+            verdict => verdict,
         };
         [name.to_owned()].into_iter().chain(counts).collect()
     };
