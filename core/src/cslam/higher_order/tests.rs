@@ -76,7 +76,7 @@ fn two_walls_explain_the_path_off_both() {
 #[test]
 fn the_ground_and_a_wall_explain_it_in_whatever_order_they_were_met() {
     for route in [ground_and_wall(), ground_and_wall().back()] {
-        let wall = if route.reflections()[0].z < 1e-6 {
+        let mut wall = if route.reflections()[0].z < 1e-6 {
             route.mirror(1)
         } else {
             route.mirror(0)
@@ -87,9 +87,14 @@ fn the_ground_and_a_wall_explain_it_in_whatever_order_they_were_met() {
             &Mirrors::single(),
             &Mirrors::supposed(),
         );
-        known.push(wall).expect("room");
         assert!(known[0].is_ground());
-        // Off both in the wrong order the same image is seen: but that way comes to one of them from behind.
+        // Off both in the wrong order the same image is seen: but that way comes to one of them from behind, a wall that is known
+        // far and wide.
+        for away_m in [-30.0, 30.0] {
+            let point = *wall.plane.centre.vector();
+            wall.bounds_m.take_in(&(point + Vector3::repeat(away_m)));
+        }
+        known.push(wall).expect("room");
         for _either_order in 0..2 {
             let found = explained(&route, &route.path(), &known).expect("both are known");
             assert!(off_m(&route, &found) < 1e-3, "{found:?}");
