@@ -156,3 +156,6 @@ pub(super) fn departure_off_rad(
     let way = Direction::<World>::from_vector(towards.from_origin(gmt)).ok()?;
     path.aod.map(|departure| departure.direction.angle_to_rad(&way))
 }
+
+#[cfg(test)]
+mod tests;

@@ -152,3 +152,158 @@ fn bounds_of(surface: &Surface) -> Bounds {
     }
     bounds
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cslam::mirrors::piece_of;
+    use crate::cslam::routes::{Route, at, within_a_metre};
+    use crate::cslam::specular;
+    use crate::geometry::Direction;
+    use crate::localization::planes::Orientation;
+
+    /// The wall x = `east_m`, which faces west.
+    fn wall(east_m: f32) -> Plane {
+        let west = Direction::from_vector(-Vector3::x()).expect("not zero");
+        piece_of(west, at(Vector3::new(east_m, 0.0, 3.0)))
+    }
+
+    fn surface(id: u32, plane: Plane) -> Surface {
+        Surface {
+            id,
+            plane,
+            orientation: Orientation::Vertical,
+            extent_m: [[-3.0, 4.0], [-2.0, 5.0]],
+            support: 9,
+        }
+    }
+
+    fn ground() -> Plane {
+        let ends = Route::over(&[[0.0, 0.0, 1.5], [4.0, 30.0, 9.0]]).ends();
+        specular::ground(&ends, 0.0).expect("a number")
+    }
+
+    /// What so many sweeps, each from a stop of its own, have shown of a wall.
+    fn shown<const N: usize>(mut mirrors: Mirrors<N>, sweeps: u32, plane: &Plane) -> Mirrors<N> {
+        for sweep in 0..sweeps {
+            mirrors.enter(sweep, sweep, plane);
+        }
+        mirrors
+    }
+
+    /// Enough to prove any mirror.
+    const ENOUGH: u32 = 8;
+
+    #[test]
+    fn a_mirror_reaches_so_far_beyond_what_was_seen_of_it() {
+        let seen = Vector3::new(10.0, 7.0, 3.0);
+        let known = Known {
+            plane: wall(10.0),
+            bounds_m: within_a_metre(&seen),
+        };
+        for axis in [Vector3::y(), Vector3::z()] {
+            for side in [-1.0, 1.0] {
+                let at_m = |beyond_m: f32| seen + axis * side * (1.0 + beyond_m);
+                assert!(known.reaches(&at_m(0.99 * MARGIN_M)), "{axis} {side}");
+                assert!(!known.reaches(&at_m(1.01 * MARGIN_M)), "{axis} {side}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_wall_blocks_where_it_was_seen_and_spares_the_corner() {
+        let known = Known {
+            plane: wall(10.0),
+            bounds_m: within_a_metre(&Vector3::new(10.0, 7.0, 3.0)),
+        };
+        let blocks = |from: [f32; 3], to: [f32; 3]| {
+            let (from, to) = (from.into(), to.into());
+            let [there, back] = [known.blocks(&from, &to), known.blocks(&to, &from)];
+            assert_eq!(there, back);
+            there
+        };
+        // Through it slantwise, at y = 7.5; past it, at y = 9; and before it.
+        assert!(blocks([4.0, 9.0, 3.0], [14.0, 6.5, 3.0]));
+        assert!(!blocks([4.0, 10.5, 3.0], [14.0, 8.0, 3.0]));
+        assert!(!blocks([4.0, 9.0, 3.0], [9.9, 6.5, 3.0]));
+        // Seen to y = 8, and hardly beyond.
+        assert!(blocks(
+            [4.0, 8.0 + 0.9 * THICKNESS_M, 3.0],
+            [14.0, 8.0 + 0.9 * THICKNESS_M, 3.0]
+        ));
+        assert!(!blocks(
+            [4.0, 8.0 + 1.2 * THICKNESS_M, 3.0],
+            [14.0, 8.0 + 1.2 * THICKNESS_M, 3.0]
+        ));
+        // Points near it are not behind it.
+        assert!(!blocks([4.0, 7.0, 3.0], [10.0 + 0.9 * CLEAR_M, 7.0, 3.0]));
+        assert!(blocks([4.0, 7.0, 3.0], [10.0 + 1.1 * CLEAR_M, 7.0, 3.0]));
+    }
+
+    #[test]
+    fn what_may_prove_is_the_ground_and_each_wall_once() {
+        let surfaces = [surface(3, wall(10.0)), surface(4, wall(-20.0))];
+        // One of the map's walls again, and one of their own.
+        let single = shown(Mirrors::single(), ENOUGH, &wall(10.1));
+        let single = shown(single, ENOUGH, &wall(30.0));
+        let supposed = shown(Mirrors::supposed(), ENOUGH, &wall(30.05));
+        let supposed = shown(supposed, ENOUGH, &wall(40.0));
+        let known = proving(Some(ground()), &surfaces, &single, &supposed);
+        let east_m: Vec<f32, KNOWN> = known
+            .iter()
+            .skip(1)
+            .map(|known| known.plane.centre.vector().x)
+            .collect();
+        assert_eq!(east_m.as_slice(), [10.0, -20.0, 30.0, 40.0]);
+        assert!(known[0].is_ground() && known[0].plane == ground());
+        assert!(!known.iter().skip(1).any(Known::is_ground));
+        assert!(known[0].reaches(&Vector3::new(-4e3, 9e3, 0.0)));
+        assert_eq!(known[3].bounds_m, Bounds::at(wall(30.0).centre.vector()));
+        assert!(
+            !proving(None, &surfaces, &single, &supposed)
+                .iter()
+                .any(Known::is_ground)
+        );
+    }
+
+    #[test]
+    fn two_sweeps_hold_a_pose_and_prove_nothing() {
+        let single = shown(Mirrors::single(), 2, &wall(10.0));
+        let supposed = shown(Mirrors::supposed(), 2, &wall(40.0));
+        assert!(proving(None, &[], &single, &supposed).is_empty());
+        let held = holding(&[], &single, &supposed);
+        assert_eq!(held.len(), 1);
+        assert_eq!(held[0].plane, wall(10.0));
+    }
+
+    #[test]
+    fn a_plane_of_the_map_is_not_named_twice() {
+        let single = shown(Mirrors::single(), ENOUGH, &wall(10.0));
+        let supposed = shown(Mirrors::supposed(), ENOUGH, &wall(10.1));
+        let ids = |surfaces: &[Surface]| -> Vec<u32, KNOWN> {
+            holding(surfaces, &single, &supposed)
+                .iter()
+                .map(|held| held.id)
+                .collect()
+        };
+        let mirror = single.seen().next().expect("seen").of.id;
+        assert_eq!(ids(&[surface(0, wall(10.05))]).as_slice(), [0]);
+        assert_eq!(ids(&[]).as_slice(), [mirror]);
+        assert_eq!(
+            ids(&[surface(0, wall(12.0))]).as_slice(),
+            [0, mirror],
+            "another wall, 2 m behind"
+        );
+    }
+
+    #[test]
+    fn a_surface_is_known_to_its_corners() {
+        let surface = surface(0, wall(10.0));
+        let (t1, t2) = surface.plane.tangents();
+        let corners =
+            [(-3.0, -2.0), (4.0, 5.0)].map(|(a, b)| surface.plane.centre.vector() + t1 * a + t2 * b);
+        let bounds = bounds_of(&surface);
+        assert!(corners.iter().all(|corner| bounds.hold(corner, 1e-3)));
+        assert!(!bounds.hold(&(corners[0] - t1), 0.9) && !bounds.hold(&(corners[1] + t2), 0.9));
+    }
+}

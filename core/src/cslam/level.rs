@@ -116,6 +116,15 @@ fn agreed_yaw(ways: &[Way]) -> Option<f64> {
     (best.0 >= WAYS).then(|| wrapped(best.1))
 }
 
+/// The yaw that triangles agree on, or else that of the line of sight. What both say must be one: else the first path was no
+/// line of sight.
+fn told_yaw(agreed: Option<f64>, direct: Option<f64>) -> Option<f64> {
+    match (agreed, direct) {
+        (Some(agreed), Some(direct)) if wrapped(agreed - direct).abs() > SAME_YAW_RAD => None,
+        (agreed, direct) => agreed.or(direct),
+    }
+}
+
 impl Stand {
     /// This sweep's stand with what it shares with the one before.
     fn after(self, before: Option<&Self>) -> Self {
@@ -194,11 +203,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             let left = left.direction.vector().map(f64::from);
             unreflected.then(|| straight_yaw(&sight, &left)).flatten()
         });
-        let yaw_rad = match (agreed_yaw(&ways), direct) {
-            // What both say must be one: else the first path was no line of sight.
-            (Some(agreed), Some(direct)) if wrapped(agreed - direct).abs() > SAME_YAW_RAD => return None,
-            (agreed, direct) => agreed.or(direct)?,
-        };
+        let yaw_rad = told_yaw(agreed_yaw(&ways), direct)?;
         let place_m = gmt.position_m - rotation(&Vector3::new(0.0, 0.0, yaw_rad)) * sight * range_m;
         let ground = self.config.accept.point.ground_z_m;
         let stand = Stand {
@@ -214,122 +219,4 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const YAW_RAD: f64 = -2.1;
-
-    fn gmt() -> Vector3<f64> {
-        Vector3::new(0.0, 0.0, 1.5)
-    }
-
-    fn uav() -> Vector3<f64> {
-        Vector3::new(6.0, 3.0, 9.0)
-    }
-
-    /// To level axes.
-    fn levelled(v: &Vector3<f64>) -> Vector3<f64> {
-        rotation(&Vector3::new(0.0, 0.0, -YAW_RAD)) * v
-    }
-
-    /// What a path over these points says, with `first` for the line of sight: its last point before the UAV.
-    fn over(points: &[Vector3<f64>], first: &[Vector3<f64>]) -> Option<Way> {
-        let length_m = |points: &[Vector3<f64>]| {
-            let ends = [points, &[uav()]].concat();
-            ends.iter()
-                .fold((0.0, gmt()), |(sum, from), to| (sum + (to - from).norm(), *to))
-                .0
-        };
-        let seen = |points: &[Vector3<f64>]| {
-            levelled(&(points.last().copied().unwrap_or(gmt()) - uav()).normalize())
-        };
-        let left = (points.first().copied().unwrap_or(uav()) - gmt()).normalize();
-        way(
-            &seen(first),
-            length_m(first),
-            &seen(points),
-            length_m(points),
-            &left,
-        )
-    }
-
-    fn walls() -> [Vector3<f64>; 3] {
-        [
-            Vector3::new(15.0, 4.0, 6.0),
-            Vector3::new(-8.0, 12.0, 5.0),
-            Vector3::new(3.0, -20.0, 4.0),
-        ]
-    }
-
-    #[test]
-    fn a_single_reflection_tells_the_yaw() {
-        for wall in walls() {
-            let way = over(&[wall], &[]).expect("a triangle");
-            assert!(wrapped(way.yaw_rad - YAW_RAD).abs() < 1e-9, "{way:?}");
-        }
-        // The ground's reflection has an elevation, but hardly an azimuth; here it left by a beam's sidelobe.
-        let below = Vector3::new(1.0, 0.5, 0.0);
-        let seen = levelled(&(below - uav()).normalize());
-        let length_m = (below - gmt()).norm() + (uav() - below).norm();
-        let sight = levelled(&(gmt() - uav()).normalize());
-        let range_m = (gmt() - uav()).norm();
-        let ahead = Vector3::new(1.0, 0.0, 0.2).normalize();
-        assert!(way(&sight, range_m, &seen, length_m, &ahead).is_none());
-    }
-
-    #[test]
-    fn three_different_ways_must_agree() {
-        let ways: Vec<Way, PATHS> = walls().iter().filter_map(|wall| over(&[*wall], &[])).collect();
-        let yaw_rad = agreed_yaw(&ways).expect("three");
-        assert!(wrapped(yaw_rad - YAW_RAD).abs() < 1e-9);
-        assert!(agreed_yaw(&ways[..2]).is_none());
-        // Another image in the same wall is no third way, and a way of its own mind no help.
-        let image = over(&[walls()[1] + Vector3::new(0.3, 0.3, 0.0)], &[]).expect("a triangle");
-        assert!(agreed_yaw(&[ways[0], ways[1], image]).is_none());
-        let double = Way {
-            yaw_rad: YAW_RAD + 0.05,
-            left_rad: 1.0,
-        };
-        assert!(agreed_yaw(&[ways[0], ways[1], double]).is_none());
-        let yaw_rad = agreed_yaw(&[double, ways[0], ways[1], ways[2]]).expect("three");
-        assert!(wrapped(yaw_rad - YAW_RAD).abs() < 1e-9);
-    }
-
-    #[test]
-    fn a_reflection_taken_for_the_line_of_sight_proves_nothing() {
-        let first = [Vector3::new(3.0, 8.0, 5.0)];
-        let ways: Vec<Way, PATHS> = walls().iter().filter_map(|wall| over(&[*wall], &first)).collect();
-        assert!(agreed_yaw(&ways).is_none(), "{ways:?}");
-    }
-
-    #[test]
-    fn sweeps_agree_while_the_uav_stands() {
-        let stand = |time_ns: u64, x_m: f64, yaw_rad: f64| Stand {
-            time_ns,
-            place_m: Vector3::new(x_m, 0.0, 5.0),
-            yaw_rad,
-            sweeps: 1,
-        };
-        let half = 500_000_000;
-        // The yaw's turn to -pi is no difference.
-        let first = stand(0, 2.0, 3.138).after(None);
-        let second = stand(half, 2.1, -3.138).after(Some(&first));
-        let third = stand(2 * half, 2.1, 3.138).after(Some(&second));
-        assert_eq!([first, second, third].map(|stand| stand.sweeps), [1, 2, SWEEPS]);
-        assert_eq!(
-            stand(3 * half, 2.4, 3.138).after(Some(&third)).sweeps,
-            1,
-            "it has moved"
-        );
-        assert_eq!(
-            stand(3 * half, 2.1, 3.1).after(Some(&third)).sweeps,
-            1,
-            "it has turned"
-        );
-        assert_eq!(
-            stand(5 * half, 2.1, 3.138).after(Some(&third)).sweeps,
-            1,
-            "too long ago"
-        );
-    }
-}
+mod tests;

@@ -26,6 +26,8 @@ mod outcome;
 mod paths;
 mod receive;
 mod report;
+#[cfg(test)]
+mod routes;
 mod rules;
 mod sight;
 mod specular;

@@ -122,3 +122,61 @@ pub struct SweepReport<const K: usize> {
     /// Flags of the filter.
     pub health: Health,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Direction, Matrix3, Position, Vector3};
+    use crate::path::Path;
+
+    fn report(outcome: Outcome) -> PathReport {
+        PathReport {
+            estimated: EstimatedPath {
+                path: Path {
+                    c_tau_m: 30.0,
+                    aoa: Direction::from_vector(Vector3::x()).expect("unit"),
+                    aod: None,
+                    covariance: Matrix3::identity(),
+                },
+                beam: 0,
+                snr_db: 30.0,
+                energy: 1.0,
+            },
+            gain_db: None,
+            probabilities: Some(Probabilities {
+                los: 0.1,
+                first_order: 0.2,
+                higher_order: 0.7,
+            }),
+            outcome,
+        }
+    }
+
+    fn points(count: usize) -> Outcome {
+        let point = ReflectionPoint {
+            position: Position::new(1.0, 2.0, 3.0).expect("finite"),
+            covariance: Matrix3::identity(),
+            distance_m: 4.0,
+        };
+        let mapped = MappedPoint {
+            point,
+            insertion: None,
+        };
+        Outcome::Points(core::iter::repeat_n(mapped, count).collect())
+    }
+
+    #[test]
+    fn a_point_presumes_as_many_reflections_as_its_path_gave() {
+        let presumed = |outcome| report(outcome).presumed_probability();
+        assert_eq!(
+            [1, 2, 3].map(points).map(presumed),
+            [Some(0.2), Some(0.7), Some(0.7)]
+        );
+        assert_eq!(presumed(Outcome::NotFirstOrder), Some(0.2));
+        let unknown = PathReport {
+            probabilities: None,
+            ..report(points(2))
+        };
+        assert_eq!(unknown.presumed_probability(), None);
+    }
+}

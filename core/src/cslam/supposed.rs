@@ -121,3 +121,6 @@ fn met(plane: &Plane, from: &Vector3<f32>, to: &Vector3<f32>) -> Option<Vector3<
     let (from_m, to_m) = (plane.height_m(from), plane.height_m(to));
     (from_m > LEAST_HEIGHT_M && to_m < 0.0).then(|| from + (to - from) * (from_m / (from_m - to_m)))
 }
+
+#[cfg(test)]
+mod tests;

@@ -256,6 +256,10 @@ const VERDICTS: [SweepVerdict; 9] = [
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cslam::MappedPoint;
+    use crate::geometry::{Matrix3, Position};
+    use crate::map::Insertion;
+    use crate::reflection::ReflectionPoint;
 
     #[test]
     fn every_outcome_has_its_code() {
@@ -273,6 +277,31 @@ mod tests {
         assert_eq!(codes.len(), 24);
         assert_eq!(PathOutcome::from_code(18), None);
         assert_eq!(PathOutcome::from_code(31), None);
+    }
+
+    #[test]
+    fn a_path_is_out_of_range_when_all_of_its_points_are() {
+        let outcome = |insertions: &[Option<Insertion>]| {
+            let point = ReflectionPoint {
+                position: Position::new(1.0, 2.0, 3.0).expect("finite"),
+                covariance: Matrix3::identity(),
+                distance_m: 4.0,
+            };
+            let mapped = insertions
+                .iter()
+                .map(|&insertion| MappedPoint { point, insertion });
+            PathOutcome::from(&Outcome::Points(mapped.collect()))
+        };
+        let in_map = Some(Insertion::Fused);
+        assert_eq!(
+            [outcome(&[in_map]), outcome(&[None])],
+            [PathOutcome::Point, PathOutcome::PointOutOfRange]
+        );
+        assert_eq!(
+            [outcome(&[None, in_map]), outcome(&[in_map, None])],
+            [PathOutcome::Point; 2]
+        );
+        assert_eq!(outcome(&[None; 3]), PathOutcome::PointOutOfRange);
     }
 
     #[test]

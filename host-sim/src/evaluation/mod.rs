@@ -9,6 +9,8 @@ pub mod downlink;
 mod fates;
 mod figures;
 mod grid;
+#[cfg(test)]
+mod higher_order_tests;
 mod link_state;
 mod losses;
 mod map;

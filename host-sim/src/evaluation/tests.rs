@@ -7,11 +7,11 @@ use super::*;
 use crate::flight_log::{LinkEstimate, MapVoxel, PointRecord, PoseRecord};
 use crate::test_flight::{estimate, log_of, measured, sweep, true_path, truth};
 
-fn near(value: Option<f64>, expected: f64) -> bool {
+pub(super) fn near(value: Option<f64>, expected: f64) -> bool {
     value.is_some_and(|v| (v - expected).abs() < 1e-9)
 }
 
-fn point(sweep: u32, path: u8, position_m: [f64; 3]) -> PointRecord {
+pub(super) fn point(sweep: u32, path: u8, position_m: [f64; 3]) -> PointRecord {
     PointRecord {
         sweep,
         path,
