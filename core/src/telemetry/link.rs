@@ -26,9 +26,13 @@ pub enum PathOutcome {
     NotFirstOrder,
     /// Probably a first-order reflection, but its angle of departure is not known well enough.
     DepartureUnknown,
-    /// A point, or one for each reflection of a path that known mirrors explain.
+    /// A point.
     Point,
-    /// The same, but all of it beyond the map's range.
+    /// Two points: known mirrors explain both reflections of the path.
+    TwoPoints,
+    /// Three points of a path of three reflections.
+    ThreePoints,
+    /// A point, or all of several, but beyond the map's range.
     PointOutOfRange,
     /// Probably a first-order reflection, but a gate of the reflection point says no.
     Rejected(Rejection),
@@ -36,6 +40,9 @@ pub enum PathOutcome {
     Input(InputError),
 }
 
+/// Points of several reflections, after the rejections.
+const TWO_POINTS: u8 = 22;
+const THREE_POINTS: u8 = 23;
 /// Where the codes of rejections and of input errors begin.
 const REJECTED: u8 = 8;
 const INPUT: u8 = 24;
@@ -52,6 +59,8 @@ impl PathOutcome {
             Self::NotFirstOrder => "not one reflection",
             Self::DepartureUnknown => "angle of departure not known well enough",
             Self::Point => "ok",
+            Self::TwoPoints => "ok, of two reflections",
+            Self::ThreePoints => "ok, of three reflections",
             Self::PointOutOfRange => "ok, but beyond the map's range",
             Self::Rejected(reason) => reason.as_str(),
             Self::Input(error) => error.as_str(),
@@ -61,7 +70,10 @@ impl PathOutcome {
     /// Whether it became a point.
     #[must_use]
     pub fn is_point(&self) -> bool {
-        matches!(self, Self::Point | Self::PointOutOfRange)
+        matches!(
+            self,
+            Self::Point | Self::TwoPoints | Self::ThreePoints | Self::PointOutOfRange
+        )
     }
 
     fn code(self) -> u8 {
@@ -74,6 +86,8 @@ impl PathOutcome {
             Self::DepartureUnknown => 5,
             Self::Point => 6,
             Self::PointOutOfRange => 7,
+            Self::TwoPoints => TWO_POINTS,
+            Self::ThreePoints => THREE_POINTS,
             Self::Rejected(reason) => REJECTED + index(&Rejection::ALL, &reason),
             Self::Input(error) => INPUT + index(&InputError::ALL, &error),
         }
@@ -89,6 +103,8 @@ impl PathOutcome {
             5 => Self::DepartureUnknown,
             6 => Self::Point,
             7 => Self::PointOutOfRange,
+            TWO_POINTS => Self::TwoPoints,
+            THREE_POINTS => Self::ThreePoints,
             INPUT.. => Self::Input(*InputError::ALL.get(usize::from(code - INPUT))?),
             _ => Self::Rejected(*Rejection::ALL.get(usize::from(code - REJECTED))?),
         })
@@ -110,8 +126,14 @@ impl From<&Outcome> for PathOutcome {
             Outcome::NotFirstOrder => Self::NotFirstOrder,
             Outcome::DepartureUnknown => Self::DepartureUnknown,
             Outcome::Rejected(reason) => Self::Rejected(*reason),
-            Outcome::Points(points) if points.iter().any(|point| point.insertion.is_some()) => Self::Point,
-            Outcome::Points(_) => Self::PointOutOfRange,
+            Outcome::Points(points) if points.iter().all(|point| point.insertion.is_none()) => {
+                Self::PointOutOfRange
+            }
+            Outcome::Points(points) => match points.len() {
+                0 | 1 => Self::Point,
+                2 => Self::TwoPoints,
+                _ => Self::ThreePoints,
+            },
         }
     }
 }
@@ -263,7 +285,7 @@ mod tests {
 
     #[test]
     fn every_outcome_has_its_code() {
-        let plain = (0..REJECTED).map(|code| PathOutcome::from_code(code).expect("a plain outcome"));
+        let plain = (0..REJECTED).chain([TWO_POINTS, THREE_POINTS]).map(|code| PathOutcome::from_code(code).expect("a plain outcome"));
         let rejected = Rejection::ALL.map(PathOutcome::Rejected);
         let input = InputError::ALL.map(PathOutcome::Input);
         let mut codes = heapless::Vec::<u8, 32>::new();
@@ -274,7 +296,7 @@ mod tests {
             assert_eq!(PathOutcome::from_code(code), Some(outcome));
             codes.push(code).expect("room");
         }
-        assert_eq!(codes.len(), 24);
+        assert_eq!(codes.len(), 26);
         assert_eq!(PathOutcome::from_code(18), None);
         assert_eq!(PathOutcome::from_code(31), None);
     }
@@ -299,7 +321,7 @@ mod tests {
         );
         assert_eq!(
             [outcome(&[None, in_map]), outcome(&[in_map, None])],
-            [PathOutcome::Point; 2]
+            [PathOutcome::TwoPoints; 2]
         );
         assert_eq!(outcome(&[None; 3]), PathOutcome::PointOutOfRange);
     }
