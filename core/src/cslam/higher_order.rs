@@ -103,20 +103,21 @@ fn consider(
     }
 }
 
-/// Where the mirrors of a chain reflect, met backwards from the UAV. `None` when they do not.
+/// Where the mirrors of a chain reflect, met backwards from the UAV. `None` when they do not. Each lies between the GMT as the mirrors
+/// before show it and the UAV as those after do: so the error of every mirror enters a point once.
 fn reflections(uav: End, sources: &[End], chain: &[&Known]) -> Option<Reflections> {
-    let mut end = uav;
+    let (mut seen, mut next) = (uav, uav.at);
     let mut backwards = Reflections::new();
     for (mirror, source) in chain.iter().zip(sources).rev() {
-        let point = point_on(&end, source, &mirror.plane)?;
-        if !mirror.reaches(point.position.vector()) {
+        let point = point_on(&seen, source, &mirror.plane)?;
+        let here = *point.position.vector();
+        let goes_on = mirror.plane.height_m(&next) > LEAST_HEIGHT_M;
+        if !goes_on || !mirror.reaches(&here) {
             return None;
         }
-        end = End {
-            at: *point.position.vector(),
-            covariance: point.covariance,
-        };
-        backwards.push(point).ok()?;
+        let distance_m = (here - uav.at).norm();
+        backwards.push(ReflectionPoint { distance_m, ..point }).ok()?;
+        (seen, next) = (seen.mirrored(&mirror.plane), here);
     }
     let mut points = Reflections::new();
     for point in backwards.iter().rev() {

@@ -285,7 +285,9 @@ mod tests {
 
     #[test]
     fn every_outcome_has_its_code() {
-        let plain = (0..REJECTED).chain([TWO_POINTS, THREE_POINTS]).map(|code| PathOutcome::from_code(code).expect("a plain outcome"));
+        let plain = (0..REJECTED)
+            .chain([TWO_POINTS, THREE_POINTS])
+            .map(|code| PathOutcome::from_code(code).expect("a plain outcome"));
         let rejected = Rejection::ALL.map(PathOutcome::Rejected);
         let input = InputError::ALL.map(PathOutcome::Input);
         let mut codes = heapless::Vec::<u8, 32>::new();

@@ -35,7 +35,7 @@ pub struct FirstOrderPaths {
     pub not_found: usize,
     /// Measured without a pose.
     pub no_pose: usize,
-    /// Judged not to be one reflection.
+    /// Judged not to be one reflection, whether or not as several they gave points.
     pub improbable: usize,
     /// Without an angle of departure that would prove them.
     pub departure_unknown: usize,
@@ -67,7 +67,7 @@ impl FirstOrderPaths {
         match verdict {
             MeasuredPath::OK => &mut self.accepted,
             MeasuredPath::NO_POSE => &mut self.no_pose,
-            MeasuredPath::NOT_FIRST_ORDER => &mut self.improbable,
+            MeasuredPath::NOT_FIRST_ORDER | MeasuredPath::OK_HIGHER_ORDER => &mut self.improbable,
             MeasuredPath::DEPARTURE_UNKNOWN => &mut self.departure_unknown,
             _ if verdict == Rejection::IllConditioned.to_string() => &mut self.ill_conditioned,
             _ => &mut self.refused,
@@ -159,21 +159,22 @@ mod tests {
             "angle of departure not known well enough",
             "ill-conditioned: the point's error is too large",
             "line of sight",
+            MeasuredPath::OK_HIGHER_ORDER,
         ];
         let mut record = sweep(0, [0.0; 3]);
-        record.truth.link.as_mut().expect("known").paths = (0..7)
-            .map(|k| true_path(u8::from(k < 6), 10.0 + f64::from(k), [1.0, 1.0]))
+        record.truth.link.as_mut().expect("known").paths = (0..8)
+            .map(|k| true_path(u8::from(k < 7), 10.0 + f64::from(k), [1.0, 1.0]))
             .collect();
-        record.estimate.paths = vec![measured(10.0, [1.0, 1.0]); 7];
+        record.estimate.paths = vec![measured(10.0, [1.0, 1.0]); 8];
         for (path, verdict) in record.estimate.paths.iter_mut().zip(verdicts) {
             path.verdict = verdict.into();
         }
-        record.truth.matches = (0..7).map(Some).collect();
+        record.truth.matches = (0..8).map(Some).collect();
         let expected = FirstOrderPaths {
-            paths: 6,
+            paths: 7,
             accepted: 1,
             no_pose: 1,
-            improbable: 1,
+            improbable: 2,
             departure_unknown: 1,
             ill_conditioned: 1,
             refused: 1,
