@@ -99,11 +99,12 @@ pub enum Mapped {
 /// ends, and of one that none explains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mirrored {
-    /// Least probability of first order of one that a mirror explains.
+    /// Least probability of first order of one that a mirror explains, and of higher order of one that two or three explain.
     pub min_probability: f32,
     /// The same of one that none explains, for a point: of those just below, one in four is wrong.
     pub min_probability_alone: f32,
-    /// Largest error of a point on the mirror, m, where that is known better than the point that the path alone gives. It
+    /// Largest error of a point on the mirror, m, where that is known better than the point that the path alone gives, and of
+    /// every point of a path of several reflections. It
     /// may be larger than of other points: along the mirror, a point that is off still lies on the surface.
     pub max_sigma_m: f32,
 }

@@ -50,6 +50,14 @@ fn two_reflections_of_two_sweeps_are_the_wall_and_of_three_prove_it() {
 }
 
 #[test]
+fn the_piece_that_proves_a_mirror_says_so_once() {
+    let mut mirrors = Mirrors::supposed();
+    let told = [(1, 0), (2, 0), (3, 0), (4, 0), (5, 1), (6, 1)]
+        .map(|(sweep, stop)| mirrors.enter(sweep, stop, &aside(0.0, 0.0)));
+    assert_eq!(told, [false, false, false, false, true, false]);
+}
+
+#[test]
 fn a_place_that_is_not_known_well_shows_no_mirror() {
     let (ends, point) = reflection(9.0);
     let known_to = |sigma_m: f32| Ends {
