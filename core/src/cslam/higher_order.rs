@@ -7,9 +7,10 @@
 
 use heapless::Vec;
 
-use super::known::{KNOWN, Known};
-use super::specular::{End, LEAST_HEIGHT_M, both, is_placed, misfit_of, point_on};
-use crate::geometry::{Direction, Position, Vector3, World};
+use super::known::{KNOWN, Known, is_blocked};
+use super::specular::{End, both, is_before, is_placed, misfit_of, point_on};
+use crate::bounded::gather;
+use crate::geometry::{Direction, Vector3, World};
 use crate::path::Path;
 use crate::reflection::{Ends, ReflectionPoint};
 
@@ -42,17 +43,16 @@ pub(super) fn explain(
     let source = uav + path.aoa.vector() * path.c_tau_m;
     let far_m = FAR.0 + FAR.1 * path.c_tau_m;
     let is_near = |a: &Vector3<f32>, b: &Vector3<f32>| (a - b).norm_squared() < far_m * far_m;
-    let is_before = |mirror: &Known, point: &Vector3<f32>| mirror.plane.height_m(point) > LEAST_HEIGHT_M;
     // The last mirrors that the UAV may look into, with what the source is in them.
     let mut last: Vec<(&Known, Vector3<f32>), KNOWN> = Vec::new();
-    for mirror in known.iter().filter(|mirror| is_before(mirror, uav)) {
+    for mirror in known.iter().filter(|mirror| is_before(&mirror.plane, uav)) {
         let _fits = last.push((mirror, mirror.plane.image(&source)));
     }
     let mut best: Option<(f32, Reflections)> = None;
-    for first in known.iter().filter(|mirror| is_before(mirror, gmt)) {
+    for first in known.iter().filter(|mirror| is_before(&mirror.plane, gmt)) {
         let one = first.plane.image(gmt);
         for second in known {
-            if core::ptr::eq(first, second) || !is_before(second, &one) {
+            if core::ptr::eq(first, second) || !is_before(&second.plane, &one) {
                 continue;
             }
             let two = second.plane.image(&one);
@@ -65,7 +65,7 @@ pub(super) fn explain(
                 return None;
             }
             for (third, seen) in &last {
-                if is_near(&two, seen) && !core::ptr::eq(*third, second) && is_before(third, &two) {
+                if is_near(&two, seen) && !core::ptr::eq(*third, second) && is_before(&third.plane, &two) {
                     consider(ends, path, known, &[first, second, third], &mut best);
                 }
             }
@@ -82,7 +82,7 @@ fn consider(
     chain: &[&Known],
     best: &mut Option<(f32, Reflections)>,
 ) {
-    let mut sources: Vec<End, { MAX_REFLECTIONS + 1 }> = Vec::new();
+    let mut sources: Vec<End, MAX_REFLECTIONS> = Vec::new();
     let [uav, gmt] = both(ends);
     let mut source = gmt;
     for mirror in chain {
@@ -96,8 +96,11 @@ fn consider(
         return;
     }
     if let Some(points) = reflections(uav, &sources, chain)
-        && !is_blocked(ends, known, chain, &points)
-        && (chain.len() < MAX_REFLECTIONS || left_towards(ends, path, &points))
+        && !is_blocked(known, chain, &way(ends, &points))
+        && (chain.len() < MAX_REFLECTIONS
+            || points
+                .first()
+                .is_some_and(|first| left_towards(ends, path, first.position.vector(), DEPARTURE_RAD)))
     {
         *best = Some((misfit, points));
     }
@@ -111,8 +114,7 @@ fn reflections(uav: End, sources: &[End], chain: &[&Known]) -> Option<Reflection
     for (mirror, source) in chain.iter().zip(sources).rev() {
         let point = point_on(&seen, source, &mirror.plane)?;
         let here = *point.position.vector();
-        let goes_on = mirror.plane.height_m(&next) > LEAST_HEIGHT_M;
-        if !goes_on || !mirror.reaches(&here) {
+        if !is_before(&mirror.plane, &next) || !mirror.reaches(&here) {
             return None;
         }
         let distance_m = (here - uav.at).norm();
@@ -126,36 +128,22 @@ fn reflections(uav: End, sources: &[End], chain: &[&Known]) -> Option<Reflection
     Some(points)
 }
 
-/// Whether a known wall stands in the way, other than those that reflect.
-fn is_blocked(ends: &Ends, known: &[Known], chain: &[&Known], points: &[ReflectionPoint]) -> bool {
-    let mut from = ends.gmt.vector();
-    let after = points.iter().map(|point| point.position.vector());
-    for to in after.chain(core::iter::once(ends.uav.vector())) {
-        let other = |mirror: &&Known| !chain.iter().any(|met| core::ptr::eq(*met, *mirror));
-        if known.iter().filter(other).any(|mirror| mirror.blocks(from, to)) {
-            return true;
-        }
-        from = to;
-    }
-    false
+/// From the GMT over these points to the UAV.
+fn way(ends: &Ends, points: &[ReflectionPoint]) -> Vec<Vector3<f32>, { MAX_REFLECTIONS + 2 }> {
+    let points = points.iter().map(|point| *point.position.vector());
+    gather(
+        core::iter::once(*ends.gmt.vector())
+            .chain(points)
+            .chain(core::iter::once(*ends.uav.vector())),
+    )
 }
 
-/// Whether a path left the GMT for the first of these points, as far as its departure is known.
-fn left_towards(ends: &Ends, path: &Path<World>, points: &[ReflectionPoint]) -> bool {
-    let first = points.first().map(|point| point.position);
-    first.is_some_and(|first| {
-        departure_off_rad(&ends.gmt, path, &first).is_some_and(|off| off < DEPARTURE_RAD)
-    })
-}
-
-/// Angle between a path's departure and the way from the GMT to a point, rad. `None` when either is not known.
-pub(super) fn departure_off_rad(
-    gmt: &Position<World>,
-    path: &Path<World>,
-    towards: &Position<World>,
-) -> Option<f32> {
-    let way = Direction::<World>::from_vector(towards.from_origin(gmt)).ok()?;
-    path.aod.map(|departure| departure.direction.angle_to_rad(&way))
+/// Whether a path left the GMT for a point, to within an angle. A departure that is not known went nowhere.
+pub(super) fn left_towards(ends: &Ends, path: &Path<World>, point: &Vector3<f32>, within_rad: f32) -> bool {
+    let way = Direction::<World>::from_vector(point - ends.gmt.vector());
+    path.aod
+        .zip(way.ok())
+        .is_some_and(|(departure, way)| departure.direction.angle_to_rad(&way) < within_rad)
 }
 
 #[cfg(test)]

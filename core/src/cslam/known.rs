@@ -78,10 +78,38 @@ impl Known {
         let (from_m, to_m) = (self.plane.height_m(from), self.plane.height_m(to));
         from_m * to_m < 0.0
             && from_m.abs().min(to_m.abs()) > CLEAR_M
-            && self
-                .bounds_m
-                .hold(&(from + (to - from) * (from_m / (from_m - to_m))), THICKNESS_M)
+            && self.bounds_m.hold(&crossing(&self.plane, from, to), THICKNESS_M)
     }
+}
+
+/// Whether what is known of a mirror, other than those that reflect, stands in a way from point to point.
+pub(super) fn is_blocked(known: &[Known], reflecting: &[&Known], way: &[Vector3<f32>]) -> bool {
+    known
+        .iter()
+        .filter(|mirror| !reflecting.iter().any(|met| core::ptr::eq(*met, *mirror)))
+        .any(|mirror| {
+            way.iter()
+                .zip(way.iter().skip(1))
+                .any(|(from, to)| mirror.blocks(from, to))
+        })
+}
+
+/// Where the straight way between two points on either side of a plane passes through it.
+pub(super) fn crossing(plane: &Plane, from: &Vector3<f32>, to: &Vector3<f32>) -> Vector3<f32> {
+    let (from_m, to_m) = (plane.height_m(from), plane.height_m(to));
+    from + (to - from) * (from_m / (from_m - to_m))
+}
+
+/// The first of all that are of one wall.
+fn each_once<T>(mirrors: impl Iterator<Item = T>, plane: impl Fn(&T) -> &Plane) -> Vec<T, KNOWN> {
+    let mut known = Vec::new();
+    for mirror in mirrors {
+        if !known.iter().any(|other| same(plane(other), plane(&mirror))) {
+            // There is room for all of them.
+            let _fits = known.push(mirror);
+        }
+    }
+    known
 }
 
 /// Mirrors that may prove what a path is: the ground first when there is one, each wall once.
@@ -91,7 +119,6 @@ pub(super) fn proving(
     single: &Mirrors<MIRRORS>,
     supposed: &Mirrors<SUPPOSED>,
 ) -> Vec<Known, KNOWN> {
-    let mut known = Vec::new();
     let ground = ground.map(|plane| Known {
         plane,
         bounds_m: Bounds::everywhere(),
@@ -104,16 +131,9 @@ pub(super) fn proving(
         plane: mirror.of.plane,
         bounds_m: mirror.bounds_m,
     });
-    for mirror in ground.into_iter().chain(mapped).chain(shown) {
-        if !known
-            .iter()
-            .any(|other: &Known| same(&other.plane, &mirror.plane))
-        {
-            // There is room for all of them.
-            let _fits = known.push(mirror);
-        }
-    }
-    known
+    each_once(ground.into_iter().chain(mapped).chain(shown), |known| {
+        &known.plane
+    })
 }
 
 /// Mirrors that may hold the pose, each wall once.
@@ -122,21 +142,12 @@ pub(super) fn holding(
     single: &Mirrors<MIRRORS>,
     supposed: &Mirrors<SUPPOSED>,
 ) -> Vec<MappedPlane, KNOWN> {
-    let mut known = Vec::new();
     let mapped = surfaces.iter().map(|surface| MappedPlane {
         id: surface.id,
         plane: surface.plane,
     });
     let shown = single.seen().chain(supposed.proven()).map(|mirror| mirror.of);
-    for mirror in mapped.chain(shown) {
-        if !known
-            .iter()
-            .any(|other: &MappedPlane| same(&other.plane, &mirror.plane))
-        {
-            let _fits = known.push(mirror);
-        }
-    }
-    known
+    each_once(mapped.chain(shown), |known| &known.plane)
 }
 
 /// Around the corners of a surface.

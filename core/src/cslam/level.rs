@@ -60,6 +60,11 @@ fn wrapped(angle_rad: f64) -> f64 {
     libm::atan2(libm::sin(angle_rad), libm::cos(angle_rad))
 }
 
+/// Whether a direction is level enough to have an azimuth.
+fn has_azimuth(v: &Vector3<f64>) -> bool {
+    libm::hypot(v.x, v.y) > LEAST_LEVEL
+}
+
 /// The triangle of a path of this length that came along `seen` and left along `left`, beside a straight one of `range_m` along
 /// `sight`: directions of arrival in level axes, of departure in world axes.
 fn way(
@@ -75,8 +80,7 @@ fn way(
         return None;
     }
     let out = (seen * last_m - sight * range_m) / first_m;
-    let level = |v: &Vector3<f64>| libm::hypot(v.x, v.y) > LEAST_LEVEL;
-    if !(level(&out) && level(left) && (out.z - left.z).abs() < ELEVATION) {
+    if !(has_azimuth(&out) && has_azimuth(left) && (out.z - left.z).abs() < ELEVATION) {
         return None;
     }
     let left_rad = libm::atan2(left.y, left.x);
@@ -88,8 +92,7 @@ fn way(
 
 /// The yaw of a body that sees the GMT along `sight`, in level axes, by a wave that left it along `left`, in world axes.
 fn straight_yaw(sight: &Vector3<f64>, left: &Vector3<f64>) -> Option<f64> {
-    let level = |v: &Vector3<f64>| libm::hypot(v.x, v.y) > LEAST_LEVEL;
-    let straight = level(sight) && level(left) && (sight.z + left.z).abs() < ELEVATION;
+    let straight = has_azimuth(sight) && has_azimuth(left) && (sight.z + left.z).abs() < ELEVATION;
     straight.then(|| wrapped(libm::atan2(-left.y, -left.x) - libm::atan2(sight.y, sight.x)))
 }
 

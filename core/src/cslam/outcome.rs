@@ -109,7 +109,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let ends = &scene.ends;
         let [uav, gmt] = both(ends);
         if judged.off_ground {
-            return point_on(&uav, &gmt, &ground(ends, self.config.accept.point.ground_z_m?)?);
+            let ground = scene.known.iter().find(|known| known.is_ground())?;
+            return point_on(&uav, &gmt, &ground.plane);
         }
         scene
             .known

@@ -19,7 +19,7 @@ use crate::reflection::{Ends, ReflectionPoint};
 const LENGTH_M: f32 = 0.15;
 const ANGLE_RAD: f32 = 0.003;
 /// Height over the mirror below which an end lies in it, m.
-pub(super) const LEAST_HEIGHT_M: f32 = 0.1;
+const LEAST_HEIGHT_M: f32 = 0.1;
 /// Standard deviations of the ground, which is flat as far as is known: shift, m, tilts, rad.
 const GROUND_SHIFT_M: f32 = 0.05;
 const GROUND_TILT_RAD: f32 = 0.003;
@@ -156,6 +156,11 @@ pub(super) fn better(
         _ => (solved, most_m),
     };
     (point.sigma_m() <= most_m).then_some(*point)
+}
+
+/// Whether a point lies before a plane, and not in it.
+pub(super) fn is_before(plane: &Plane, point: &Vector3<f32>) -> bool {
+    plane.height_m(point) > LEAST_HEIGHT_M
 }
 
 /// Heights of both ends over a plane that reflects between them: UAV, GMT, m.

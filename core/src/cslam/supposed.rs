@@ -5,10 +5,10 @@
 //! but that walls stand upright and that the path left the GMT for its first point; so the plane is only supposed, until
 //! sweeps from several stops of the GMT agree on it ([`super::mirrors`]).
 
-use super::higher_order::departure_off_rad;
-use super::known::Known;
+use super::higher_order::left_towards;
+use super::known::{Known, crossing, is_blocked};
 use super::mirrors::piece_of;
-use super::specular::{LEAST_HEIGHT_M, is_placed};
+use super::specular::{is_before, is_placed};
 use crate::geometry::{Direction, Position, Vector3, World};
 use crate::localization::planes::Plane;
 use crate::path::Path;
@@ -38,22 +38,11 @@ pub(super) fn suppose(
     for mirror in known {
         for found in [two.after(mirror), two.before(mirror)].into_iter().flatten() {
             let above = |point: &Vector3<f32>| ground_z_m.is_none_or(|ground_z_m| point.z > ground_z_m);
-            let left = Position::from_vector(found.first)
-                .ok()
-                .and_then(|first| departure_off_rad(&ends.gmt, path, &first));
-            let legs = [
-                (&two.gmt, &found.first),
-                (&found.first, &found.last),
-                (&found.last, &two.uav),
-            ];
-            let blocked = known
-                .iter()
-                .filter(|other| !core::ptr::eq(*other, mirror))
-                .any(|other| legs.iter().any(|(from, to)| other.blocks(from, to)));
-            if !blocked
-                && above(&found.first)
+            let way = [two.gmt, found.first, found.last, two.uav];
+            if above(&found.first)
                 && above(&found.last)
-                && left.is_some_and(|off| off < DEPARTURE_RAD)
+                && left_towards(ends, path, &found.first, DEPARTURE_RAD)
+                && !is_blocked(known, &[mirror], &way)
             {
                 take(&found.plane);
             }
@@ -112,14 +101,9 @@ fn between(front: &Vector3<f32>, behind: &Vector3<f32>) -> Option<Plane> {
     (normal.vector().z.abs() < MOST_LEAN).then(|| piece_of(normal, middle))
 }
 
-fn is_before(plane: &Plane, point: &Vector3<f32>) -> bool {
-    plane.height_m(point) > LEAST_HEIGHT_M
-}
-
 /// Where the straight way from a point before a plane to one behind passes through it.
 fn met(plane: &Plane, from: &Vector3<f32>, to: &Vector3<f32>) -> Option<Vector3<f32>> {
-    let (from_m, to_m) = (plane.height_m(from), plane.height_m(to));
-    (from_m > LEAST_HEIGHT_M && to_m < 0.0).then(|| from + (to - from) * (from_m / (from_m - to_m)))
+    (is_before(plane, from) && plane.height_m(to) < 0.0).then(|| crossing(plane, from, to))
 }
 
 #[cfg(test)]
