@@ -1,4 +1,7 @@
 //! What is sent when: a heartbeat and the estimator's status once a second, everything else when it comes.
+//!
+//! The frames that one packet becomes share datagrams. A packet of points is dozens of frames, and a receiver's operating system
+//! charges its buffer the same for a small datagram as for a large one: one by one they would overrun it.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -14,6 +17,8 @@ use crate::ground::uav::STALE_AFTER_S;
 
 /// Time between two heartbeats, s.
 const HEARTBEAT_S: f64 = 1.0;
+/// Bytes of frames in a datagram at most: no link of the field splits it.
+const DATAGRAM: usize = 1200;
 
 /// What is remembered of a UAV.
 #[derive(Clone, Debug, Default)]
@@ -31,7 +36,7 @@ pub struct Out {
     framer: Framer,
     uavs: BTreeMap<u8, Known>,
     heartbeat_due_s: f64,
-    /// Frames that the operating system did not take.
+    /// Datagrams that the operating system did not take.
     refused: u64,
 }
 
@@ -56,7 +61,7 @@ impl Out {
         })
     }
 
-    /// Frames that the operating system did not take.
+    /// Datagrams that the operating system did not take.
     pub fn refused(&self) -> u64 {
         self.refused
     }
@@ -66,10 +71,23 @@ impl Out {
         uav.max(1)
     }
 
-    fn send(&mut self, uav: u8, message: &Message) {
-        let frame = self.framer.frame(Self::system(uav), message);
+    /// Sends messages in as few datagrams as hold them.
+    fn send(&mut self, uav: u8, messages: &[Message]) {
+        let mut datagram: Vec<u8> = Vec::with_capacity(DATAGRAM);
+        for message in messages {
+            let frame = self.framer.frame(Self::system(uav), message);
+            if datagram.len() + frame.len() > DATAGRAM {
+                self.send_datagram(&datagram);
+                datagram.clear();
+            }
+            datagram.extend_from_slice(&frame);
+        }
+        self.send_datagram(&datagram);
+    }
+
+    fn send_datagram(&mut self, datagram: &[u8]) {
         // Nobody may listen yet: that is no trouble of the station.
-        if self.socket.send_to(&frame, self.to).is_err() {
+        if !datagram.is_empty() && self.socket.send_to(datagram, self.to).is_err() {
             self.refused += 1;
         }
     }
@@ -99,9 +117,7 @@ impl Out {
             })],
             _ => Vec::new(),
         };
-        for message in &messages {
-            self.send(heard.uav, message);
-        }
+        self.send(heard.uav, &messages);
     }
 
     /// Sends what is due at a time of the station.
@@ -117,10 +133,10 @@ impl Out {
             .collect();
         for (uav, is_fresh, pose) in due {
             let is_active = is_fresh && pose.is_some_and(|pose| !pose.flags.starting);
-            self.send(uav, &Message::Heartbeat(Heartbeat { is_active }));
-            if let Some(pose) = pose {
-                self.send(uav, &Message::EstimatorStatus(estimator_status(&pose, is_fresh)));
-            }
+            let status = pose.map(|pose| Message::EstimatorStatus(estimator_status(&pose, is_fresh)));
+            let heartbeat = Message::Heartbeat(Heartbeat { is_active });
+            let both: Vec<Message> = std::iter::once(heartbeat).chain(status).collect();
+            self.send(uav, &both);
         }
     }
 }
@@ -173,5 +189,42 @@ fn estimator_status(pose: &Pose, is_fresh: bool) -> EstimatorStatus {
         flags: good,
         horizontal_m: libm::hypot(east, north),
         vertical_m: up,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+    use crate::ground::model::Severity;
+
+    #[test]
+    fn frames_share_datagrams_in_their_order() {
+        let listener = UdpSocket::bind("127.0.0.1:0").expect("a free port");
+        listener
+            .set_read_timeout(Some(Duration::from_secs(5)))
+            .expect("longer than nothing");
+        let mut out = Out::new(listener.local_addr().expect("bound")).expect("a free port");
+        let texts = (0..40).map(|number| {
+            Message::StatusText(StatusText {
+                severity: Severity::Info,
+                text: format!("text number {number:02} of several"),
+            })
+        });
+        out.send(7, &texts.collect::<Vec<_>>());
+        let (mut heard, mut datagrams, mut buffer) = (Vec::new(), 0, [0; 2048]);
+        while !String::from_utf8_lossy(&heard).contains("number 39") {
+            let length = listener.recv(&mut buffer).expect("it comes over the loopback");
+            assert!(length <= DATAGRAM, "{length}");
+            datagrams += 1;
+            heard.extend_from_slice(&buffer[..length]);
+        }
+        let all = String::from_utf8_lossy(&heard);
+        let places: Vec<_> = (0..40).map(|n| all.find(&format!("number {n:02}"))).collect();
+        assert!(places.iter().all(Option::is_some) && places.is_sorted());
+        // 46 bytes each, 26 of them to a datagram.
+        assert_eq!(datagrams, 2);
+        assert_eq!(out.refused(), 0);
     }
 }
