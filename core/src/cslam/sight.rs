@@ -143,9 +143,11 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         }
         if let Some(ground_z_m) = self.config.accept.point.ground_z_m
             && let Ok(down) = Direction::<World>::from_vector(-Vector3::z())
+            && let up = gmt.attitude.inverse().apply_vector(&Vector3::new(0.0, 0.0, 1.0))
+            && let Ok(up) = Direction::<Gmt>::from_vector(up.map(|c| c as f32))
         {
             let height_m = gmt.position_m.z as f32 - ground_z_m;
-            sighting = sighting.with_ground(range_m, height_m, &pose.attitude.inverse().apply(down));
+            sighting = sighting.with_ground(range_m, height_m, &pose.attitude.inverse().apply(down), &up);
         }
         Some(sighting)
     }

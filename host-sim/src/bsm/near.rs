@@ -162,6 +162,7 @@ fn trial<const N: usize>(distance_m: f64, seed: u64, index: u32) -> (f64, Option
         c_tau_m: (distance_m + SPEED_OF_LIGHT_M_PER_S * CLOCK_S + 0.05 * stream.normal()) as f32,
         interferers: Default::default(),
         expected: None,
+        ground: None,
     };
     squint.begin(&sighting).expect("line of sight");
     for block in &mut heard.blocks {

@@ -234,7 +234,9 @@ fn sight(paths: &[EstimatedPath], null: bool, down: &Direction<Body>) -> Option<
     let mut sighting = Sighting::new(true, paths, los, &Codebook::<f32>::default())?;
     if null {
         let range_m = sighting.c_tau_m;
-        sighting = sighting.with_ground(range_m, GMT_HEIGHT_M as f32, down);
+        let up = unit::<Gmt>(Vector3::z());
+        let up = Direction::from_vector(up.vector().cast()).expect("unit");
+        sighting = sighting.with_ground(range_m, GMT_HEIGHT_M as f32, down, &up);
     } else {
         sighting.interferers.clear();
     }

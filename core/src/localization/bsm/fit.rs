@@ -16,7 +16,7 @@ use crate::array::SquintSymbol;
 
 /// Longest step of an iteration: a quarter of the pattern's half lobe, and a metre.
 const LONGEST: f32 = 0.06;
-const LONGEST_M: f32 = 1.0;
+pub(super) const LONGEST_M: f32 = 1.0;
 /// Iterations at most. The sixth is usually the last.
 const ITERATIONS: usize = 16;
 /// Steps under this share of a standard deviation (squared, all parameters) end the iteration.
@@ -230,7 +230,7 @@ pub(super) struct Sums {
 
 impl Sums {
     /// Squared magnitude of the gain that fits best.
-    fn gain_power(&self) -> f32 {
+    pub(super) fn gain_power(&self) -> f32 {
         self.ry.norm_sqr() / (self.rr * self.rr)
     }
 

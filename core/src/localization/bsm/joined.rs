@@ -251,6 +251,7 @@ mod tests {
             c_tau_m: 50.0,
             interferers: heapless::Vec::new(),
             expected: None,
+            ground: None,
         };
         let on = |azimuth_deg: f32, face| sighting.on_face(face, &direction(azimuth_deg), &arrays());
         // Face 1 looks at 120 degrees.

@@ -6,7 +6,8 @@
 //!
 //! - [`BeamSquint::pick`]: the strongest subcarrier, the paper's rule;
 //! - [`BeamSquint::parabola`]: a parabola through the smoothed log power around it;
-//! - [`BeamSquint::fit`]: maximum likelihood, the known pattern with free gains, direction and delay together.
+//! - [`BeamSquint::fit`]: maximum likelihood, the known pattern with free gains, direction and delay together; with the
+//!   ground known ([`Sighting::with_ground`]) that of the ground bounce as well.
 //!
 //! The result is a [`Bearing`]: direction and delay, two separate measurements with covariance. The pattern tells the
 //! way the wave left, so without line of sight it points at a reflector: the caller says whether there is line of
@@ -18,6 +19,7 @@
 //! At 30 GHz the 8 x 8 faces have a Rayleigh distance under a metre: only angles can be swept. [`near_field`] is for
 //! large arrays, where range can be swept as well. Source: signal.md section 6.
 
+mod bounce;
 mod fit;
 mod joined;
 pub mod near_field;
@@ -37,7 +39,7 @@ use nalgebra::Matrix2;
 pub use joined::Joined;
 pub use reception::NULLS;
 pub use refusal::Refusal;
-pub use sighting::{Expected, Sighting};
+pub use sighting::{Expected, Ground, Sighting};
 
 use crate::array::{GmtFace, SquintConfig, SquintScheme, SquintSymbol, UavArrays};
 use crate::block::BeamBlock;
@@ -45,6 +47,7 @@ use crate::bounded::gather;
 use crate::geometry::{Direction, Gmt};
 use crate::ltd::{Correlator, Workspace};
 use crate::waveform::Waveform;
+use bounce::Mirror;
 use fit::{Heard, Place};
 use pattern::Band;
 use reception::{Reception, Spectrum};
@@ -154,6 +157,7 @@ pub struct BeamSquint<
     /// Face and reference delay.
     begun: Option<(usize, f32)>,
     expected: Option<Expected>,
+    mirror: Option<Mirror>,
 }
 
 impl<
@@ -203,6 +207,7 @@ impl<
             spectra: [None; SYMBOLS],
             begun: None,
             expected: None,
+            mirror: None,
         })
     }
 
@@ -220,11 +225,16 @@ impl<
             return Err(Refusal::NotFinite);
         }
         let (aoa, nulls) = (&sighting.aoa, &sighting.interferers);
-        if !self.reception.aim(&self.arrays, aoa, sighting.c_tau_m, nulls) {
+        let bounce = sighting.ground.as_ref().map(|ground| &ground.arrival);
+        if !self
+            .reception
+            .aim(&self.arrays, aoa, sighting.c_tau_m, nulls, bounce)
+        {
             return Err(Refusal::Masked);
         }
         self.begun = Some((sighting.face, sighting.c_tau_m));
         self.expected = sighting.expected;
+        self.mirror = sighting.mirror();
         Ok(())
     }
 
@@ -314,18 +324,23 @@ impl<
             return Err(Refusal::Ambiguous);
         }
         let shown = heard.shown::<X, Z>(best).ok_or(Refusal::SymbolsMissing)?;
-        let mut covariance = shown.cosines;
+        let (mut place, mut covariance, mut delay_m2) = (best.place, shown.cosines, shown.delay_m2);
+        if let Some(mirror) = &self.mirror {
+            let joint = heard.fit_both::<X, Z>(best, mirror);
+            let joint = joint.filter(|joint| joint.settled).ok_or(Refusal::Unsettled)?;
+            (place, covariance, delay_m2) = (joint.place, joint.covariance, joint.delay_m2);
+        }
         let [rx, rz] = self.config.residual_sigma;
         covariance.m11 += rx * rx;
         covariance.m22 += rz * rz;
         let sigma_m = self.config.delay_sigma_m;
         Ok(Bearing {
             face,
-            cosines: best.place.cosines,
+            cosines: place.cosines,
             covariance,
             delay: Some(Delay {
-                c_tau_m: reference_m + best.place.delay_m,
-                variance_m2: shown.delay_m2 + sigma_m * sigma_m,
+                c_tau_m: reference_m + place.delay_m,
+                variance_m2: delay_m2 + sigma_m * sigma_m,
             }),
         })
     }

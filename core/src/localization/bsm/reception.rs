@@ -17,10 +17,13 @@ use crate::geometry::{Body, Direction};
 use crate::ltd::{Channel, Correlator, Iq, Workspace, bin_at};
 use crate::waveform::{SAMPLES, Waveform};
 
-/// Interferers that can be nulled.
+/// Interferers that can be nulled, the ground bounce among them.
 pub const NULLS: usize = 2;
 /// Share of its power towards the path that an array must keep beside its nulls (-35 dB): weaker ones are left out.
 const LEAST_KEPT: f32 = 3e-4;
+/// The same beside the null of the ground bounce (-10 dB): an array that would keep less does without that null. The fit has the
+/// bounce as well, and a path that the null weakens is one that everything else outweighs.
+const LEAST_KEPT_OF_BOUNCE: f32 = 0.1;
 /// Subcarriers beside the band that tell the noise begin this many beyond its edges.
 const GUARD: i32 = 12;
 /// Amplitudes are kept in units of 2^-34: thermal noise in sqrt(W) is then of the order of one.
@@ -72,13 +75,15 @@ impl<const A: usize, const E: usize, const C: usize, const ACTIVE: usize> Recept
         }
     }
 
-    /// Points the beam at `aoa`, with nulls. Returns whether any array keeps enough of the path.
+    /// Points the beam at `aoa`, with nulls, and one for the ground bounce where that is not too near. Returns whether any array
+    /// keeps enough of the path.
     pub(super) fn aim(
         &mut self,
         arrays: &UavArrays<f32, A, E>,
         aoa: &Direction<Body>,
         c_tau_m: f32,
         nulls: &[Direction<Body>],
+        bounce: Option<&Direction<Body>>,
     ) -> bool {
         let steps = arrays.phase_step_rad(aoa);
         let leads_m = arrays.lead_m(aoa);
@@ -86,14 +91,21 @@ impl<const A: usize, const E: usize, const C: usize, const ACTIVE: usize> Recept
         for (j, weights) in self.weights.as_chunks_mut::<E>().0.iter_mut().enumerate() {
             let of = |values: &[f32; A]| values.get(j).copied().unwrap_or(0.0);
             let mut basis: Vec<[Complex<f32>; E], NULLS> = Vec::new();
-            for null in nulls.iter().take(NULLS) {
-                let mut vector = UavArrays::<f32, A, E>::steering(of(&arrays.phase_step_rad(null)));
-                if purge(&mut vector, &basis) > LEAST_KEPT {
-                    let _ = basis.push(vector);
+            let towards = |step_rad: f32, basis: &[[Complex<f32>; E]]| {
+                let mut vector = UavArrays::<f32, A, E>::steering(step_rad);
+                let kept = purge(&mut vector, basis);
+                (vector, kept)
+            };
+            let bounce = bounce.into_iter().map(|null| (null, LEAST_KEPT_OF_BOUNCE));
+            for (null, least) in bounce.chain(nulls.iter().map(|null| (null, 0.0))) {
+                let (vector, apart) = towards(of(&arrays.phase_step_rad(null)), &basis);
+                let usable = apart > LEAST_KEPT && basis.push(vector).is_ok();
+                if usable && towards(of(&steps), &basis).1 < least {
+                    let _masks = basis.pop();
                 }
             }
-            let mut vector = UavArrays::<f32, A, E>::steering(of(&steps));
-            let keeps = purge(&mut vector, &basis) > LEAST_KEPT;
+            let (vector, kept) = towards(of(&steps), &basis);
+            let keeps = kept > LEAST_KEPT;
             *weights = vector.map(|v| if keeps { v.conj() } else { ZERO });
             if let Some(delay_m) = self.delay_m.get_mut(j) {
                 *delay_m = keeps.then(|| c_tau_m - of(&leads_m));

@@ -14,7 +14,7 @@ use crate::array::SquintSymbol;
 
 /// Blocks that the subcarriers of a symbol are cut into: each spans a quarter of the band, over which a path that comes 5 m
 /// later turns once.
-const BLOCKS: usize = 4;
+pub(super) const BLOCKS: usize = 4;
 
 /// Variances that a fit has shown, never less than those of noise alone.
 #[derive(Clone, Copy, Debug)]

@@ -3,18 +3,16 @@
 use heapless::Vec;
 
 use super::NULLS;
+use super::bounce::Mirror;
 use crate::array::Codebook;
-use crate::geometry::{Body, Direction};
+use crate::array::GmtArrays;
+use crate::geometry::{Body, Direction, Gmt};
 use crate::localization::filter::wrap_delay_m;
 use crate::ltd::EstimatedPath;
 
 /// Paths closer than this to the line of sight in arrival are images of it that the transmitter's element errors make,
 /// or cannot be told from it: not nulled, rad. Half a degree.
 const IMAGE_RAD: f32 = 0.0087;
-/// A path this far before the line of sight, m, up to as far as two paths may be mixed in path estimation, ...
-const BEFORE_M: [f32; 2] = [0.05, 4.0];
-/// ... with at least this share of its energy (-15 dB) says that the two were not told apart.
-const MIXED_SHARE: f32 = 0.03;
 /// A path this near to where the ground bounce must come from is the ground bounce, rad. Two degrees.
 const BOUNCE_RAD: f32 = 0.035;
 
@@ -29,11 +27,26 @@ pub struct Sighting {
     pub aoa: Direction<Body>,
     /// Its delay on the receiver's clock, m. Good to a metre is enough.
     pub c_tau_m: f32,
-    /// Angles of arrival of paths that come nearly at the same time, such as the ground bounce: nulled.
+    /// Angles of arrival of paths that come nearly at the same time: nulled.
     pub interferers: Vec<Direction<Body>, NULLS>,
     /// Where it is expected, if anything says so. Beside a wall a reflection that leaves the GMT towards the middle of the
     /// face is heard stronger than a line of sight at its edge.
     pub expected: Option<Expected>,
+    /// Flat ground whose bounce follows it, if there is any.
+    pub ground: Option<Ground>,
+}
+
+/// Flat ground under the GMT.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ground {
+    /// The vertical in the GMT's axes.
+    pub up: Direction<Gmt>,
+    /// Height of the GMT's antenna over the ground, m.
+    pub height_m: f32,
+    /// Length of the line of sight, m. Good to a few metres is enough.
+    pub range_m: f32,
+    /// Where the bounce arrives: nulled by the arrays that tell it from the line of sight.
+    pub arrival: Direction<Body>,
 }
 
 /// Where a fit looks for the line of sight.
@@ -59,8 +72,7 @@ impl Sighting {
     pub const NEAR_M: f32 = 30.0;
 
     /// From the paths of a sweep (strongest first), of which number `los` is the line of sight if there is one. None
-    /// when there is no such path or no such beam, and when a path of like strength comes just before it: nothing is shorter than the
-    /// line of sight, so path estimation has mixed it with its ground bounce, and neither direction can be believed.
+    /// when there is no such path or no such beam.
     #[must_use]
     pub fn new<const FACES: usize, const X: usize, const Z: usize, const ELEVATIONS: usize>(
         line_of_sight: bool,
@@ -77,14 +89,11 @@ impl Sighting {
             c_tau_m: direct.path.c_tau_m,
             interferers: Vec::new(),
             expected: None,
+            ground: None,
         };
         for path in paths {
             // Delays are cyclic: the line of sight may come at the end of a period and the next path after its start.
             let later_m = wrap_delay_m(f64::from(path.path.c_tau_m - direct.path.c_tau_m)) as f32;
-            let before = -BEFORE_M[1]..-BEFORE_M[0];
-            if before.contains(&later_m) && path.energy > MIXED_SHARE * direct.energy {
-                return None;
-            }
             if later_m > 0.0
                 && later_m < Self::NEAR_M
                 && path.path.aoa.angle_to_rad(&direct.path.aoa) > IMAGE_RAD
@@ -97,25 +106,44 @@ impl Sighting {
     }
 
     /// The same with the ground bounce where flat ground puts it: `range_m` is the length of the line of sight, `height_m`
-    /// the GMT antenna's over the ground, `down` the vertical in body axes, good to a few degrees. The bounce comes from the GMT's image, `2 height_m`
-    /// under it.
+    /// the GMT antenna's over the ground, `down` the vertical in body axes, good to a few degrees, and `up` that of the GMT. The
+    /// bounce comes from the GMT's image, `2 height_m` under it.
     ///
     /// Far away, or low, path estimation does not resolve the bounce and its two paths are anywhere; the angle between
     /// the two is known far better than that, and an error that both share only costs signal. Takes the place of the
-    /// paths that may be the bounce, and comes first.
+    /// paths that may be the bounce.
     #[must_use]
-    pub fn with_ground(mut self, range_m: f32, height_m: f32, down: &Direction<Body>) -> Self {
+    pub fn with_ground(
+        mut self,
+        range_m: f32,
+        height_m: f32,
+        down: &Direction<Body>,
+        up: &Direction<Gmt>,
+    ) -> Self {
         let image = self.aoa.vector() * range_m + down.vector() * (2.0 * height_m);
-        let Ok(bounce) = Direction::from_vector(image) else {
+        let Ok(arrival) = Direction::from_vector(image) else {
             return self;
         };
-        let others = self.interferers.clone();
-        self.interferers.clear();
-        let kept = others.iter().filter(|u| u.angle_to_rad(&bounce) > BOUNCE_RAD);
-        for direction in core::iter::once(&bounce).chain(kept) {
-            // The weakest finds no place.
-            let _ = self.interferers.push(*direction);
-        }
+        self.interferers.retain(|u| u.angle_to_rad(&arrival) > BOUNCE_RAD);
+        self.ground = Some(Ground {
+            up: *up,
+            height_m,
+            range_m,
+            arrival,
+        });
         self
+    }
+
+    /// The ground as the face sees it.
+    pub(super) fn mirror(&self) -> Option<Mirror> {
+        let ground = self.ground?;
+        let arrays = GmtArrays::<f32>::default();
+        let face = arrays.faces().get(self.face)?;
+        let (up, column) = (ground.up.vector(), face.normal.cross(&face.tangent));
+        Some(Mirror {
+            up: [face.tangent, column, face.normal].map(|axis| axis.dot(up)),
+            height_m: ground.height_m,
+            range_m: ground.range_m,
+        })
     }
 }

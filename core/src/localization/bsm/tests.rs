@@ -11,6 +11,7 @@ fn sighting() -> Sighting {
         c_tau_m: 50.0,
         interferers: Vec::new(),
         expected: None,
+        ground: None,
     }
 }
 
@@ -209,39 +210,68 @@ fn the_ground_bounce_comes_from_under_the_line_of_sight() {
         .push(Direction::from_vector(bounce).expect("not zero"))
         .expect("room");
     near.interferers.push(far).expect("room");
-    let with = near.with_ground(50.0, 1.5, &down);
+    let with = near.with_ground(50.0, 1.5, &down, &level());
     // 3 m under the GMT, 50 m away; the path that lay there before is gone, the far one stays.
-    assert_eq!(with.interferers.len(), 2);
+    assert_eq!(with.interferers.as_slice(), [far]);
     let expected = with.aoa.vector() * 50.0 - Vector3::z() * 3.0;
-    assert!(with.interferers[0].vector().cross(&expected).norm() < 1e-4);
-    assert_eq!(with.interferers[1], far);
+    let ground = with.ground.expect("given");
+    assert!(ground.arrival.vector().cross(&expected).norm() < 1e-4);
+}
+
+/// The vertical of a mast that stands upright.
+fn level() -> Direction<Gmt> {
+    Direction::from_vector(Vector3::z()).expect("unit")
+}
+
+/// A receiver that has heard face 0 from `range_m` away at `cosines`, and off the ground 1.5 m under the GMT half as strong.
+fn bounced(cosines: [f64; 2], range_m: f64, knows_of_it: bool) -> BeamSquint<11> {
+    let [x, z] = cosines;
+    let down = Direction::<crate::geometry::Body>::from_vector(-Vector3::z()).expect("unit");
+    let mut bsm = heard(cosines, 0.1, 60.0);
+    let begun = if knows_of_it {
+        sighting().with_ground(range_m as f32, 1.5, &down, &level())
+    } else {
+        sighting()
+    };
+    let direct = bsm.spectra;
+    bsm.begin(&begun).expect("line of sight");
+    // The UAV's image is as far under the ground as the UAV is over it.
+    let image = range_m * range_m * (1.0 - z * z) + (range_m * z + 3.0) * (range_m * z + 3.0);
+    let length_m = image.sqrt();
+    let mirrored = [x * range_m / length_m, -(range_m * z + 3.0) / length_m];
+    let bounce = heard(mirrored, 0.1 + length_m - range_m, 30.0).spectra;
+    let turn = crate::array::phasor(2.1_f32);
+    for ((slot, direct), bounce) in bsm.spectra.iter_mut().zip(direct).zip(bounce) {
+        *slot = direct.zip(bounce).map(|(direct, bounce)| Spectrum {
+            bins: core::array::from_fn(|k| direct.bins[k] + bounce.bins[k] * turn),
+            noise: 1.0,
+        });
+    }
+    bsm
 }
 
 #[test]
-fn a_path_just_before_the_line_of_sight_is_no_path() {
-    use crate::array::Codebook;
-    use crate::ltd::EstimatedPath;
-    use crate::path::Path;
+fn the_ground_bounce_is_fitted_with_the_line_of_sight() {
+    for (cosines, range_m) in [([0.2, 0.04], 80.0), ([-0.5, 0.1], 60.0), ([0.6, 0.2], 40.0)] {
+        let off = |knows_of_it: bool| {
+            let bearing = bounced(cosines, range_m, knows_of_it).fit().expect("strong");
+            let error = [0, 1].map(|i| f64::from(bearing.cosines[i]) - cosines[i]);
+            let late_m = f64::from(bearing.delay.expect("fitted").c_tau_m) - 50.1;
+            (libm::hypot(error[0], error[1]), late_m.abs())
+        };
+        let (ignored, _) = off(false);
+        let (error, late_m) = off(true);
+        assert!(ignored > 3e-3, "{cosines:?}: {ignored}");
+        assert!(error < 3e-4 && late_m < 0.01, "{cosines:?}: {error} {late_m}");
+    }
+}
 
-    let path = |c_tau_m, energy| EstimatedPath {
-        path: Path {
-            c_tau_m,
-            aoa: Direction::from_vector(Vector3::new(1.0, 0.0, 0.02 * (c_tau_m - 100.0))).expect("not zero"),
-            aod: None,
-            covariance: nalgebra::Matrix3::identity(),
-        },
-        beam: 3,
-        snr_db: 20.0,
-        energy,
+#[test]
+fn a_bounce_that_leaves_within_a_beam_widens_the_covariance() {
+    let sigma = |z: f64| {
+        let bearing = bounced([0.2, z], 80.0, true).fit().expect("strong");
+        bearing.covariance.m22.sqrt()
     };
-    let sighted = |other| {
-        let paths = [path(100.0, 1.0), other];
-        Sighting::new(true, &paths, 0, &Codebook::<f32>::default()).is_some()
-    };
-    // As strong as a bounce, and before what must come first.
-    assert!(!sighted(path(99.84, 0.047)));
-    assert!(sighted(path(100.16, 0.047)));
-    // What the arrays' errors leave beside a path is weaker; another time is another path.
-    assert!(sighted(path(99.84, 0.01)));
-    assert!(sighted(path(95.0, 0.047)) && sighted(path(99.98, 0.047)));
+    // 1.6 m and 8 m over the GMT: the two ways leave 0.08 and 0.24 apart, where a beam is 0.25 wide.
+    assert!(sigma(0.02) > 2.0 * sigma(0.1), "{} {}", sigma(0.02), sigma(0.1));
 }

@@ -92,7 +92,10 @@ impl<const N: usize, const A: usize, const E: usize, const C: usize, const ACTIV
             return Err(Refusal::NotFinite);
         }
         let (aoa, nulls) = (&sighting.aoa, &sighting.interferers);
-        if !self.reception.aim(&self.arrays, aoa, sighting.c_tau_m, nulls) {
+        if !self
+            .reception
+            .aim(&self.arrays, aoa, sighting.c_tau_m, nulls, None)
+        {
             return Err(Refusal::Masked);
         }
         self.begun = true;
@@ -255,6 +258,7 @@ mod tests {
             c_tau_m: 100.0,
             interferers: heapless::Vec::new(),
             expected: None,
+            ground: None,
         };
         squint.begin(&sighting).expect("line of sight");
         assert_eq!(squint.fit(0.3), Err(Refusal::SymbolsMissing));
