@@ -3,12 +3,13 @@
 use heapless::Vec;
 
 use super::config::LinkStates;
-use super::receive::{ends, to_world};
+use super::localizer::left;
+use super::receive::{ends, length_m, to_world};
 use super::rules::FIRST_ORDER;
 use super::{CHANNELS, Cslam, PATHS};
 use crate::array::GmtArrays;
 use crate::bounded::gather;
-use crate::geometry::{Direction, Gmt, Matrix3, Rotation, Vector3, World};
+use crate::geometry::{Direction, Gmt, Matrix3, Real, Rotation, Vector3, World};
 use crate::localization::Pose;
 use crate::localization::filter::{FaceDirection, PathMeasurement, Transmitter};
 use crate::lscn::{LinkGeometry, Probabilities, Received};
@@ -96,9 +97,7 @@ impl Judged {
     /// angle of departure is that of some sidelobe and tells nothing; length and direction of arrival, three numbers without
     /// a free one, tell all.
     fn check_ground(&mut self, ends: &Ends, ground_z_m: f32) {
-        let mut image = *ends.gmt.vector();
-        image.z = 2.0 * ground_z_m - image.z;
-        let towards = image - ends.uav.vector();
+        let towards = beneath(ends.gmt.vector(), ground_z_m) - ends.uav.vector();
         let Some(straight) = Straight::against(&self.path, &towards, &ends.uav_covariance) else {
             return;
         };
@@ -110,6 +109,24 @@ impl Judged {
         }
     }
 }
+
+/// Where flat ground shows a point.
+fn beneath<T: Real>(point_m: &Vector3<T>, ground_z_m: T) -> Vector3<T> {
+    Vector3::new(point_m.x, point_m.y, ground_z_m + ground_z_m - point_m.z)
+}
+
+/// Share of the difference between line of sight and ground bounce by which the former errs, standard deviation: all that the bounce's
+/// amplitude allows where the two are one path, and nothing when the bounce's way is so much longer that they are told apart.
+fn mixed(longer_m: f64) -> f64 {
+    let apart = longer_m / TOLD_APART_M;
+    MIXED * libm::exp(-apart * apart)
+}
+
+/// Half of the difference between two paths: what the weaker one may pull an estimate by that takes them for one.
+const MIXED: f64 = 0.5;
+/// Two paths are told apart when their lengths differ by more than this, m: a sixth of what the band resolves. The errors of 1348
+/// lines of sight in flight decided: 13 mrad (nine of ten) where the bounce is 0.25 m longer, 7 at 0.35 m, none beyond 0.5 m.
+const TOLD_APART_M: f64 = 0.235;
 
 /// The GMT's pace between its stops, m/s: how fast its last known position ages.
 const GMT_PACE_M_PER_S: f64 = 0.3;
@@ -212,8 +229,36 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             c_tau_sigma_m: libm::sqrt(f64::from(covariance.m11.max(0.0))),
             aoa: Direction::from_vector(path.aoa.vector().map(f64::from)).ok()?,
             aoa_sigma_rad: libm::sqrt(f64::from(0.5 * (covariance.m22 + covariance.m33).max(0.0))),
+            aoa_rise_sigma_rad: 0.0,
             departure: squint.or_else(|| self.beam_departure(heard, gmt)),
         })
+    }
+
+    /// The same of the line of sight, which the ground bounce follows so closely that the two may not be told apart: then delay and
+    /// elevation are anything between those of both.
+    pub(super) fn line_measurement(
+        &self,
+        heard: &Heard,
+        squint: Option<FaceDirection>,
+        gmt: &Transmitter,
+        time_ns: u64,
+    ) -> Option<PathMeasurement> {
+        let mut measured = self.measurement(heard, squint, gmt)?;
+        let ground_z_m = self.config.accept.point.ground_z_m;
+        let offset_m = self.clock.offset_m(time_ns);
+        if let (Some(ground_z_m), Some(offset_m), Some(departure)) =
+            (ground_z_m, offset_m, measured.departure)
+            && let Some(left) = left(&GmtArrays::default(), &departure, gmt)
+        {
+            let range_m = length_m(heard.estimated.path.c_tau_m, offset_m).max(1.0);
+            let uav_m = gmt.position_m + left.vector() * range_m;
+            let image_m = beneath(&gmt.position_m, f64::from(ground_z_m));
+            let longer_m = (image_m - uav_m).norm() - range_m;
+            let share = mixed(longer_m);
+            measured.aoa_rise_sigma_rad = share * (image_m - gmt.position_m).norm() / range_m;
+            measured.c_tau_sigma_m = libm::hypot(measured.c_tau_sigma_m, share * longer_m);
+        }
+        Some(measured)
     }
 
     /// The direction of departure by the sweep's beams, as its face has it.
@@ -236,5 +281,25 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             .codebook
             .beam(usize::from(beam))
             .map_or(0, |beam| beam.face)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bounce_is_mixed_with_the_line_of_sight_until_the_band_tells_them_apart() {
+        assert!((mixed(0.0) - 0.5).abs() < 1e-12);
+        assert!(mixed(0.1) > mixed(0.2) && mixed(0.2) > mixed(0.35));
+        // What flights showed at 65 and at 46 m: 46 and 65 mrad between the two arrivals, errors of 8 and 4 mrad.
+        assert!((mixed(0.25) * 46.0 - 7.4).abs() < 0.2 && (mixed(0.35) * 65.0 - 3.5).abs() < 0.2);
+        assert!(mixed(0.6) < 1e-3);
+    }
+
+    #[test]
+    fn the_ground_shows_a_point_as_far_beneath_it() {
+        let point = Vector3::new(3.0, 4.0, 1.5);
+        assert_eq!(beneath(&point, -0.5), Vector3::new(3.0, 4.0, -2.5));
     }
 }

@@ -194,7 +194,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             .or(level.map(|(first, _)| first));
         let line_of_sight = line.and_then(|index| heard.get(index)).and_then(|path| {
             let squint = bearing.filter(|_| line == open.sighted).map(face_direction);
-            self.measurement(path, squint, gmt)
+            self.line_measurement(path, squint, gmt, open.time_ns)
         });
         let departure = line_of_sight.and_then(|path| path.departure);
         let proven = line

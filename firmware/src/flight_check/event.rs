@@ -27,7 +27,7 @@ pub const PATHS: usize = 9;
 const HEAD: usize = 16;
 /// Numbers of a sweep's body before its paths, and of a path.
 const SWEEP_NUMBERS: usize = 7;
-const PATH_NUMBERS: usize = 11;
+const PATH_NUMBERS: usize = 12;
 /// Longest event, bytes.
 pub const MAX_EVENT: usize = HEAD + 8 * (SWEEP_NUMBERS + PATHS * PATH_NUMBERS);
 
@@ -187,7 +187,7 @@ fn path(bytes: &[u8]) -> Option<PathMeasurement> {
     let mut numbers = bytes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
     let (c_tau_m, c_tau_sigma_m) = (numbers.next()?, numbers.next()?);
     let aoa = Direction::from_vector(vector(&mut numbers)?).ok()?;
-    let aoa_sigma_rad = numbers.next()?;
+    let (aoa_sigma_rad, aoa_rise_sigma_rad) = (numbers.next()?, numbers.next()?);
     let face = numbers.next()?;
     let cosines = [numbers.next()?, numbers.next()?];
     let sigma = [numbers.next()?, numbers.next()?];
@@ -200,6 +200,7 @@ fn path(bytes: &[u8]) -> Option<PathMeasurement> {
         c_tau_sigma_m,
         aoa,
         aoa_sigma_rad,
+        aoa_rise_sigma_rad,
         departure,
     })
 }
@@ -251,7 +252,7 @@ impl Event {
                 for path in sweep.line_of_sight.iter().chain(reflected) {
                     wide(put, &[path.c_tau_m, path.c_tau_sigma_m]);
                     wide(put, path.aoa.vector().as_slice());
-                    wide(put, &[path.aoa_sigma_rad]);
+                    wide(put, &[path.aoa_sigma_rad, path.aoa_rise_sigma_rad]);
                     match &path.departure {
                         Some(d) => wide(
                             put,

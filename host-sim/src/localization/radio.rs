@@ -170,6 +170,7 @@ impl Hardware {
             c_tau_sigma_m: delay_noise_m,
             aoa: Direction::from_vector(seen).ok()?,
             aoa_sigma_rad: aoa_noise_deg * DEG,
+            aoa_rise_sigma_rad: 0.0,
             departure: Some(FaceDirection {
                 face,
                 cosines,

@@ -57,6 +57,7 @@ fn sweep(localizer: &mut Localizer<f32, STATES>) -> Option<()> {
         c_tau_sigma_m: black_box(0.0),
         aoa: Direction::from_vector(black_box(Vector3::x())).ok()?,
         aoa_sigma_rad: black_box(0.0),
+        aoa_rise_sigma_rad: black_box(0.0),
         departure: black_box(Some(FaceDirection {
             face: 0,
             cosines: [0.0; 2],

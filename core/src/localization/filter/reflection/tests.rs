@@ -36,6 +36,7 @@ fn taken(walls: &[MappedPlane], least: f64) -> bool {
         c_tau_sigma_m: 0.01,
         aoa: Direction::from_vector(way).expect("apart"),
         aoa_sigma_rad: 1e-4,
+        aoa_rise_sigma_rad: 0.0,
         departure: None,
     };
     let mut found = Match {

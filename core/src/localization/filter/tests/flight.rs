@@ -50,6 +50,7 @@ fn path(time_ns: u64) -> PathMeasurement {
         c_tau_sigma_m: 0.01,
         aoa: Direction::from_vector(state.attitude.tr_mul(&way)).expect("apart"),
         aoa_sigma_rad: 1e-4,
+        aoa_rise_sigma_rad: 0.0,
         departure: Some(FaceDirection {
             face: 0,
             cosines: [leaving.y, leaving.z],
