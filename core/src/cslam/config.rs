@@ -166,6 +166,8 @@ pub struct Config<'m> {
     pub planes: PlaneConfig,
     /// Whether reflections off mapped planes hold the pose without line of sight.
     pub map_aided: bool,
+    /// Whether the growth of paths from sweep to sweep holds the velocity without line of sight.
+    pub delta_ranges: bool,
 }
 
 /// Who says what a path is.
@@ -247,6 +249,7 @@ impl<'m> Config<'m> {
             form: Form::Vector,
             planes: PlaneConfig::default(),
             map_aided: true,
+            delta_ranges: true,
         }
     }
 

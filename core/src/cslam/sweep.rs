@@ -202,21 +202,25 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             .zip(departure)
             .is_some_and(|(path, left)| self.is_proven(path, &left, gmt, open.time_ns));
         let (mut reflections, mut double_reflections) = (Vec::<_, PATHS>::new(), Vec::<_, PATHS>::new());
-        if self.config.map_aided {
+        let mut measured = Vec::<_, PATHS>::new();
+        for (index, heard) in heard.iter().enumerate() {
+            let Some(path) = self.measurement(heard, None, gmt) else {
+                continue;
+            };
+            let probabilities = judged
+                .as_ref()
+                .and_then(|judged| judged.get(index)?.probabilities);
             let least = self.config.accept.min_probability;
-            for (path, heard) in judged.iter().flatten().zip(heard) {
-                let (Some(p), Some(measured)) = (path.probabilities, self.measurement(heard, None, gmt))
-                else {
-                    continue;
-                };
-                // There is room for every path.
-                let _fits = if p.first_order >= least {
-                    reflections.push(measured).is_ok()
+            // There is room for every path.
+            if self.config.delta_ranges {
+                let _fits = measured.push(path);
+            }
+            if let Some(p) = probabilities.filter(|_| self.config.map_aided) {
+                if p.first_order >= least {
+                    let _fits = reflections.push(path);
                 } else if p.higher_order >= least {
-                    double_reflections.push(measured).is_ok()
-                } else {
-                    true
-                };
+                    let _fits = double_reflections.push(path);
+                }
             }
         }
         let planes = holding(self.planes.surfaces(), &self.mirrors, &self.supposed);
@@ -232,6 +236,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 level_yaw: level.map(|(_, yaw)| yaw),
                 reflections: &reflections,
                 double_reflections: &double_reflections,
+                heard: &measured,
                 planes: &planes,
             },
         );

@@ -125,6 +125,7 @@ pub fn run<R: Read, T: Real, const N: usize>(
                     level_yaw: None,
                     reflections: &sweep.reflections,
                     double_reflections: &sweep.double_reflections,
+                    heard: &[],
                     planes: &planes,
                 };
                 let verdict = observer.sweep(|| localizer.sweep(&measurement));

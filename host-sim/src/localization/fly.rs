@@ -190,6 +190,7 @@ fn sweep<T: Real, const N: usize>(
         level_yaw: None,
         reflections: &seen.single,
         double_reflections: &seen.double,
+        heard: &[],
         planes: &receiver.map,
     };
     let verdict = filter.sweep(&measurement);

@@ -41,6 +41,10 @@ pub struct Counters {
     pub reflections: u32,
     /// Reflections rejected or not matched to a plane.
     pub reflections_rejected: u32,
+    /// Delta ranges of paths taken in.
+    pub delta_ranges: u32,
+    /// Delta ranges rejected by the gate.
+    pub delta_ranges_rejected: u32,
     /// Covariance inflations by the vote.
     pub inflations: u32,
     /// Poses set anew.

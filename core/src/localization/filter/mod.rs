@@ -21,6 +21,7 @@ mod ahead;
 mod beacon;
 mod config;
 mod covariance;
+mod delta_range;
 mod gate;
 mod health;
 mod layout;
@@ -50,6 +51,7 @@ pub use row::{ROW_CAPACITY, Row};
 pub use scalar::TimingVerdict;
 pub use sweep::{SweepMeasurement, SweepVerdict};
 
+use self::delta_range::Lengths;
 use self::gate::Innovation;
 use self::level::Level;
 use self::scalar::Pending;
@@ -95,6 +97,9 @@ pub struct Filter<T: Real, const N: usize> {
     last_gmt: Option<(u64, Transmitter)>,
     /// Standard deviation of the beacon's error that stays from sweep to sweep, m per axis.
     beacon_sigma_m: f64,
+    /// Paths of the last sweep, and motion since then, m.
+    lengths: Lengths,
+    moved_m: Vector3<f64>,
     running: bool,
     clock_known: bool,
     gyro_bias_known: bool,
@@ -133,6 +138,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
             beacon: BeaconMonitor::new(BeaconLimits::default()),
             last_gmt: None,
             beacon_sigma_m: 0.0,
+            lengths: Lengths::default(),
+            moved_m: Vector3::zeros(),
             running: false,
             clock_known: false,
             gyro_bias_known: false,

@@ -63,7 +63,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 .front()
                 .map(Pending::time_ns)
                 .filter(|&due| due <= time_ns);
+            let from_m = self.nominal.position_m;
             self.inertial_to(due.unwrap_or(time_ns));
+            self.moved_m += self.nominal.position_m - from_m;
             match due {
                 Some(_) => {
                     if let Some(pending) = self.pending.pop_front() {

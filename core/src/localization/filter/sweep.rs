@@ -41,6 +41,8 @@ pub struct SweepMeasurement<'a> {
     pub reflections: &'a [PathMeasurement],
     /// Paths of two reflections, or of a higher order that is not known.
     pub double_reflections: &'a [PathMeasurement],
+    /// All paths, whatever they met.
+    pub heard: &'a [PathMeasurement],
     /// Planes of the map that a reflection may come from.
     pub planes: &'a [MappedPlane],
 }
@@ -111,12 +113,14 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if measurement.line_of_sight.is_some() {
             self.last_line_ns = measurement.time_ns;
         }
+        let (lengths, moved_m) = self.lengths(&gmt, measurement);
         let sighted = verdict.is_taken();
         if sighted {
             self.last_sight_ns = measurement.time_ns;
             self.last_aid_ns = measurement.time_ns;
         } else if self.running {
             self.reflections(&gmt, measurement);
+            self.delta_ranges(&lengths, moved_m);
         }
         self.health.starting = !self.running;
         self.health.contested = verdict == SweepVerdict::Rejected;

@@ -89,6 +89,7 @@ fn sweep(localizer: &mut Localizer<f32, STATES>) -> Option<()> {
         })),
         reflections: black_box(&paths),
         double_reflections: black_box(&paths),
+        heard: black_box(&paths),
         planes: black_box(&planes),
     };
     black_box(localizer.sweep(&measurement));

@@ -61,6 +61,8 @@ pub(crate) enum LinkStateChoice {
 pub(crate) enum LocalizationChoice {
     /// Error-state filter
     Filter,
+    /// The same without the growth of paths from sweep to sweep
+    FilterNoDeltaRanges,
     /// The paper's periodic calibration, velocity from the fixes
     Hpc,
     /// The same to the letter, velocity running free
@@ -229,10 +231,13 @@ fn receiver_config(setup: &Setup) -> anyhow::Result<Receiver<'static>> {
             })
         };
         config.localization = match choice {
-            LocalizationChoice::Filter => Localization::Filter(FilterConfig::default()),
+            LocalizationChoice::Filter | LocalizationChoice::FilterNoDeltaRanges => {
+                Localization::Filter(FilterConfig::default())
+            }
             LocalizationChoice::Hpc => with(hpc::Mode::VelocityFromFixes),
             LocalizationChoice::HpcLiteral => with(hpc::Mode::Literal),
         };
+        config.delta_ranges = choice != LocalizationChoice::FilterNoDeltaRanges;
     }
     if let Some(choice) = stages.departures {
         config.departures = match choice {

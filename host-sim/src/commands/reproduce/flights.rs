@@ -105,6 +105,10 @@ fn setups(what: What) -> Vec<(&'static str, Setup)> {
                 without(|s| s.mapped = Some(MappedChoice::Strongest)),
             ),
             (
+                "no delta ranges",
+                without(|s| s.localization = Some(LocalizationChoice::FilterNoDeltaRanges)),
+            ),
+            (
                 "paper's HPC, velocity of fixes",
                 without(|s| s.localization = Some(LocalizationChoice::Hpc)),
             ),

@@ -69,6 +69,7 @@ fn measurement(time_ns: u64, path: PathMeasurement) -> SweepMeasurement<'static>
         level_yaw: None,
         reflections: &[],
         double_reflections: &[],
+        heard: &[],
         planes: &[],
     }
 }

@@ -62,6 +62,7 @@ fn sweep(time_ns: u64, with_departure: bool, yaw: bool) -> SweepMeasurement<'sta
         }),
         reflections: &[],
         double_reflections: &[],
+        heard: &[],
         planes: &[],
     }
 }
