@@ -21,7 +21,7 @@ const STRIDE: usize = 4;
 /// Samples: up to 512 subcarriers.
 const SAMPLES: usize = 128;
 /// Symbols heard with less than this share of the best one's energy say nothing.
-const LEAST_SHARE: f32 = 0.01;
+const LEAST_SHARE: f32 = 0.03;
 /// Prior standard deviation of the bounce's amplitude against that of the line of sight.
 const BOUNCE: f32 = 0.7;
 /// Iterations at most, and the longest step.
@@ -215,7 +215,7 @@ impl<const SYMBOLS: usize, const ACTIVE: usize> Heard<'_, SYMBOLS, ACTIVE> {
             let slot = self.schedule.get(index).zip(self.spectra.get(index)?.as_ref());
             let heeded = fit.heeded.get(index).copied().unwrap_or(false);
             let (symbol, spectrum) = slot.filter(|_| heeded)?;
-            let sums = self.sums::<X, Z>(symbol, spectrum, &fit.place);
+            let sums = self.sums::<X, Z, STRIDE>(symbol, spectrum, &fit.place);
             Some((sums.ry.norm_sqr() / sums.rr / spectrum.noise, sums.gain_power()))
         });
         let (most, gain_power) = energies

@@ -17,6 +17,9 @@ use crate::array::SquintSymbol;
 /// Longest step of an iteration: a quarter of the pattern's half lobe, and a metre.
 const LONGEST: f32 = 0.06;
 pub(super) const LONGEST_M: f32 = 1.0;
+/// Subcarriers that a first fit takes as one: a lobe of the pattern is sixty wide, and they move the optimum by hundredths of a
+/// milliradian.
+pub(super) const PAIR: usize = 2;
 /// Iterations at most. The sixth is usually the last.
 const ITERATIONS: usize = 16;
 /// Steps under this share of a standard deviation (squared, all parameters) end the iteration.
@@ -81,10 +84,10 @@ impl<'a, const SYMBOLS: usize, const ACTIVE: usize> Heard<'a, SYMBOLS, ACTIVE> {
         pairs.filter_map(|(symbol, spectrum)| Some((symbol, spectrum.as_ref()?)))
     }
 
-    /// Fits from a starting place.
-    pub(super) fn fit<const X: usize, const Z: usize>(&self, start: Place) -> Fit<SYMBOLS> {
+    /// Fits from a starting place, `P` subcarriers as one.
+    pub(super) fn fit<const X: usize, const Z: usize, const P: usize>(&self, start: Place) -> Fit<SYMBOLS> {
         let mut place = start;
-        let mut sums = self.evaluate::<X, Z>(&place);
+        let mut sums = self.evaluate::<X, Z, P>(&place);
         let mut heeded = heeded(&sums);
         let mut normal = total(&sums, &heeded);
         let mut damping = 1e-3;
@@ -104,7 +107,7 @@ impl<'a, const SYMBOLS: usize, const ACTIVE: usize> Heard<'a, SYMBOLS, ACTIVE> {
                 cosines: [x + step.x * scale, z + step.y * scale],
                 delay_m: place.delay_m + delay_step * scale,
             };
-            sums = self.evaluate::<X, Z>(&candidate);
+            sums = self.evaluate::<X, Z, P>(&candidate);
             let next = total(&sums, &heeded);
             let near = length < ROUNDING * normal.energy && damping < 0.1;
             if near || next.energy > normal.energy {
@@ -131,32 +134,35 @@ impl<'a, const SYMBOLS: usize, const ACTIVE: usize> Heard<'a, SYMBOLS, ACTIVE> {
     }
 
     /// Sums of every symbol that was heard, with two over its noise variance.
-    fn evaluate<const X: usize, const Z: usize>(&self, place: &Place) -> Weighted<SYMBOLS> {
+    fn evaluate<const X: usize, const Z: usize, const P: usize>(&self, place: &Place) -> Weighted<SYMBOLS> {
         let mut all = [None; SYMBOLS];
         for ((slot, symbol), spectrum) in all.iter_mut().zip(self.schedule).zip(self.spectra) {
-            *slot = spectrum
-                .as_ref()
-                .map(|spectrum| (self.sums::<X, Z>(symbol, spectrum, place), 2.0 / spectrum.noise));
+            *slot = spectrum.as_ref().map(|spectrum| {
+                (
+                    self.sums::<X, Z, P>(symbol, spectrum, place),
+                    2.0 / spectrum.noise,
+                )
+            });
         }
         all
     }
 
-    pub(super) fn sums<const X: usize, const Z: usize>(
+    pub(super) fn sums<const X: usize, const Z: usize, const P: usize>(
         &self,
         symbol: &SquintSymbol,
         spectrum: &Spectrum<ACTIVE>,
         place: &Place,
     ) -> Sums {
         let mut sums = Sums::default();
-        self.walk::<X, Z>(symbol, spectrum, place, |_, pattern, omega, y| {
+        self.walk::<X, Z, P>(symbol, spectrum, place, |_, pattern, omega, y| {
             sums.add(&pattern, omega, y)
         });
         sums
     }
 
-    /// Walks over the subcarriers of a symbol: index, pattern with its derivatives by the cosines, angular frequency per metre,
+    /// Walks over the subcarriers of a symbol, `P` at a time: index of the first, pattern with its derivatives by the cosines, angular frequency per metre,
     /// and what was heard with the delay of `place` taken out.
-    pub(super) fn walk<const X: usize, const Z: usize>(
+    pub(super) fn walk<const X: usize, const Z: usize, const P: usize>(
         &self,
         symbol: &SquintSymbol,
         spectrum: &Spectrum<ACTIVE>,
@@ -164,17 +170,21 @@ impl<'a, const SYMBOLS: usize, const ACTIVE: usize> Heard<'a, SYMBOLS, ACTIVE> {
         mut each: impl FnMut(usize, [f32; 3], f32, Complex<f32>),
     ) {
         let [sx, sz] = place.cosines;
-        let mut row = Row::new(symbol, 0, sx, &self.band);
-        let mut column = Row::new(symbol, 1, sz, &self.band);
-        let turn = self.per_m_rad * place.delay_m;
+        let band = self.band.decimated(P);
+        let mut row = Row::new(symbol, 0, sx, &band);
+        let mut column = Row::new(symbol, 1, sz, &band);
+        let step = self.per_m_rad * P as f32;
         // Subcarriers counted from the middle of the band: its angular frequency then has little mean to take out.
-        let middle = 0.5 * (ACTIVE as f32 - 1.0);
-        let mut spin = Spin::new(-middle * turn, turn);
-        let mut omega = -middle * self.per_m_rad;
-        for (index, y) in spectrum.bins.iter().enumerate() {
+        let mut omega = 0.5 * self.per_m_rad * (P as f32 - ACTIVE as f32);
+        let mut spin = Spin::new(omega * place.delay_m, step * place.delay_m);
+        // Scaled so that the noise of a sum is that of one.
+        let scale = libm::sqrtf(1.0 / P as f32);
+        for (index, bins) in spectrum.bins.as_chunks::<P>().0.iter().enumerate() {
             let ([x, dx], [z, dz]) = (row.next::<X>(), column.next::<Z>());
-            each(index, [x * z, dx * z, x * dz], omega, y * spin.next());
-            omega += self.per_m_rad;
+            let pattern = [x * z, dx * z, x * dz].map(|value| value / scale);
+            let y = bins.iter().sum::<Complex<f32>>() * scale;
+            each(index * P, pattern, omega, y * spin.next());
+            omega += step;
         }
     }
 }

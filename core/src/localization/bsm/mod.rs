@@ -291,15 +291,20 @@ impl<
         let (face, reference_m, heard) = self.heard()?;
         let starts = search::candidates::<X, Z, SYMBOLS, ACTIVE>(&heard, self.expected.as_ref());
         let fits: Vec<fit::Fit<SYMBOLS>, { search::CANDIDATES }> = gather(starts.iter().map(|cosines| {
-            heard.fit::<X, Z>(Place {
+            heard.fit::<X, Z, { fit::PAIR }>(Place {
                 cosines: *cosines,
                 delay_m: 0.0,
             })
         }));
-        let best = fits
+        let first = fits
             .iter()
             .max_by(|a, b| a.energy.total_cmp(&b.energy))
             .ok_or(Refusal::TooWeak)?;
+        // With the ground the fit of both paths goes on from here.
+        let best = &match &self.mirror {
+            Some(_) => *first,
+            None => heard.fit::<X, Z, 1>(first.place),
+        };
         let count = heard.symbols().count() as f32;
         // Noise alone explains one variance a symbol, with a spread of its root.
         if best.energy.is_nan() || best.energy < count + LEAST_ENERGY {

@@ -64,7 +64,7 @@ impl<const SYMBOLS: usize, const ACTIVE: usize> Heard<'_, SYMBOLS, ACTIVE> {
         spectrum: &Spectrum<ACTIVE>,
         place: &Place,
     ) -> [Pull; BLOCKS] {
-        let sums = self.sums::<X, Z>(symbol, spectrum, place);
+        let sums = self.sums::<X, Z, 1>(symbol, spectrum, place);
         let weight = 2.0 / spectrum.noise;
         let gain = sums.ry / sums.rr;
         let (mx, mz, mw) = (sums.rx / sums.rr, sums.rz / sums.rr, sums.wrr / sums.rr);
@@ -73,7 +73,7 @@ impl<const SYMBOLS: usize, const ACTIVE: usize> Heard<'_, SYMBOLS, ACTIVE> {
             delay: 0.0,
         }; BLOCKS];
         let length = ACTIVE.div_ceil(BLOCKS).max(1);
-        self.walk::<X, Z>(symbol, spectrum, place, |index, [r, x, z], omega, y| {
+        self.walk::<X, Z, 1>(symbol, spectrum, place, |index, [r, x, z], omega, y| {
             let along = gain.conj() * (y - gain * r) * weight;
             if let Some(pull) = pulls.get_mut(index / length) {
                 pull.cosines += Vector2::new(x - mx * r, z - mz * r) * along.re;
