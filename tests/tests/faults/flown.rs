@@ -152,6 +152,7 @@ pub(crate) fn fly(faults: &str, flagged: impl Fn(&LocalizerHealth) -> bool) -> F
                     level_yaw: None,
                     reflections: &sweep.reflections,
                     double_reflections: &sweep.double_reflections,
+                    heard: &[],
                     planes: &planes,
                 });
                 let time_s = sweep.time_ns as f64 * 1e-9;
