@@ -114,7 +114,7 @@ struct Sample {
 
 type Samples = Vec<Sample, SAMPLES>;
 
-/// Inner products of a symbol's two patterns with each other and with something.
+/// Inner products of a symbol's two patterns: of the line of sight's with itself, with the bounce's, and of that with itself.
 #[derive(Clone, Copy)]
 struct Gram {
     rr: f32,
@@ -123,7 +123,7 @@ struct Gram {
 }
 
 impl Gram {
-    /// Gains of the two patterns.
+    /// What of the two patterns explains best something whose inner products with them are `r` and `q`.
     fn solve(&self, r: Complex<f32>, q: Complex<f32>) -> [Complex<f32>; 2] {
         let determinant = self.rr * self.qq - self.rq.norm_sqr();
         [
@@ -131,6 +131,17 @@ impl Gram {
             (q * self.rr - self.rq.conj() * r) / determinant,
         ]
     }
+}
+
+/// Sums over all symbols, in noise variances.
+#[derive(Clone, Copy, Default)]
+struct Normal {
+    energy: f32,
+    /// Over the cosines and the delay.
+    gradient: Vector3<f32>,
+    hessian: Matrix3<f32>,
+    /// Sum over blocks of subcarriers of the squared gradient.
+    meat: Matrix3<f32>,
 }
 
 impl Normal {
@@ -146,19 +157,8 @@ impl Normal {
     }
 }
 
-/// Sums over all symbols, in noise variances.
-#[derive(Clone, Copy, Default)]
-struct Normal {
-    energy: f32,
-    /// Over the cosines and the delay.
-    gradient: Vector3<f32>,
-    hessian: Matrix3<f32>,
-    /// Sum over blocks of subcarriers of the squared gradient.
-    meat: Matrix3<f32>,
-}
-
 impl<const SYMBOLS: usize, const ACTIVE: usize> Heard<'_, SYMBOLS, ACTIVE> {
-    /// Goes on from the fit of one path. `None` where there is no bounce to fit.
+    /// Goes on from the fit of one path. `None` where a way leads behind the face, or where nothing tells the place.
     pub(super) fn fit_both<const X: usize, const Z: usize>(
         &self,
         start: &Fit<SYMBOLS>,

@@ -4,8 +4,7 @@ use heapless::Vec;
 
 use super::NULLS;
 use super::bounce::Mirror;
-use crate::array::Codebook;
-use crate::array::GmtArrays;
+use crate::array::{Codebook, GmtArrays};
 use crate::geometry::{Body, Direction, Gmt};
 use crate::localization::filter::wrap_delay_m;
 use crate::ltd::EstimatedPath;
