@@ -16,6 +16,7 @@ use super::grid::AngleGrid;
 use super::known::KnownPaths;
 use super::meter::{Meter, Stage, within};
 use super::model::ArrayModel;
+use super::recall::Clusters;
 use super::screen::least_excess;
 use super::stages::Channel;
 use super::template::Template;
@@ -77,6 +78,8 @@ pub(super) struct Search<'a, const A: usize, const E: usize, M = ()> {
     pub(super) ignored: f32,
     /// What the sweep has shown already.
     pub(super) known: &'a KnownPaths,
+    /// Close paths that it has told apart.
+    pub(super) clusters: &'a Clusters,
     /// Turns its energies into squared LSB.
     pub(super) to_lsb: f32,
     /// What the joint fits of the sweep have taken.
@@ -108,6 +111,10 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
             if self.screening && excess < least_excess(floor, noise, C as f32) {
                 // The strongest candidate cannot reach the floor, so none does.
                 break;
+            }
+            if self.recall(beam, tap, noise) {
+                noise = self.settle(beam);
+                continue;
             }
             let least = self.threshold * noise;
             let found = self.single(beam, tap, noise, COARSE_SHARE * least.max(floor));

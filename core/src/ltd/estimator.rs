@@ -10,10 +10,12 @@ use super::departure::{Departures, Look};
 use super::detector::{Detector, fit_threshold};
 use super::effort::{Effort, WorkLimit};
 use super::grid::AngleGrid;
+use super::group::CLOSE_M;
 use super::known::{FITTED, KnownPaths, Levels, Seen};
 use super::merge::{Detection, Detections, Merged};
 use super::meter::{Meter, Stage};
 use super::model::ArrayModel;
+use super::recall::Clusters;
 use super::screen::Screen;
 use super::template::Template;
 use crate::array::{Codebook, UavArrays};
@@ -140,6 +142,7 @@ pub struct Estimator<
     found: Vec<Found<A>, SOURCES>,
     detections: Detections<MOST>,
     known: KnownPaths,
+    clusters: Clusters,
     effort: Effort,
     strongest: f32,
     /// Noise variance of a tap in the last beam searched, amplitude units squared.
@@ -205,6 +208,7 @@ impl<
             found: Vec::new(),
             detections: Detections::new(),
             known: KnownPaths::default(),
+            clusters: Clusters::default(),
             effort: Effort::new(config.work_limit),
             strongest: 0.0,
             noise: 0.0,
@@ -228,6 +232,9 @@ impl<
         let metres = self.model.metres_per_tap();
         // Noise of the taps is correlated: least squares sees it as if 1 / occupancy stronger.
         let variance = 0.5 * noise / self.template.occupancy();
+        let close_taps = CLOSE_M / metres;
+        self.clusters
+            .learn(&self.found, &self.profile, (noise, C, scale), close_taps);
         let mut count = 0;
         for found in self.found.iter().filter(|f| !f.remainder) {
             let energy = found.source.power() * C as f32 * scale;
@@ -359,6 +366,7 @@ impl<
             screening: self.screen.is_some(),
             ignored: IGNORED * floor,
             known: &self.known,
+            clusters: &self.clusters,
             to_lsb,
             effort: &self.effort,
             meter: &self.meter,
@@ -447,6 +455,7 @@ impl<
         }
         self.detections.clear();
         self.known.clear();
+        self.clusters.clear();
         self.effort.clear();
         (self.strongest, self.noise) = (0.0, 0.0);
         self.meter.enter(outer);

@@ -17,9 +17,9 @@ use super::window::{JOINT, Window};
 /// Paths nearer than this in delay form a group, whatever their directions: a single array sees only a cone, so even
 /// opposite directions mix. (signal.md section 3.1 asks for 3 m and 45 degrees; that leaves false paths beside two strong
 /// ones of equal delay.)
-const CLOSE_M: f32 = 4.0;
+pub(super) const CLOSE_M: f32 = 4.0;
 /// Members of a group.
-const MEMBERS: usize = 4;
+pub(super) const MEMBERS: usize = 4;
 /// One more path must explain this many times the noise variance (log-likelihood). Eleven more parameters explain 5.5 on
 /// average.
 const MEMBER_GAIN: f32 = 25.0;
@@ -137,7 +137,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
             }
         }
         let least = MEMBER_GAIN * noise / self.template.occupancy();
-        let worth = least.max(self.calibration_share * without.energy);
+        let worth = self.worth_of_member(noise, without.energy);
         let inside = |places: &[Place]| places.iter().all(|p| p.delay_taps.abs() < JOINT as f32);
         // One more member explains at most what is left.
         let left = window.energy().0 - without.energy;
@@ -224,12 +224,8 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         noise: f32,
     ) -> Fit<L, D, A> {
         let mut best: Fit<L, D, A> = self.fit(window, start, noise, self.joint_steps());
-        let (energy, samples) = window.energy();
-        // Mean and standard deviation of noise that is oversampled by 1 / occupancy.
-        let mean = samples as f32 * noise;
-        let spread = noise * libm::sqrtf(samples as f32 / self.template.occupancy());
-        // What the arrays' errors leave, no start explains; one draw of them leaves up to twice the mean.
-        let most = mean + RESIDUAL_SIGMAS * spread + 2.0 * self.calibration_share * energy;
+        let (energy, _) = window.energy();
+        let most = self.unexplained(window, noise);
         for attempt in 0..ATTEMPTS {
             if energy - best.energy < most || self.effort.is_thrifty() {
                 break;
@@ -243,6 +239,22 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
             }
         }
         best
+    }
+
+    /// Energy that one more member must explain beside others that explain `energy`: more than noise would, and than errors of the
+    /// arrays leave beside them.
+    pub(super) fn worth_of_member(&self, noise: f32, energy: f32) -> f32 {
+        (MEMBER_GAIN * noise / self.template.occupancy()).max(self.calibration_share * energy)
+    }
+
+    /// Energy that no start explains: that of noise, and what the arrays' errors leave.
+    pub(super) fn unexplained<const C: usize>(&self, window: &Window<C, JOINT>, noise: f32) -> f32 {
+        let (energy, samples) = window.energy();
+        // Mean and standard deviation of noise that is oversampled by 1 / occupancy.
+        let mean = samples as f32 * noise;
+        let spread = noise * libm::sqrtf(samples as f32 / self.template.occupancy());
+        // One draw of the arrays' errors leaves up to twice the mean.
+        mean + RESIDUAL_SIGMAS * spread + 2.0 * self.calibration_share * energy
     }
 
     /// Two paths of one delay by alternating projection, or one direction split in delay; a third stays where it was.
@@ -273,12 +285,12 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
     }
 
     /// Takes taps around some places into an empty window, with a group's members put back.
-    fn gather<const L: usize, const M: usize, const C: usize>(
+    pub(super) fn gather<const M: usize, const C: usize>(
         &self,
         window: &mut Window<C, JOINT>,
         beam: &Beam<'_, A, C>,
         origin: usize,
-        places: &[Place; L],
+        places: &[Place],
         members: &[Found<A>; M],
     ) {
         let (mut first, mut last) = (f32::INFINITY, f32::NEG_INFINITY);

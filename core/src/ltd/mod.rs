@@ -34,6 +34,7 @@ mod meter;
 mod model;
 mod paper;
 mod phase;
+mod recall;
 mod screen;
 mod sidelobe;
 pub(crate) mod stages;
