@@ -43,9 +43,7 @@ impl<const A: usize> Source<A> {
 
     /// Delay in taps from another origin, the shorter way round the period.
     pub(super) fn delay_from(&self, origin: usize) -> f32 {
-        let half = SAMPLES / 2;
-        let between = self.origin.wrapping_sub(origin).wrapping_add(half) & (SAMPLES - 1);
-        self.delay_taps + (between as f32 - half as f32)
+        self.delay_taps + taps_between(origin, self.origin)
     }
 
     /// Delay from another origin, and the gains with their phase referred to it.
@@ -63,6 +61,13 @@ impl<const A: usize> Source<A> {
         let reach = MARGIN * libm::sqrtf(ratio) / (core::f32::consts::PI * occupancy);
         (reach.min(SAMPLES as f32) as usize).clamp(LEAST, SAMPLES / 2)
     }
+}
+
+/// Taps from one origin to another, the shorter way round the period.
+pub(super) fn taps_between(from: usize, to: usize) -> f32 {
+    let half = SAMPLES / 2;
+    let between = to.wrapping_sub(from).wrapping_add(half) & (SAMPLES - 1);
+    between as f32 - half as f32
 }
 
 /// Subtract or add back.

@@ -235,8 +235,10 @@ impl<
         let close_taps = CLOSE_M / metres;
         self.clusters
             .learn(&self.found, &self.profile, (noise, C, scale), close_taps);
+        let paths = || self.found.iter().filter(|f| !f.remainder);
+        let members = |group: u8| paths().filter(|f| f.group == group).count() as u8;
         let mut count = 0;
-        for found in self.found.iter().filter(|f| !f.remainder) {
+        for found in paths() {
             let energy = found.source.power() * C as f32 * scale;
             let Ok(aoa) = Direction::from_vector(found.source.u) else {
                 continue;
@@ -265,6 +267,7 @@ impl<
                 energy,
                 noise: noise * scale,
                 beam,
+                members: members(found.group),
                 glance: false,
                 path: None,
             });
@@ -290,6 +293,7 @@ impl<
                     energy,
                     noise: self.noise * noise_gain,
                     beam,
+                    members: 1,
                     glance: true,
                     path: None,
                 });

@@ -3,7 +3,7 @@
 //! A candidate near a group is tried as one more member: all members are put back, refitted with and without it, and it
 //! stays when it explains enough more, in noise variances and against what errors of the arrays' calibration would leave
 //! beside the others. Two close paths have local optima: where a joint fit leaves more than noise, it is started again
-//! from other places.
+//! from other places ([`super::starts`]).
 
 use heapless::Vec;
 
@@ -12,6 +12,7 @@ use super::cancel::{Change, Source};
 use super::cholesky::regular;
 use super::fit::{Fit, Place, REACH};
 use super::meter::{Meter, Stage, within};
+use super::starts::TRIAL_STEPS;
 use super::window::{JOINT, Window};
 
 /// Paths nearer than this in delay form a group, whatever their directions: a single array sees only a cone, so even
@@ -23,21 +24,13 @@ pub(super) const MEMBERS: usize = 4;
 /// One more path must explain this many times the noise variance (log-likelihood). Eleven more parameters explain 5.5 on
 /// average.
 const MEMBER_GAIN: f32 = 25.0;
-/// Residual of a joint fit beyond noise, in standard deviations, that asks for another start.
-const RESIDUAL_SIGMAS: f32 = 4.0;
 /// Factor by which the noise may have fallen since a joint fit.
 const UNSETTLED: f32 = 1.3;
 /// Steps of a joint fit.
 const JOINT_STEPS: usize = 24;
-/// Steps of a joint fit from a start that is tried out, and when the sweep has taken much already.
-const TRIAL_STEPS: usize = 6;
-/// Further starts of a joint fit.
-const ATTEMPTS: usize = 3;
-/// Half the separation in delay at which two paths of one direction are started, taps.
-const SPLIT_TAPS: f32 = 0.2;
 
 impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
-    fn joint_steps(&self) -> usize {
+    pub(super) fn joint_steps(&self) -> usize {
         if self.effort.is_thrifty() {
             TRIAL_STEPS
         } else {
@@ -91,14 +84,15 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
     }
 
     /// Refits the groups of several members that were fitted when the sidelobes of what was not yet cancelled passed for
-    /// noise: their fits ended too early. Returns the noise that remains.
+    /// noise: their fits ended too early, or in a local optimum that nothing told from the noise. Returns the noise that remains.
     pub(super) fn settle<const C: usize>(&self, beam: &mut Beam<'_, A, C>) -> f32 {
         let mut noise = self.detector.noise(beam.profile);
         for index in 0..beam.found.len() {
             let Some(found) = beam.found.get(index).copied() else {
                 break;
             };
-            if found.noise > UNSETTLED * noise && beam.members(found.group).len() > 1 {
+            let members = beam.members(found.group);
+            if found.noise > UNSETTLED * noise && members.len() > 1 && members.first() == Some(&index) {
                 self.refit(beam, found.group, noise);
                 noise = self.detector.noise(beam.profile);
             }
@@ -204,7 +198,10 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         let mut window = Window::new();
         self.gather(&mut window, beam, origin, &start, &old);
         let steps = if L == 1 { SINGLE_STEPS } else { self.joint_steps() };
-        let fit: Fit<L, D, A> = self.fit(&window, start, noise, steps);
+        let mut fit: Fit<L, D, A> = self.fit(&window, start, noise, steps);
+        if L > 1 && self.arrays_are_exact(&window, noise) {
+            fit = self.better(&window, fit, noise);
+        }
         if !regular(&fit.hessian) {
             return;
         }
@@ -216,72 +213,10 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         }
     }
 
-    /// Joint fit from a start; where it leaves more than noise, also from other starts.
-    fn best<const L: usize, const D: usize, const C: usize>(
-        &self,
-        window: &Window<C, JOINT>,
-        start: [Place; L],
-        noise: f32,
-    ) -> Fit<L, D, A> {
-        let mut best: Fit<L, D, A> = self.fit(window, start, noise, self.joint_steps());
-        let (energy, _) = window.energy();
-        let most = self.unexplained(window, noise);
-        for attempt in 0..ATTEMPTS {
-            if energy - best.energy < most || self.effort.is_thrifty() {
-                break;
-            }
-            let other = self.other_start(window, &start, attempt);
-            let trial: Fit<L, D, A> = self.fit(window, other, noise, TRIAL_STEPS);
-            if trial.energy > best.energy {
-                // Only a start that led somewhere better is worth the way to the end.
-                let fit: Fit<L, D, A> = self.fit(window, trial.places, noise, self.joint_steps());
-                best = if fit.energy > trial.energy { fit } else { trial };
-            }
-        }
-        best
-    }
-
     /// Energy that one more member must explain beside others that explain `energy`: more than noise would, and than errors of the
     /// arrays leave beside them.
     pub(super) fn worth_of_member(&self, noise: f32, energy: f32) -> f32 {
         (MEMBER_GAIN * noise / self.template.occupancy()).max(self.calibration_share * energy)
-    }
-
-    /// Energy that no start explains: that of noise, and what the arrays' errors leave.
-    pub(super) fn unexplained<const C: usize>(&self, window: &Window<C, JOINT>, noise: f32) -> f32 {
-        let (energy, samples) = window.energy();
-        // Mean and standard deviation of noise that is oversampled by 1 / occupancy.
-        let mean = samples as f32 * noise;
-        let spread = noise * libm::sqrtf(samples as f32 / self.template.occupancy());
-        // One draw of the arrays' errors leaves up to twice the mean.
-        mean + RESIDUAL_SIGMAS * spread + 2.0 * self.calibration_share * energy
-    }
-
-    /// Two paths of one delay by alternating projection, or one direction split in delay; a third stays where it was.
-    fn other_start<const L: usize, const C: usize>(
-        &self,
-        window: &Window<C, JOINT>,
-        start: &[Place; L],
-        attempt: usize,
-    ) -> [Place; L] {
-        let Place { delay_taps, u } = start[0];
-        let split = |middle: f32| {
-            [-SPLIT_TAPS, SPLIT_TAPS].map(|late| Place {
-                delay_taps: middle + late,
-                u,
-            })
-        };
-        let pair = if attempt == 0 {
-            let snapshot = window.snapshot(self.template, delay_taps);
-            let pair = self.grid.strongest_pair::<E, C>(self.model, &snapshot);
-            pair.map(|u| Place { delay_taps, u })
-        } else if attempt == 1 {
-            split(delay_taps)
-        } else {
-            // Two of opposite phase show as two lobes on either side.
-            split(0.5 * (delay_taps + start[L - 1].delay_taps))
-        };
-        core::array::from_fn(|i| pair.get(i).copied().unwrap_or(start[i]))
     }
 
     /// Takes taps around some places into an empty window, with a group's members put back.

@@ -3,7 +3,9 @@
 //! Detections are taken strongest first. One that lies within the gates of a path already there (0.5 m and 6 degrees,
 //! signal.md section 3.1) is another look at it, unless the same beam has already resolved the two as different. Looks
 //! that agree with the strongest one within their covariance are averaged by information; others are blends with a
-//! neighbour that their beam could not resolve, and only tell that the path was seen there.
+//! neighbour that their beam could not resolve, and only tell that the path was seen there. So are those of beams that told fewer
+//! paths apart than the strongest one's: a single fit of two paths is sure of a place where neither is, and surer than a joint fit of
+//! where they are, which would agree with it.
 
 use heapless::Vec;
 use nalgebra::{Matrix2, Matrix3, Vector3};
@@ -28,6 +30,8 @@ pub(super) struct Detection {
     /// Noise variance of a tap, amplitude units squared.
     pub(super) noise: f32,
     pub(super) beam: u16,
+    /// Paths that its beam told apart there, itself among them.
+    pub(super) members: u8,
     /// Only the energy was measured, where a known path lies.
     pub(super) glance: bool,
     /// Path it belongs to after merging.
@@ -172,6 +176,9 @@ impl Merged {
     }
 
     fn look(&mut self, detection: &Detection) {
+        if detection.members < self.strongest.members {
+            return;
+        }
         let (w1, w2) = self.strongest.aoa.tangents();
         let (b1, b2) = detection.aoa.tangents();
         let u = detection.aoa.vector();
@@ -224,6 +231,7 @@ mod tests {
             energy,
             noise: 1.0,
             beam,
+            members: 1,
             glance: false,
             path: None,
         }
@@ -258,6 +266,24 @@ mod tests {
             (covariance.m11 - 1e-4 / 3.0).abs() < 1e-8,
             "three equal looks: a third of the variance"
         );
+    }
+
+    /// The strongest beam tells a pair apart, to a centimetre each; a weaker one shows it as one path between them, to a
+    /// millimetre.
+    #[test]
+    fn a_blend_does_not_pull_what_was_told_apart() {
+        let pair = |c_tau_m, energy| Detection {
+            members: 2,
+            ..detection(4, energy, c_tau_m, 10.0)
+        };
+        let blend = Detection {
+            covariance: detection(5, 0.0, 50.0, 10.0).covariance / 100.0,
+            ..detection(5, 500.0, 50.02, 10.0)
+        };
+        let (detections, paths) = merged::<16>(&[pair(50.0, 900.0), pair(50.05, 800.0), blend]);
+        assert_eq!(paths.len(), 2);
+        assert!((paths[0].mean().0 - 50.0).abs() < 1e-4, "{}", paths[0].mean().0);
+        assert_eq!(detections.looks(0).count(), 2, "it was seen there");
     }
 
     #[test]

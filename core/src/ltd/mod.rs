@@ -38,6 +38,7 @@ mod recall;
 mod screen;
 mod sidelobe;
 pub(crate) mod stages;
+mod starts;
 pub(crate) mod tables;
 mod taps;
 mod template;

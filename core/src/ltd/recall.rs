@@ -11,11 +11,12 @@
 use heapless::Vec;
 
 use super::beam::{Beam, Found, SOURCES, Search};
-use super::cancel::Change;
+use super::cancel::{Change, taps_between};
 use super::cholesky::regular;
 use super::fit::{Fit, Place};
 use super::group::{CLOSE_M, MEMBERS};
 use super::meter::{Meter, Stage, within};
+use super::starts::apart;
 use super::window::{JOINT, Window};
 use crate::bounded::gather;
 use crate::waveform::SAMPLES;
@@ -30,8 +31,6 @@ const LEFT: f32 = 0.01;
 const LEFT_THRIFTY: f32 = 0.1;
 /// Steps from where the members are known to lie.
 const STEPS: usize = 6;
-/// Nothing is recalled where the arrays' errors leave more than this many times the noise.
-const MOST_BY_ARRAYS: f32 = 0.02;
 /// Taps on both sides of a path over which what its fit left is measured.
 const AROUND: i32 = 3;
 
@@ -48,9 +47,7 @@ struct Cluster {
 impl Cluster {
     /// Members with delays from another origin, the shorter way round the period.
     fn seen_from(&self, origin: usize) -> impl Iterator<Item = Place> + '_ {
-        let half = SAMPLES / 2;
-        let between = self.origin.wrapping_sub(origin).wrapping_add(half) & (SAMPLES - 1);
-        let between = between as f32 - half as f32;
+        let between = taps_between(origin, self.origin);
         self.places.iter().map(move |place| Place {
             delay_taps: place.delay_taps + between,
             u: place.u,
@@ -187,8 +184,8 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
     ) -> Option<f32> {
         let mut window = Window::new();
         self.gather(&mut window, beam, tap, places, &[]);
-        let (energy, samples) = window.energy();
-        if self.calibration_share * energy > MOST_BY_ARRAYS * samples as f32 * noise {
+        let (energy, _) = window.energy();
+        if !self.arrays_are_exact(&window, noise) {
             return None;
         }
         let mut all = self.explained(&window, places, noise);
@@ -236,7 +233,10 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         }
         let mut window = Window::new();
         self.gather(&mut window, beam, tap, &places, &[]);
-        let fit: Fit<L, D, A> = self.fit(&window, places, noise, STEPS);
+        let mut fit: Fit<L, D, A> = self.fit(&window, places, noise, STEPS);
+        if !regular(&fit.hessian) {
+            fit = self.fit(&window, apart(&fit.places), noise, STEPS);
+        }
         let (energy, _) = window.energy();
         let share = if self.effort.is_thrifty() {
             LEFT_THRIFTY
