@@ -283,8 +283,7 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
             let Some(found) = beam.found.get(index).copied() else {
                 break;
             };
-            let first = beam.found.iter().position(|f| f.group == found.group) == Some(index);
-            if first && beam.pulled(found.group, self.template.occupancy()) {
+            if beam.is_first(index, found.group) && beam.pulled(found.group, self.template.occupancy()) {
                 let noise = self.detector.noise(beam.profile);
                 self.refit(beam, found.group, noise);
                 pulled = true;

@@ -12,7 +12,6 @@ use super::cancel::{Change, Source};
 use super::cholesky::regular;
 use super::fit::{Fit, Place, REACH};
 use super::meter::{Meter, Stage, within};
-use super::starts::TRIAL_STEPS;
 use super::window::{JOINT, Window};
 
 /// Paths nearer than this in delay form a group, whatever their directions: a single array sees only a cone, so even
@@ -26,24 +25,16 @@ pub(super) const MEMBERS: usize = 4;
 const MEMBER_GAIN: f32 = 25.0;
 /// Factor by which the noise may have fallen since a joint fit.
 const UNSETTLED: f32 = 1.3;
-/// Steps of a joint fit.
-const JOINT_STEPS: usize = 24;
 
 impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
-    pub(super) fn joint_steps(&self) -> usize {
-        if self.effort.is_thrifty() {
-            TRIAL_STEPS
-        } else {
-            JOINT_STEPS
-        }
+    /// Whether paths so far apart in delay are fitted jointly.
+    pub(super) fn are_close(&self, apart_taps: f32) -> bool {
+        apart_taps.abs() * self.model.metres_per_tap() < CLOSE_M
     }
 
     /// The group to which a source is close: to all of its members.
     pub(super) fn neighbours<const C: usize>(&self, beam: &Beam<'_, A, C>, source: &Source<A>) -> Option<u8> {
-        let close = |f: &Found<A>| {
-            let apart = source.place(f.source.origin).delay_taps - f.source.delay_taps;
-            apart.abs() * self.model.metres_per_tap() < CLOSE_M
-        };
+        let close = |f: &Found<A>| self.are_close(source.delay_from(f.source.origin) - f.source.delay_taps);
         let paths = || beam.found.iter().filter(|f| !f.remainder);
         paths()
             .map(|f| f.group)
@@ -91,8 +82,8 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
             let Some(found) = beam.found.get(index).copied() else {
                 break;
             };
-            let members = beam.members(found.group);
-            if found.noise > UNSETTLED * noise && members.len() > 1 && members.first() == Some(&index) {
+            let several = || beam.members(found.group).len() > 1;
+            if found.noise > UNSETTLED * noise && beam.is_first(index, found.group) && several() {
                 self.refit(beam, found.group, noise);
                 noise = self.detector.noise(beam.profile);
             }
@@ -132,19 +123,16 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         }
         let least = MEMBER_GAIN * noise / self.template.occupancy();
         let worth = self.worth_of_member(noise, without.energy);
-        let inside = |places: &[Place]| places.iter().all(|p| p.delay_taps.abs() < JOINT as f32);
         // One more member explains at most what is left.
         let left = window.energy().0 - without.energy;
         let with: Option<Fit<M, N, A>> = (left > worth).then(|| self.best(&window, start, noise));
         if let Some(with) = with
             && with.energy - without.energy > worth
-            && inside(&with.places)
-            && regular(&with.hessian)
+            && is_sound(&with)
         {
             self.replace(beam, &members, &with, &old, noise);
             true
-        } else if without.energy - kept.energy > least && inside(&without.places) && regular(&without.hessian)
-        {
+        } else if without.energy - kept.energy > least && is_sound(&without) {
             self.replace(beam, &members, &without, &old, noise);
             true
         } else {
@@ -243,7 +231,17 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
     }
 }
 
+/// Whether a fit ended in its window, with members that can be told apart.
+pub(super) fn is_sound<const L: usize, const D: usize, const A: usize>(fit: &Fit<L, D, A>) -> bool {
+    fit.places.iter().all(|p| p.delay_taps.abs() < JOINT as f32) && regular(&fit.hessian)
+}
+
 impl<const A: usize, const C: usize> Beam<'_, A, C> {
+    /// Whether a source is the first of its group.
+    pub(super) fn is_first(&self, index: usize, group: u8) -> bool {
+        self.found.iter().position(|f| f.group == group) == Some(index)
+    }
+
     /// Indices of a group's members.
     fn members(&self, group: u8) -> Vec<usize, MEMBERS> {
         let mut members = Vec::new();

@@ -14,7 +14,7 @@ use super::beam::{Beam, Found, SOURCES, Search};
 use super::cancel::{Change, taps_between};
 use super::cholesky::regular;
 use super::fit::{Fit, Place};
-use super::group::{CLOSE_M, MEMBERS};
+use super::group::{MEMBERS, is_sound};
 use super::meter::{Meter, Stage, within};
 use super::starts::apart;
 use super::window::{JOINT, Window};
@@ -145,9 +145,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
     /// Takes out the cluster that explains a candidate at `tap`, if one that the sweep knows does. Returns whether it did. Beside
     /// paths that this beam has shown already, a candidate joins them instead ([`super::group`]).
     pub(super) fn recall<const C: usize>(&self, beam: &mut Beam<'_, A, C>, tap: usize, noise: f32) -> bool {
-        let close = |f: &Found<A>| {
-            !f.remainder && f.source.delay_from(tap).abs() * self.model.metres_per_tap() < CLOSE_M
-        };
+        let close = |f: &Found<A>| !f.remainder && self.are_close(f.source.delay_from(tap));
         if beam.found.iter().any(close) {
             return false;
         }
@@ -244,8 +242,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
             LEFT
         };
         let most = self.unexplained(&window, noise).max(share * energy);
-        let inside = fit.places.iter().all(|p| p.delay_taps.abs() < JOINT as f32);
-        if energy - fit.energy > most || !inside || !regular(&fit.hessian) {
+        if energy - fit.energy > most || !is_sound(&fit) {
             return false;
         }
         let group = beam.found.len() as u8;

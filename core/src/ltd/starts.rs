@@ -12,8 +12,10 @@ use super::window::{JOINT, Window};
 
 /// Residual of a joint fit beyond noise, in standard deviations, that asks for another start.
 const RESIDUAL_SIGMAS: f32 = 4.0;
+/// Steps of a joint fit.
+const JOINT_STEPS: usize = 24;
 /// Steps of a joint fit from a start that is tried out, and when the sweep has taken much already.
-pub(super) const TRIAL_STEPS: usize = 6;
+const TRIAL_STEPS: usize = 6;
 /// Further starts of a joint fit.
 const ATTEMPTS: usize = 3;
 /// Half the separation in delay at which two paths of one direction are started, taps.
@@ -25,6 +27,14 @@ const APART_TAPS: f32 = 0.1;
 const EXACT: f32 = 0.02;
 
 impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
+    pub(super) fn joint_steps(&self) -> usize {
+        if self.effort.is_thrifty() {
+            TRIAL_STEPS
+        } else {
+            JOINT_STEPS
+        }
+    }
+
     /// Joint fit from a start; where it leaves more than noise, also from other starts.
     pub(super) fn best<const L: usize, const D: usize, const C: usize>(
         &self,
@@ -58,8 +68,11 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         let (energy, _) = window.energy();
         let most = self.unexplained(window, noise);
         for attempt in 0..ATTEMPTS {
+            if self.effort.is_thrifty() {
+                break;
+            }
             let told_apart = regular(&best.hessian);
-            if (told_apart && energy - best.energy < most) || self.effort.is_thrifty() {
+            if told_apart && energy - best.energy < most {
                 break;
             }
             let other = if told_apart {
