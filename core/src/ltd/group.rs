@@ -7,7 +7,7 @@
 
 use heapless::Vec;
 
-use super::beam::{Beam, Found, SINGLE_STEPS, Search};
+use super::beam::{Beam, Found, SINGLE_STEPS, SOURCES, Search};
 use super::cancel::{Change, Source};
 use super::cholesky::regular;
 use super::fit::{Fit, Place, REACH};
@@ -56,10 +56,37 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         let members = beam.members(group);
         within(self.meter, Stage::JointFit, || match *members.as_slice() {
             [a] => self.extend::<1, 3, 2, 6, C>(beam, [a], source, noise),
-            [a, b] => self.extend::<2, 6, 3, 9, C>(beam, [a, b], source, noise),
+            [a, b] => {
+                self.double(beam, [a, b], noise) || self.extend::<2, 6, 3, 9, C>(beam, [a, b], source, noise)
+            }
             [a, b, c] => self.extend::<3, 9, 4, 12, C>(beam, [a, b, c], source, noise),
             _ => false,
         })
+    }
+
+    /// Takes the two members of a group for four ([`super::split`]), if they leave more than noise and four do not.
+    fn double<const C: usize>(&self, beam: &mut Beam<'_, A, C>, members: [usize; 2], noise: f32) -> bool {
+        let Some(old) = beam.all(members) else {
+            return false;
+        };
+        if self.effort.is_thrifty() || beam.found.len() + 2 > SOURCES {
+            return false;
+        }
+        let origin = old[0].source.origin;
+        let pair = old.map(|f| f.source.place(origin));
+        let mut window = Window::new();
+        self.gather(&mut window, beam, origin, &pair, &old);
+        let (energy, _) = window.energy();
+        let most = self.unexplained(&window, noise);
+        let two: Fit<2, 6, A> = self.fit(&window, pair, noise, 0);
+        let worth = 2.0 * self.worth_of_member(noise, two.energy);
+        if energy - two.energy > most.max(worth)
+            && let Some(four) = self.both_split(&window, &pair, noise)
+        {
+            self.replace(beam, &members, &four, &old, noise);
+            return true;
+        }
+        false
     }
 
     /// Refits the members of a group.

@@ -37,6 +37,7 @@ mod phase;
 mod recall;
 mod screen;
 mod sidelobe;
+mod split;
 pub(crate) mod stages;
 mod starts;
 pub(crate) mod tables;

@@ -112,6 +112,18 @@ impl Clusters {
         }
     }
 
+    /// The best known of the clusters of two paths near a tap, delays from there.
+    fn pair(&self, tap: usize) -> Option<[Place; 2]> {
+        let near = |c: &&Cluster| c.places.len() == 2 && c.nearest(tap, 0.0) <= NEAR_TAPS;
+        let best = self
+            .all
+            .iter()
+            .filter(near)
+            .max_by(|a, b| a.weight.total_cmp(&b.weight))?;
+        let mut places = best.seen_from(tap);
+        Some([places.next()?, places.next()?])
+    }
+
     /// Takes the place of a cluster of as many members at that delay, when it is worth more.
     fn enter(&mut self, new: Cluster, close_taps: f32) {
         let delay = new.places.first().map_or(0.0, |place| place.delay_taps);
@@ -218,7 +230,8 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         }
     }
 
-    /// Fits a cluster's members from where they lie and takes them out, if that leaves little.
+    /// Fits a cluster's members from where they lie and takes them out, if that leaves little. Where it leaves more than noise, and four
+    /// paths that beams which hear them less well take for a pair do not, those are taken ([`super::split`]).
     fn take_cluster<const L: usize, const D: usize, const C: usize>(
         &self,
         beam: &mut Beam<'_, A, C>,
@@ -226,9 +239,6 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         places: [Place; L],
         noise: f32,
     ) -> bool {
-        if beam.found.len() + L > SOURCES {
-            return false;
-        }
         let mut window = Window::new();
         self.gather(&mut window, beam, tap, &places, &[]);
         let mut fit: Fit<L, D, A> = self.fit(&window, places, noise, STEPS);
@@ -236,17 +246,37 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
             fit = self.fit(&window, apart(&fit.places), noise, STEPS);
         }
         let (energy, _) = window.energy();
+        let most = self.unexplained(&window, noise);
+        if energy - fit.energy > most
+            && let Some(pair) = self.clusters.pair(tap)
+            && !self.effort.is_spent()
+            && let Some(four) = self.both_split(&window, &pair, noise)
+            && self.take_fit(beam, tap, &four, noise)
+        {
+            return true;
+        }
         let share = if self.effort.is_thrifty() {
             LEFT_THRIFTY
         } else {
             LEFT
         };
-        let most = self.unexplained(&window, noise).max(share * energy);
-        if energy - fit.energy > most || !is_sound(&fit) {
+        let little = energy - fit.energy <= most.max(share * energy);
+        little && is_sound(&fit) && self.take_fit(beam, tap, &fit, noise)
+    }
+
+    /// Takes the paths of a fit out as a group of their own, if there is room for them.
+    fn take_fit<const L: usize, const D: usize, const C: usize>(
+        &self,
+        beam: &mut Beam<'_, A, C>,
+        tap: usize,
+        fit: &Fit<L, D, A>,
+        noise: f32,
+    ) -> bool {
+        if beam.found.len() + L > SOURCES {
             return false;
         }
         let group = beam.found.len() as u8;
-        let found: [Found<A>; L] = core::array::from_fn(|i| self.found(&fit, i, tap, noise, group));
+        let found: [Found<A>; L] = core::array::from_fn(|i| self.found(fit, i, tap, noise, group));
         self.change(beam, &found, Change::Subtract);
         for found in found {
             // There is room: asked above.

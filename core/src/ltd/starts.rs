@@ -15,7 +15,7 @@ const RESIDUAL_SIGMAS: f32 = 4.0;
 /// Steps of a joint fit.
 const JOINT_STEPS: usize = 24;
 /// Steps of a joint fit from a start that is tried out, and when the sweep has taken much already.
-const TRIAL_STEPS: usize = 6;
+pub(super) const TRIAL_STEPS: usize = 6;
 /// Further starts of a joint fit.
 const ATTEMPTS: usize = 3;
 /// Half the separation in delay at which two paths of one direction are started, taps.
@@ -103,8 +103,18 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
     /// Whether errors of the arrays are so small that what a fit leaves beyond noise are paths. Where they are not, the fit that
     /// leaves least is the one that takes them for paths.
     pub(super) fn arrays_are_exact<const C: usize>(&self, window: &Window<C, JOINT>, noise: f32) -> bool {
+        self.arrays_leave(EXACT, window, noise)
+    }
+
+    /// Whether errors of the arrays leave no more than a share of what noise does.
+    pub(super) fn arrays_leave<const C: usize>(
+        &self,
+        share: f32,
+        window: &Window<C, JOINT>,
+        noise: f32,
+    ) -> bool {
         let (energy, samples) = window.energy();
-        self.calibration_share * energy <= EXACT * samples as f32 * noise
+        self.calibration_share * energy <= share * samples as f32 * noise
     }
 
     /// Two paths of one delay by alternating projection, or one direction split in delay; a third stays where it was.
