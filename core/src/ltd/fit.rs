@@ -15,7 +15,7 @@ use nalgebra::{Complex, Vector3};
 use super::cholesky::solve;
 use super::model::{ArrayModel, place, steering};
 use super::template::Template;
-use super::window::Window;
+use super::window::{Content, Window};
 use crate::geometry::{Body, Direction};
 
 /// Taps of the fit on both sides of a path. Costs 1.6 % of the delay's standard deviation against all taps, 0.5 % of the
@@ -108,8 +108,13 @@ pub(super) fn fit<
     let mut places = start;
     let mut normal = normal_equations::<L, D, A, E, C, W>(model, template, window, &places);
     let mut damping = if L == 1 { 0.0 } else { 1e-3 };
-    let (whole, samples) = if L == 1 { (0.0, 0) } else { window.energy() };
-    let freedom = template.occupancy() * samples.max(1) as f32;
+    let (whole, samples) = if L == 1 {
+        (0.0, 1)
+    } else {
+        let Content { energy, samples } = window.content();
+        (energy, samples.max(1))
+    };
+    let freedom = template.occupancy() * samples as f32;
     let mut evaluations = 1;
     for _ in 0..most {
         // Errors of the model count as noise.

@@ -12,7 +12,9 @@ use super::cancel::{Change, Source};
 use super::cholesky::regular;
 use super::fit::{Fit, Place, REACH};
 use super::meter::{Meter, Stage, within};
+use super::split::are_two_walls;
 use super::window::{JOINT, Window};
+use crate::bounded::gather;
 
 /// Paths nearer than this in delay form a group, whatever their directions: a single array sees only a cone, so even
 /// opposite directions mix. (signal.md section 3.1 asks for 3 m and 45 degrees; that leaves false paths beside two strong
@@ -66,22 +68,27 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
 
     /// Takes the two members of a group for four ([`super::split`]), if they leave more than noise and four do not.
     fn double<const C: usize>(&self, beam: &mut Beam<'_, A, C>, members: [usize; 2], noise: f32) -> bool {
+        if self.effort.is_thrifty() || !beam.has_room(2) {
+            return false;
+        }
         let Some(old) = beam.all(members) else {
             return false;
         };
-        if self.effort.is_thrifty() || beam.found.len() + 2 > SOURCES {
-            return false;
-        }
         let origin = old[0].source.origin;
         let pair = old.map(|f| f.source.place(origin));
+        if !are_two_walls(&pair) {
+            return false;
+        }
         let mut window = Window::new();
         self.gather(&mut window, beam, origin, &pair, &old);
-        let (energy, _) = window.energy();
-        let most = self.unexplained(&window, noise);
-        let two: Fit<2, 6, A> = self.fit(&window, pair, noise, 0);
-        let worth = 2.0 * self.worth_of_member(noise, two.energy);
-        if energy - two.energy > most.max(worth)
-            && let Some(four) = self.both_split(&window, &pair, noise)
+        let content = window.content();
+        if !self.may_split(&content, noise) {
+            return false;
+        }
+        let two = self.explained(&window, &pair, 0, noise);
+        let worth = 2.0 * self.worth_of_member(noise, two);
+        if content.energy - two > worth.max(self.unexplained(&content, noise))
+            && let Some(four) = self.both_split(&window, &content, &pair, noise)
         {
             self.replace(beam, &members, &four, &old, noise);
             return true;
@@ -151,7 +158,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         let least = MEMBER_GAIN * noise / self.template.occupancy();
         let worth = self.worth_of_member(noise, without.energy);
         // One more member explains at most what is left.
-        let left = window.energy().0 - without.energy;
+        let left = window.content().energy - without.energy;
         let with: Option<Fit<M, N, A>> = (left > worth).then(|| self.best(&window, start, noise));
         if let Some(with) = with
             && with.energy - without.energy > worth
@@ -214,7 +221,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         self.gather(&mut window, beam, origin, &start, &old);
         let steps = if L == 1 { SINGLE_STEPS } else { self.joint_steps() };
         let mut fit: Fit<L, D, A> = self.fit(&window, start, noise, steps);
-        if L > 1 && self.arrays_are_exact(&window, noise) {
+        if L > 1 && self.arrays_are_exact(&window.content(), noise) {
             fit = self.better(&window, fit, noise);
         }
         if !regular(&fit.hessian) {
@@ -232,6 +239,26 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
     /// arrays leave beside them.
     pub(super) fn worth_of_member(&self, noise: f32, energy: f32) -> f32 {
         (MEMBER_GAIN * noise / self.template.occupancy()).max(self.calibration_share * energy)
+    }
+
+    /// Energy that at most four paths explain, a few steps from where they are put.
+    pub(super) fn explained<const C: usize>(
+        &self,
+        window: &Window<C, JOINT>,
+        places: &[Place],
+        steps: usize,
+        noise: f32,
+    ) -> f32 {
+        match *places {
+            [a] => self.fit::<1, 3, C, JOINT>(window, [a], noise, steps).energy,
+            [a, b] => self.fit::<2, 6, C, JOINT>(window, [a, b], noise, steps).energy,
+            [a, b, c] => self.fit::<3, 9, C, JOINT>(window, [a, b, c], noise, steps).energy,
+            [a, b, c, d] => {
+                self.fit::<4, 12, C, JOINT>(window, [a, b, c, d], noise, steps)
+                    .energy
+            }
+            _ => 0.0,
+        }
     }
 
     /// Takes taps around some places into an empty window, with a group's members put back.
@@ -258,12 +285,23 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
     }
 }
 
+/// The places of a group without one of them.
+pub(super) fn without(places: &[Place], idle: usize) -> Vec<Place, MEMBERS> {
+    let others = places.iter().enumerate().filter(|(i, _)| *i != idle);
+    gather(others.map(|(_, place)| *place))
+}
+
 /// Whether a fit ended in its window, with members that can be told apart.
 pub(super) fn is_sound<const L: usize, const D: usize, const A: usize>(fit: &Fit<L, D, A>) -> bool {
     fit.places.iter().all(|p| p.delay_taps.abs() < JOINT as f32) && regular(&fit.hessian)
 }
 
 impl<const A: usize, const C: usize> Beam<'_, A, C> {
+    /// Whether so many more can be taken out.
+    pub(super) fn has_room(&self, more: usize) -> bool {
+        self.found.len() + more <= SOURCES
+    }
+
     /// Whether a source is the first of its group.
     pub(super) fn is_first(&self, index: usize, group: u8) -> bool {
         self.found.iter().position(|f| f.group == group) == Some(index)

@@ -10,14 +10,15 @@
 
 use heapless::Vec;
 
-use super::beam::{Beam, Found, SOURCES, Search};
+use super::beam::{Beam, Found, Search};
 use super::cancel::{Change, taps_between};
 use super::cholesky::regular;
 use super::fit::{Fit, Place};
-use super::group::{MEMBERS, is_sound};
+use super::group::{MEMBERS, is_sound, without};
 use super::meter::{Meter, Stage, within};
+use super::split::are_two_walls;
 use super::starts::apart;
-use super::window::{JOINT, Window};
+use super::window::Window;
 use crate::bounded::gather;
 use crate::waveform::SAMPLES;
 
@@ -194,18 +195,17 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
     ) -> Option<f32> {
         let mut window = Window::new();
         self.gather(&mut window, beam, tap, places, &[]);
-        let (energy, _) = window.energy();
-        if !self.arrays_are_exact(&window, noise) {
+        let content = window.content();
+        if !self.arrays_are_exact(&content, noise) {
             return None;
         }
-        let mut all = self.explained(&window, places, noise);
+        let mut all = self.explained(&window, places, 0, noise);
         while places.len() > 1 {
             let mut least = self.worth_of_member(noise, all);
             let mut idle = None;
             for i in 0..places.len() {
-                let others = places.iter().enumerate().filter(|(k, _)| *k != i);
-                let others: Vec<Place, MEMBERS> = gather(others.map(|(_, place)| *place));
-                let share = all - self.explained(&window, &others, noise);
+                let others = without(places, i);
+                let share = all - self.explained(&window, &others, 0, noise);
                 if share < least {
                     (least, idle) = (share, Some(others));
                 }
@@ -216,18 +216,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
             *places = others;
             all -= least;
         }
-        Some((energy - all) / energy)
-    }
-
-    /// Energy that paths explain where they are put.
-    fn explained<const C: usize>(&self, window: &Window<C, JOINT>, places: &[Place], noise: f32) -> f32 {
-        match *places {
-            [a] => self.fit::<1, 3, C, JOINT>(window, [a], noise, 0).energy,
-            [a, b] => self.fit::<2, 6, C, JOINT>(window, [a, b], noise, 0).energy,
-            [a, b, c] => self.fit::<3, 9, C, JOINT>(window, [a, b, c], noise, 0).energy,
-            [a, b, c, d] => self.fit::<4, 12, C, JOINT>(window, [a, b, c, d], noise, 0).energy,
-            _ => 0.0,
-        }
+        Some((content.energy - all) / content.energy)
     }
 
     /// Fits a cluster's members from where they lie and takes them out, if that leaves little. Where it leaves more than noise, and four
@@ -239,20 +228,25 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         places: [Place; L],
         noise: f32,
     ) -> bool {
+        if !beam.has_room(L) {
+            return false;
+        }
         let mut window = Window::new();
         self.gather(&mut window, beam, tap, &places, &[]);
         let mut fit: Fit<L, D, A> = self.fit(&window, places, noise, STEPS);
         if !regular(&fit.hessian) {
             fit = self.fit(&window, apart(&fit.places), noise, STEPS);
         }
-        let (energy, _) = window.energy();
-        let most = self.unexplained(&window, noise);
-        if energy - fit.energy > most
-            && let Some(pair) = self.clusters.pair(tap)
+        let content = window.content();
+        let most = self.unexplained(&content, noise);
+        if content.energy - fit.energy > most
             && !self.effort.is_spent()
-            && let Some(four) = self.both_split(&window, &pair, noise)
-            && self.take_fit(beam, tap, &four, noise)
+            && beam.has_room(MEMBERS)
+            && self.may_split(&content, noise)
+            && let Some(pair) = self.clusters.pair(tap).filter(are_two_walls)
+            && let Some(four) = self.both_split(&window, &content, &pair, noise)
         {
+            self.take_fit(beam, tap, &four, noise);
             return true;
         }
         let share = if self.effort.is_thrifty() {
@@ -260,29 +254,29 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         } else {
             LEFT
         };
-        let little = energy - fit.energy <= most.max(share * energy);
-        little && is_sound(&fit) && self.take_fit(beam, tap, &fit, noise)
+        let little = content.energy - fit.energy <= most.max(share * content.energy);
+        let taken = little && is_sound(&fit);
+        if taken {
+            self.take_fit(beam, tap, &fit, noise);
+        }
+        taken
     }
 
-    /// Takes the paths of a fit out as a group of their own, if there is room for them.
+    /// Takes the paths of a fit out as a group of their own.
     fn take_fit<const L: usize, const D: usize, const C: usize>(
         &self,
         beam: &mut Beam<'_, A, C>,
         tap: usize,
         fit: &Fit<L, D, A>,
         noise: f32,
-    ) -> bool {
-        if beam.found.len() + L > SOURCES {
-            return false;
-        }
+    ) {
         let group = beam.found.len() as u8;
         let found: [Found<A>; L] = core::array::from_fn(|i| self.found(fit, i, tap, noise, group));
         self.change(beam, &found, Change::Subtract);
         for found in found {
-            // There is room: asked above.
+            // There is room: asked before the fit.
             let _ = beam.found.push(found);
         }
-        true
     }
 }
 

@@ -9,10 +9,10 @@
 
 use super::beam::Search;
 use super::fit::{Fit, Place};
-use super::group::is_sound;
+use super::group::{is_sound, without};
 use super::meter::Meter;
 use super::starts::TRIAL_STEPS;
-use super::window::{JOINT, Window};
+use super::window::{Content, JOINT, Window};
 use nalgebra::Vector3;
 
 /// How far from the one that was taken for both the two are started: upwards in body axes, rad, and in delay. The fit finds how far they
@@ -26,8 +26,8 @@ const ACROSS_RAD: f32 = 0.05;
 const PROMISING: f32 = 4.0;
 /// Steps in which three of the four are given the chance to explain as much.
 const NEEDED_STEPS: usize = 2;
-/// Errors of the arrays must leave less than this share of what noise does: a pair that is split may pass for anything.
-const EXACT: f32 = 0.001;
+/// Errors of the arrays must leave less than this share of what noise does where a pair is split: four paths may pass for anything.
+const BY_ARRAYS: f32 = 0.001;
 
 /// The two that a path may be: above and earlier, below and later.
 fn halves(place: &Place) -> [Place; 2] {
@@ -41,55 +41,39 @@ fn halves(place: &Place) -> [Place; 2] {
 }
 
 /// Whether a pair may be two walls: in one tap, and not one above the other as a wall and its bounce are.
-fn are_two_walls([first, second]: &[Place; 2]) -> bool {
+pub(super) fn are_two_walls([first, second]: &[Place; 2]) -> bool {
     let across = (first.u - second.u).xy().norm();
     (first.delay_taps - second.delay_taps).abs() < NEAR_TAPS && across > ACROSS_RAD
 }
 
 impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
-    /// Joint fit of four paths from a pair of which each is split in two. None where errors of the arrays show, and unless the four leave
-    /// no more than noise and each is worth it.
+    /// Whether errors of the arrays are so small that a pair may be split.
+    pub(super) fn may_split(&self, content: &Content, noise: f32) -> bool {
+        self.arrays_leave(BY_ARRAYS, content, noise)
+    }
+
+    /// Joint fit of four paths from a pair of which each is split in two. None unless the four leave no more than noise and each is
+    /// worth it. Asked before, because it is the cheaper: [`are_two_walls`], [`Self::may_split`], and that there is room.
     pub(super) fn both_split<const C: usize>(
         &self,
         window: &Window<C, JOINT>,
+        content: &Content,
         pair: &[Place; 2],
         noise: f32,
     ) -> Option<Fit<4, 12, A>> {
-        if !are_two_walls(pair) || !self.arrays_leave(EXACT, window, noise) {
-            return None;
-        }
-        let (energy, _) = window.energy();
-        let most = self.unexplained(window, noise);
+        let most = self.unexplained(content, noise);
         let [[a, b], [c, d]] = [halves(&pair[0]), halves(&pair[1])];
         let trial: Fit<4, 12, A> = self.fit(window, [a, b, c, d], noise, TRIAL_STEPS);
-        if energy - trial.energy > PROMISING * most {
+        if content.energy - trial.energy > PROMISING * most {
             return None;
         }
         let four: Fit<4, 12, A> = self.fit(window, trial.places, noise, self.joint_steps());
-        let settled = energy - four.energy <= most && is_sound(&four);
+        let settled = content.energy - four.energy <= most && is_sound(&four);
         let needed = |idle: usize| {
-            let three = self.without(window, &four, idle, noise);
+            let three = self.explained(window, &without(&four.places, idle), NEEDED_STEPS, noise);
             four.energy - three > self.worth_of_member(noise, three)
         };
         (settled && (0..4).all(needed)).then_some(four)
-    }
-
-    /// Energy that three of four explain.
-    fn without<const C: usize>(
-        &self,
-        window: &Window<C, JOINT>,
-        four: &Fit<4, 12, A>,
-        idle: usize,
-        noise: f32,
-    ) -> f32 {
-        let [mut a, mut b, mut c, d] = four.places;
-        for (i, place) in [&mut a, &mut b, &mut c].into_iter().enumerate() {
-            if i == idle {
-                *place = d;
-            }
-        }
-        let three: Fit<3, 9, A> = self.fit(window, [a, b, c], noise, NEEDED_STEPS);
-        three.energy
     }
 }
 

@@ -8,7 +8,7 @@ use super::beam::Search;
 use super::cholesky::regular;
 use super::fit::{Fit, Place};
 use super::meter::Meter;
-use super::window::{JOINT, Window};
+use super::window::{Content, JOINT, Window};
 
 /// Residual of a joint fit beyond noise, in standard deviations, that asks for another start.
 const RESIDUAL_SIGMAS: f32 = 4.0;
@@ -65,14 +65,14 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         noise: f32,
     ) -> Fit<L, D, A> {
         let mut best = first;
-        let (energy, _) = window.energy();
-        let most = self.unexplained(window, noise);
+        let content = window.content();
+        let most = self.unexplained(&content, noise);
         for attempt in 0..ATTEMPTS {
             if self.effort.is_thrifty() {
                 break;
             }
             let told_apart = regular(&best.hessian);
-            if told_apart && energy - best.energy < most {
+            if told_apart && content.energy - best.energy < most {
                 break;
             }
             let other = if told_apart {
@@ -91,30 +91,24 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
     }
 
     /// Energy that no start explains: that of noise, and what the arrays' errors leave.
-    pub(super) fn unexplained<const C: usize>(&self, window: &Window<C, JOINT>, noise: f32) -> f32 {
-        let (energy, samples) = window.energy();
+    pub(super) fn unexplained(&self, content: &Content, noise: f32) -> f32 {
+        let samples = content.samples as f32;
         // Mean and standard deviation of noise that is oversampled by 1 / occupancy.
-        let mean = samples as f32 * noise;
-        let spread = noise * libm::sqrtf(samples as f32 / self.template.occupancy());
+        let mean = samples * noise;
+        let spread = noise * libm::sqrtf(samples / self.template.occupancy());
         // One draw of the arrays' errors leaves up to twice the mean.
-        mean + RESIDUAL_SIGMAS * spread + 2.0 * self.calibration_share * energy
+        mean + RESIDUAL_SIGMAS * spread + 2.0 * self.calibration_share * content.energy
     }
 
     /// Whether errors of the arrays are so small that what a fit leaves beyond noise are paths. Where they are not, the fit that
     /// leaves least is the one that takes them for paths.
-    pub(super) fn arrays_are_exact<const C: usize>(&self, window: &Window<C, JOINT>, noise: f32) -> bool {
-        self.arrays_leave(EXACT, window, noise)
+    pub(super) fn arrays_are_exact(&self, content: &Content, noise: f32) -> bool {
+        self.arrays_leave(EXACT, content, noise)
     }
 
     /// Whether errors of the arrays leave no more than a share of what noise does.
-    pub(super) fn arrays_leave<const C: usize>(
-        &self,
-        share: f32,
-        window: &Window<C, JOINT>,
-        noise: f32,
-    ) -> bool {
-        let (energy, samples) = window.energy();
-        self.calibration_share * energy <= share * samples as f32 * noise
+    pub(super) fn arrays_leave(&self, share: f32, content: &Content, noise: f32) -> bool {
+        self.calibration_share * content.energy <= share * content.samples as f32 * noise
     }
 
     /// Two paths of one delay by alternating projection, or one direction split in delay; a third stays where it was.

@@ -27,6 +27,15 @@ pub(super) struct Window<const C: usize, const W: usize> {
     len: usize,
 }
 
+/// What a window holds.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Content {
+    /// Of all samples, squared LSB.
+    pub(super) energy: f32,
+    /// Of all channels.
+    pub(super) samples: usize,
+}
+
 impl<const C: usize, const W: usize> Window<C, W> {
     /// No taps.
     pub(super) fn new() -> Self {
@@ -99,10 +108,12 @@ impl<const C: usize, const W: usize> Window<C, W> {
         self.len
     }
 
-    /// Energy of the window, and how many samples it holds.
-    pub(super) fn energy(&self) -> (f32, usize) {
-        let energy = self.taps.iter().flatten().map(|y| y.norm_sqr()).sum();
-        (energy, C * self.len)
+    /// What the window holds, counted anew with every call.
+    pub(super) fn content(&self) -> Content {
+        Content {
+            energy: self.taps.iter().flatten().map(|y| y.norm_sqr()).sum(),
+            samples: C * self.len,
+        }
     }
 
     /// Amplitude of each channel at a delay: least squares over the taps nearest to it, the kernel's two taps on either

@@ -116,7 +116,7 @@ fn opposite_phases_a_quarter_tap_apart_are_told_apart() {
         (delays[0] - 0.1).abs() < 0.03 && (delays[1] - 0.345).abs() < 0.03,
         "{delays:?}"
     );
-    let (energy, samples) = window.energy();
+    let Content { energy, samples } = window.content();
     let left = (energy - fit.energy) / NOISE / samples as f32;
     assert!((left - 1.0).abs() < 0.15, "the residual is noise: {left}");
 }
@@ -203,6 +203,6 @@ fn one_path_is_found_from_afar_with_its_gains() {
     for (gain, expected) in fit.gains[0].iter().zip(&truth.gains) {
         assert!((gain - expected).norm_sqr() < 1600.0, "{gain} {expected}");
     }
-    let (energy, samples) = window.energy();
+    let Content { energy, samples } = window.content();
     assert!(((energy - fit.energy) / NOISE / samples as f32 - 1.0).abs() < 0.15);
 }
