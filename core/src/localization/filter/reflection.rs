@@ -27,7 +27,7 @@ const NEAR_COSINE_SQUARE: f64 = (1.0 - 0.5001 * NEAR.1 * NEAR.1) * (1.0 - 0.5001
 const EFFORT: u32 = 60;
 /// Of that, an explanation that delay and departure rule out; one that they do not costs this twice.
 const WEIGHING: u32 = 1;
-/// Of that, taking a path in.
+/// Of that, taking a path in, after a look whether it may be the line of sight.
 const TAKING: u32 = 16;
 /// Standard deviation of an angle of arrival by the arrays' calibration and by noise, rad: at most.
 const ARRIVAL_RAD: f64 = 0.006;
@@ -210,6 +210,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             };
         let clear = found.least <= gate && found.second > found.least + AMBIGUITY && !found.unfinished;
         if clear
+            && !self.may_be_straight(gmt, path, found.least + AMBIGUITY)
             && let Some(left) = effort.checked_sub(TAKING)
             && self.take_reflection(gmt, path, &found, gate)
         {
@@ -219,6 +220,13 @@ impl<T: Real, const N: usize> Filter<T, N> {
         } else {
             self.counters.reflections_rejected = self.counters.reflections_rejected.saturating_add(1);
         }
+    }
+
+    /// Whether the line of sight explains a path within `most`: after an outage, when the place is not known, it may do so as well as a
+    /// mirror does, and whoever takes it for a reflection is metres off for as long as no line of sight is recognised.
+    fn may_be_straight(&self, gmt: &Transmitter, path: &PathMeasurement, most: f64) -> bool {
+        self.rows(gmt, path, &[])
+            .is_some_and(|rows| chi_square_up_to(&self.covariance, &rows, most).is_finite())
     }
 
     fn take_reflection(
