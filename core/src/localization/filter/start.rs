@@ -14,8 +14,14 @@ use crate::localization::imu::Alignment;
 
 /// Fixes that a start needs.
 pub(super) const START_FIXES: usize = 5;
-/// Standard deviations of a pose from a window: position m, velocity m/s, attitude rad (angles of arrival, arrays).
+/// Standard deviations of a pose from a window beside the noise of its fixes: position m, velocity m/s, attitude rad (angles of
+/// arrival, arrays).
 const FIXED_SIGMA: (f64, f64, f64) = (0.3, 0.3, 0.008);
+/// What all departures of a window may share, rad: before there is a pose, the ground's bounce is not known, and draws them
+/// aside.
+const SHARED_RAD: f64 = 0.008;
+/// An attitude that is within so many standard deviations of that of a window stands.
+const STANDS_SIGMAS: f64 = 3.0;
 
 /// Mean square of the change of a face's cosine with the mast's tilt: that of the cosine of the angle off the face's normal, over
 /// its 120 degrees.
@@ -57,35 +63,57 @@ impl<T: Real, const N: usize> Filter<T, N> {
             return;
         };
         let seen = self.model.corrected(&path.aoa, &self.nominal);
-        self.window.push(place, -departed, seen);
+        let [x, z] = path.departure.map_or([0.0; 2], |departure| departure.sigma);
+        let sigma_m = (place - gmt.position_m).norm() * x.max(z);
+        self.window.push(place, sigma_m, -departed, seen);
     }
 
     /// Starts when the window allows it.
-    pub(super) fn try_start(&mut self) -> bool {
-        let Some(solution) = self.window.solve(START_FIXES, None) else {
+    pub(super) fn try_start(&mut self, gmt: &Transmitter) -> bool {
+        let Some(solution) = self.pose_of_window(START_FIXES) else {
             return false;
         };
-        self.set_pose(&solution);
+        self.set_pose(gmt, &solution);
         self.running = true;
         true
     }
 
     /// Fixes the whole pose anew when the last `fixes` sweeps agree.
-    pub(super) fn try_refix(&mut self, fixes: usize) -> bool {
-        let Some(solution) = self.window.solve(fixes.min(super::window::WINDOW), None) else {
+    pub(super) fn try_refix(&mut self, gmt: &Transmitter, fixes: usize) -> bool {
+        let Some(solution) = self.pose_of_window(fixes.min(super::window::WINDOW)) else {
             return false;
         };
-        self.set_pose(&solution);
+        self.set_pose(gmt, &solution);
         self.count_refix();
         true
     }
 
+    /// The pose of the last `fixes` sweeps, if that is not to be lost at once.
+    fn pose_of_window(&self, fixes: usize) -> Option<Solution> {
+        let most_rad = self.gates().attitude_lost_rad;
+        let solution = self.window.solve(fixes, None)?;
+        (libm::sqrt(3.0) * solution.attitude_sigma_rad < most_rad).then_some(solution)
+    }
+
+    /// Whether the attitude is one that the last `fixes` sweeps allow. Theirs is the poorer one: it is known to degrees.
+    pub(super) fn attitude_stands(&self, fixes: usize) -> bool {
+        self.window.solve(fixes, None).is_none_or(|solution| {
+            let turn = solution.attitude * self.nominal.attitude.transpose();
+            let angle_rad = libm::acos(((turn.trace() - 1.0) * 0.5).clamp(-1.0, 1.0));
+            angle_rad < STANDS_SIGMAS * libm::hypot(solution.attitude_sigma_rad, FIXED_SIGMA.2)
+        })
+    }
+
     /// Fixes position and velocity anew when the last `fixes` sweeps agree with each other and with the attitude.
-    pub(super) fn try_refix_position(&mut self, fixes: usize) -> bool {
+    pub(super) fn try_refix_position(&mut self, gmt: &Transmitter, fixes: usize) -> bool {
         let Some(solution) = self.window.solve(fixes, Some(&self.nominal.attitude)) else {
             return false;
         };
-        self.set_position(&solution);
+        self.set_position(gmt, &solution);
+        let off = solution.sight_off_rad * solution.sight_off_rad;
+        for i in 0..3 {
+            self.covariance.add(ATTITUDE + i, T::of(off));
+        }
         self.count_refix();
         true
     }
@@ -95,26 +123,30 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.counters.refixes = self.counters.refixes.saturating_add(1);
     }
 
-    fn set_position(&mut self, solution: &Solution) {
+    fn set_position(&mut self, gmt: &Transmitter, solution: &Solution) {
         self.nominal.position_m = solution.position_m;
         self.nominal.velocity_m_per_s = solution.velocity_m_per_s;
-        let (position, velocity, _) = FIXED_SIGMA;
+        let square = |x: f64| x * x;
+        let shared_m = SHARED_RAD * (solution.position_m - gmt.position_m).norm();
+        let (position_m, velocity_m_per_s, _) = FIXED_SIGMA;
+        let position = square(position_m) + square(solution.position_sigma_m) + square(shared_m);
+        let velocity = square(velocity_m_per_s) + square(solution.velocity_sigma_m_per_s);
         for i in 0..3 {
-            self.covariance.reset(POSITION + i, T::of(position * position));
-            self.covariance.reset(VELOCITY + i, T::of(velocity * velocity));
+            self.covariance.reset(POSITION + i, T::of(position));
+            self.covariance.reset(VELOCITY + i, T::of(velocity));
         }
         (self.contested, self.held) = (0, 0);
         self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
     }
 
-    fn set_pose(&mut self, solution: &Solution) {
-        self.set_position(solution);
+    fn set_pose(&mut self, gmt: &Transmitter, solution: &Solution) {
+        self.set_position(gmt, solution);
         self.nominal.attitude = solution.attitude;
         let (_, _, sight) = FIXED_SIGMA;
         let tilt = solution.attitude_sigma_rad;
         // The increments of the window turned with the gyroscope's bias for a second on average.
         let turned = self.variance(GYRO_BIAS);
-        let attitude = sight * sight + tilt * tilt + turned;
+        let attitude = sight * sight + SHARED_RAD * SHARED_RAD + tilt * tilt + turned;
         for i in 0..3 {
             self.covariance.reset(ATTITUDE + i, T::of(attitude));
         }

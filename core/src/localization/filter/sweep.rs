@@ -163,7 +163,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.push_fix(gmt, path);
         if !self.running {
             let yaw = sweep.level_yaw.as_ref();
-            return if yaw.is_some_and(|yaw| self.start_level(gmt, path, yaw)) || self.try_start() {
+            return if yaw.is_some_and(|yaw| self.start_level(gmt, path, yaw)) || self.try_start(gmt) {
                 SweepVerdict::Started
             } else {
                 SweepVerdict::Waiting
@@ -171,7 +171,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         let gates = self.gates();
         // Beyond this no linear correction finds the attitude back: the window does.
-        if self.sigma(ATTITUDE) > gates.attitude_lost_rad && self.try_refix(START_FIXES) {
+        if self.sigma(ATTITUDE) > gates.attitude_lost_rad && self.try_refix(gmt, START_FIXES) {
             return SweepVerdict::Refixed;
         }
         let Some(mut rows) = self.rows(gmt, path, &[]) else {
@@ -238,7 +238,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         self.counters.rejected = self.counters.rejected.saturating_add(1);
         self.contested = self.contested.saturating_add(1);
-        if self.refixed() {
+        if self.refixed(gmt) {
             return SweepVerdict::Refixed;
         }
         SweepVerdict::Rejected
@@ -260,15 +260,20 @@ impl<T: Real, const N: usize> Filter<T, N> {
         })
     }
 
-    /// Patience is over, which is longer than any run of equal outliers: the last sweeps set the pose, if they agree. A filter
-    /// that was not sure of its position, after an outage, still knows its attitude: if that agrees too, it is kept.
-    fn refixed(&mut self) -> bool {
+    /// Patience is over, which is longer than any run of equal outliers: the last sweeps set the pose, if they agree. An attitude
+    /// that agrees with them is kept: after an outage the filter does not know its position, but still its attitude, and sweeps whose
+    /// departures other paths have drawn aside contradict a filter that is right.
+    fn refixed(&mut self, gmt: &Transmitter) -> bool {
         let fixes = self.gates().refix_after;
         if self.contested < fixes {
             return false;
         }
         let fixes = fixes as usize;
-        (!self.sure && self.try_refix_position(fixes)) || self.try_refix(fixes)
+        if self.attitude_stands(fixes) {
+            self.try_refix_position(gmt, fixes)
+        } else {
+            self.try_refix(gmt, fixes)
+        }
     }
 
     /// Whether the delay alone is wrong and two-way timing says why.

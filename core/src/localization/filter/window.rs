@@ -24,7 +24,7 @@ const LINE_TOLERANCE_M: f64 = 0.5;
 const SIGHT_TOLERANCE_RAD: f64 = 0.052;
 /// Specific force seen from outside and from inside agree up to this, m/s^2.
 const FORCE_TOLERANCE_M_PER_S2: f64 = 2.0;
-/// Scatter of fixes per axis, m.
+/// Scatter of fixes per axis beside what their departures claim, m.
 const FIX_SCATTER_M: f64 = 0.06;
 /// Error of the specific force seen in the body: an accelerometer bias of 20 mg, rad.
 const FORCE_TILT_RAD: f64 = 0.02;
@@ -68,6 +68,8 @@ struct Fix {
     towards_gmt: Vector3<f64>,
     /// The same as seen by the arrays, body axes.
     seen: Vector3<f64>,
+    /// Variance of the position per axis, m^2: noise, not what all fixes share.
+    variance_m2: f64,
     since_previous: Segment,
 }
 
@@ -82,6 +84,11 @@ pub(super) struct Solution {
     pub(super) attitude: Matrix3<f64>,
     /// Standard deviation of the attitude about its worst axis, rad; 0 when the attitude was given.
     pub(super) attitude_sigma_rad: f64,
+    /// How far the angles of arrival are off the attitude on average, rad.
+    pub(super) sight_off_rad: f64,
+    /// Standard deviations by the fixes' noise, per axis, m and m/s.
+    pub(super) position_sigma_m: f64,
+    pub(super) velocity_sigma_m_per_s: f64,
 }
 
 /// The last fixes and the motion between them.
@@ -118,10 +125,16 @@ impl Window {
         }
     }
 
-    /// Takes in a fix at the end of the motion so far: where the UAV was, the direction to the GMT in world axes, and the
-    /// same direction as the arrays saw it.
-    pub(super) fn push(&mut self, position_m: Vector3<f64>, towards_gmt: Vector3<f64>, seen: Vector3<f64>) {
-        if !(position_m + towards_gmt + seen).iter().all(|c| c.is_finite()) {
+    /// Takes in a fix at the end of the motion so far: where the UAV was, to `sigma_m` per axis, the direction to the GMT in world
+    /// axes, and the same direction as the arrays saw it.
+    pub(super) fn push(
+        &mut self,
+        position_m: Vector3<f64>,
+        sigma_m: f64,
+        towards_gmt: Vector3<f64>,
+        seen: Vector3<f64>,
+    ) {
+        if !((position_m + towards_gmt + seen).iter().all(|c| c.is_finite()) && sigma_m.is_finite()) {
             return;
         }
         if self.fixes.is_full() {
@@ -131,17 +144,19 @@ impl Window {
             position_m,
             towards_gmt,
             seen,
+            variance_m2: FIX_SCATTER_M * FIX_SCATTER_M + sigma_m * sigma_m,
             since_previous: self.current,
         };
         let _ = self.fixes.push_back(fix);
         self.current = Segment::empty();
     }
 
-    /// Pose at the last fix from the last `count` fixes (3 to [`WINDOW`]); `None` when there are fewer or they disagree.
+    /// Pose at the last fix from the last `count` fixes (3 to [`WINDOW`]); `None` when there are fewer or they disagree, and after
+    /// the last fix: it would be the pose of a time that is over.
     /// With `known`, the attitude R_wb at the last fix, only position and velocity are found, which three fixes do well.
     pub(super) fn solve(&self, count: usize, known: Option<&Matrix3<f64>>) -> Option<Solution> {
         let skipped = self.fixes.len().checked_sub(count)?;
-        if count < 3 {
+        if count < 3 || self.current.dt_s > 0.0 {
             return None;
         }
         let gravity = Vector3::z() * -STANDARD_GRAVITY_M_PER_S2;
@@ -154,13 +169,16 @@ impl Window {
             let _ = motion.push((since, *fix));
         }
         let (last, _) = motion.last()?;
-        let (first, attitude_sigma_rad) = match known {
-            Some(attitude) => (attitude * last.turn.transpose(), 0.0),
-            None => attitude_at_first(&motion)?,
+        let (first, attitude_sigma_rad, bend) = match known {
+            Some(attitude) => (attitude * last.turn.transpose(), 0.0, None),
+            None => {
+                let bend = Bend::of(&motion)?;
+                let (first, sigma_rad) = attitude_at_first(&motion, &bend)?;
+                (first, sigma_rad, Some(bend))
+            }
         };
-        if motion.iter().any(|(since, fix)| {
-            (first * since.turn * fix.seen - fix.towards_gmt).norm() > SIGHT_TOLERANCE_RAD
-        }) {
+        let off = |(since, fix): &(Segment, Fix)| first * since.turn * fix.seen - fix.towards_gmt;
+        if motion.iter().any(|entry| off(entry).norm() > SIGHT_TOLERANCE_RAD) {
             return None;
         }
         let flat = |(since, fix): &(Segment, Fix)| {
@@ -168,12 +186,13 @@ impl Window {
         };
         let n = motion.len() as f64;
         let mean_t = motion.iter().map(|(since, _)| since.dt_s).sum::<f64>() / n;
-        let mut mean = Vector3::zeros();
+        let (mut mean, mut mean_off) = (Vector3::zeros(), Vector3::zeros());
         let (mut slope, mut spread) = (Vector3::zeros(), 0.0);
         for entry in &motion {
             let t = entry.0.dt_s - mean_t;
             let place = flat(entry);
             mean += place / n;
+            mean_off += off(entry) / n;
             slope += place * t;
             spread += t * t;
         }
@@ -185,22 +204,44 @@ impl Window {
         {
             return None;
         }
+        let [position, velocity] = variances(&motion, mean_t, spread, bend.as_ref());
         Some(Solution {
             position_m: on_line(last.dt_s) + gravity * (0.5 * last.dt_s * last.dt_s) + first * last.position,
             velocity_m_per_s: slope + gravity * last.dt_s + first * last.velocity,
             attitude: first * last.turn,
             attitude_sigma_rad,
+            sight_off_rad: mean_off.norm(),
+            position_sigma_m: libm::sqrt(position),
+            velocity_sigma_m_per_s: libm::sqrt(velocity),
         })
     }
 }
 
+/// Variances of place and velocity at the last of some fixes by the noise of all, per axis: what each adds to the end of the line
+/// and to its slope. An attitude that comes from how the fixes bend errs with them.
+fn variances(motion: &[(Segment, Fix)], mean_t: f64, spread: f64, bend: Option<&Bend>) -> [f64; 2] {
+    let n = motion.len() as f64;
+    let end = motion.last().map_or(0.0, |(last, _)| last.dt_s - mean_t);
+    let shape = bend.map_or([0.0; 2], |bend| bend.shape(end));
+    let mut variances = [0.0; 2];
+    for (i, (since, fix)) in motion.iter().enumerate() {
+        let t = since.dt_s - mean_t;
+        let bent = bend.and_then(|bend| bend.weights.get(i)).copied().unwrap_or(0.0);
+        let line = [1.0 / n + end * t / spread, t / spread];
+        for ((variance, line), shape) in variances.iter_mut().zip(line).zip(shape) {
+            let weight = line + bent * shape;
+            *variance += weight * weight * fix.variance_m2;
+        }
+    }
+    variances
+}
+
 /// Attitude at the first of some fixes, and its standard deviation per axis, rad.
-fn attitude_at_first(motion: &[(Segment, Fix)]) -> Option<(Matrix3<f64>, f64)> {
+fn attitude_at_first(motion: &[(Segment, Fix)], bend: &Bend) -> Option<(Matrix3<f64>, f64)> {
     let gravity = Vector3::z() * -STANDARD_GRAVITY_M_PER_S2;
-    let curvature = curvature_weights(motion)?;
     let (mut outside, mut inside) = (Vector3::zeros(), Vector3::zeros());
     let (mut sight, mut seen) = (Vector3::zeros(), Vector3::zeros());
-    for ((since, fix), weight) in motion.iter().zip(&curvature) {
+    for ((since, fix), weight) in motion.iter().zip(&bend.weights) {
         // Twice the coefficient of the square is an acceleration.
         outside += (fix.position_m - gravity * (0.5 * since.dt_s * since.dt_s)) * (2.0 * weight);
         inside += since.position * (2.0 * weight);
@@ -212,8 +253,9 @@ fn attitude_at_first(motion: &[(Segment, Fix)]) -> Option<(Matrix3<f64>, f64)> {
     }
     let (there, sine) = triad(&sight, &outside)?;
     let (here, _) = triad(&seen, &inside)?;
-    let square: f64 = curvature.iter().map(|w| 4.0 * w * w).sum();
-    let force = FIX_SCATTER_M * libm::sqrt(square) / STANDARD_GRAVITY_M_PER_S2;
+    let scatter = motion.iter().zip(&bend.weights);
+    let square: f64 = scatter.map(|((_, fix), w)| 4.0 * w * w * fix.variance_m2).sum();
+    let force = libm::sqrt(square) / STANDARD_GRAVITY_M_PER_S2;
     // The force only tells the turn about the line of sight, and that the worse the nearer it lies to it.
     Some((
         there * here.transpose(),
@@ -221,32 +263,54 @@ fn attitude_at_first(motion: &[(Segment, Fix)]) -> Option<(Matrix3<f64>, f64)> {
     ))
 }
 
-/// Weights that give the coefficient of the square of a curve through the times of the fixes: blind to a constant and to a
-/// slope.
-fn curvature_weights(motion: &[(Segment, Fix)]) -> Option<heapless::Vec<f64, WINDOW>> {
-    let n = motion.len() as f64;
-    let times = || motion.iter().map(|(since, _)| since.dt_s);
-    let mean = times().sum::<f64>() / n;
-    let (mut s2, mut s3) = (0.0, 0.0);
-    for t in times() {
-        let t = t - mean;
-        s2 += t * t;
-        s3 += t * t * t;
+/// The part of a curve through the times of some fixes that is neither constant nor slope.
+struct Bend {
+    /// Weights of the fixes that give its coefficient.
+    weights: heapless::Vec<f64, WINDOW>,
+    /// The shape is `t^2 - level - lean t`, t from the mean time.
+    level: f64,
+    lean: f64,
+}
+
+impl Bend {
+    fn of(motion: &[(Segment, Fix)]) -> Option<Self> {
+        let n = motion.len() as f64;
+        let times = || motion.iter().map(|(since, _)| since.dt_s);
+        let mean = times().sum::<f64>() / n;
+        let (mut s2, mut s3) = (0.0, 0.0);
+        for t in times() {
+            let t = t - mean;
+            s2 += t * t;
+            s3 += t * t * t;
+        }
+        if s2.is_nan() || s2 <= 0.0 {
+            return None;
+        }
+        let mut bend = Self {
+            weights: heapless::Vec::new(),
+            level: s2 / n,
+            lean: s3 / s2,
+        };
+        let square = |t: f64| {
+            let [shape, _] = bend.shape(t - mean);
+            shape * shape
+        };
+        let norm: f64 = times().map(square).sum();
+        if norm.is_nan() || norm < 1e-6 {
+            return None;
+        }
+        for t in times() {
+            let [shape, _] = bend.shape(t - mean);
+            // Collecting would panic on one too many; there are as many as fixes.
+            bend.weights.push(shape / norm).ok()?;
+        }
+        Some(bend)
     }
-    if s2.is_nan() || s2 <= 0.0 {
-        return None;
+
+    /// The shape and its slope, `t` from the mean time.
+    fn shape(&self, t: f64) -> [f64; 2] {
+        [t * t - self.level - self.lean * t, 2.0 * t - self.lean]
     }
-    let shape = |t: f64| (t - mean) * (t - mean) - s2 / n - s3 / s2 * (t - mean);
-    let norm: f64 = times().map(|t| shape(t) * shape(t)).sum();
-    if norm.is_nan() || norm < 1e-6 {
-        return None;
-    }
-    let mut weights = heapless::Vec::new();
-    for t in times() {
-        // Collecting would panic on one too many; there are as many as fixes.
-        weights.push(shape(t) / norm).ok()?;
-    }
-    Some(weights)
 }
 
 /// Orthonormal axes from a sure direction and a less sure one, and the sine between these; `None` when they are nearly

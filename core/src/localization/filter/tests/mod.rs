@@ -3,5 +3,6 @@
 mod covariance;
 mod flight;
 mod level;
+mod outage;
 mod rows;
 mod window;

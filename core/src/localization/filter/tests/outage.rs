@@ -1,0 +1,205 @@
+//! After an outage, and when sweeps contradict: what is believed, and what is fixed anew.
+
+use nalgebra::Vector3;
+
+use super::super::*;
+use super::flight::{STEP_NS, SWEEP_NS, error_m, flown, increment, measurement, path, seen_from, truth};
+
+#[test]
+fn a_filter_that_is_wrong_is_fixed_anew() {
+    let mut seen_lost = false;
+    let filter = flown(20_000_000_000, 0, |time_ns, filter, _| {
+        if time_ns == 20 * SWEEP_NS {
+            // As after a captured fix: far off, and sure of it.
+            filter.nominal.position_m += Vector3::new(8.0, -5.0, 3.0);
+            filter.nominal.velocity_m_per_s += Vector3::new(1.0, 1.0, 0.0);
+        }
+        seen_lost |= filter.health().contested;
+    });
+    assert!(seen_lost);
+    assert_eq!(filter.counters().refixes, 1, "{:?}", filter.counters());
+    assert_eq!(filter.pose().map(|pose| pose.resets), Some(1));
+    assert!(error_m(&filter) < 0.1, "{}", error_m(&filter));
+}
+
+/// Sweeps whose departures lie: the place is set anew, if six in a row say so, but the attitude is known to a hundredth of what six fixes
+/// tell of it.
+#[test]
+fn an_attitude_that_does_not_contradict_is_kept() {
+    let filter = flown(13_000_000_000, 0, |time_ns, _, sweep| {
+        if (20..26).contains(&(time_ns / SWEEP_NS)) {
+            sweep.line_of_sight = Some(seen_from(Vector3::new(0.0, 4.0, 3.0), time_ns));
+        }
+    });
+    assert_eq!(filter.counters().refixes, 1, "{:?}", filter.counters());
+    assert!(filter.sigma(ATTITUDE) < 0.02, "{}", filter.sigma(ATTITUDE));
+}
+
+#[test]
+fn an_attitude_that_is_wrong_is_found_anew() {
+    let filter = flown(16_000_000_000, 0, |time_ns, filter, _| {
+        if time_ns == 20 * SWEEP_NS {
+            filter.nominal.attitude = rotation(&Vector3::new(0.2, -0.2, 0.3)) * filter.nominal.attitude;
+        }
+    });
+    let counters = filter.counters();
+    assert!(counters.refixes == 1 && counters.rejected >= 5, "{counters:?}");
+    let turn = filter.nominal.attitude * truth(filter.nominal.time_ns).attitude.transpose();
+    assert!((turn.trace() - 3.0).abs() < 1e-3, "{turn}");
+}
+
+/// Out of sight from some time on, and at 12 s in sight again, with the filter as far aside of what it believes; the first verdict after that.
+fn seen_again(proven: bool, aside_m: f64, hidden_from_ns: u64, heard: bool) -> (SweepVerdict, f64) {
+    let (mut filter, mut first) = (Filter46::new(FilterConfig::default(), 0), None);
+    for now in (STEP_NS..=12_000_000_000).step_by(STEP_NS as usize) {
+        filter.increment(&increment(now - STEP_NS));
+        if now % SWEEP_NS == SWEEP_NS / 2 {
+            let _ = filter.two_way(now, truth(now).clock_offset_m);
+        }
+        if now.is_multiple_of(SWEEP_NS) {
+            let mut sweep = measurement(now, path(now));
+            sweep.proven = proven;
+            let hidden = (hidden_from_ns..12_000_000_000).contains(&now);
+            match &mut sweep.line_of_sight {
+                // Seen a little aside just before: contradicted, but heard.
+                Some(path) if hidden && heard && now == 11_500_000_000 => path.c_tau_m += 5.0,
+                line if hidden => *line = None,
+                _ => (),
+            }
+            if now == 12_000_000_000 {
+                filter.nominal.position_m += Vector3::new(aside_m, 0.0, 0.0);
+                let sigma = filter.sigma(POSITION);
+                first = Some((filter.sweep(&sweep), sigma));
+            } else {
+                let _ = filter.sweep(&sweep);
+            }
+        }
+    }
+    let (verdict, sigma) = first.expect("flown");
+    let taken = matches!(verdict, SweepVerdict::Accepted | SweepVerdict::Inflated);
+    assert_eq!(
+        taken,
+        error_m(&filter) < 0.3 * aside_m,
+        "{verdict:?} {}",
+        error_m(&filter)
+    );
+    (verdict, sigma)
+}
+
+#[test]
+fn a_path_that_proves_itself_needs_no_second_one_after_an_outage() {
+    // A filter that has been led astray while it seems sure of itself.
+    let (verdict, sigma) = seen_again(true, 1.0, 10_500_000_000, false);
+    assert!(sigma < 0.4, "{sigma}");
+    assert_eq!(verdict, SweepVerdict::Inflated);
+    assert_eq!(
+        seen_again(false, 1.0, 10_500_000_000, false).0,
+        SweepVerdict::Rejected
+    );
+    // Nor is it the first one when another was heard, and not believed, a sweep before.
+    assert_eq!(
+        seen_again(true, 1.0, 10_500_000_000, true).0,
+        SweepVerdict::Rejected
+    );
+    // With the GMT in sight all the time a contradiction is a wrong path, whatever it seems to prove; and so is a place ten
+    // metres off at any time.
+    assert_eq!(
+        seen_again(true, 0.4, 12_000_000_000, false).0,
+        SweepVerdict::Rejected
+    );
+    assert_eq!(
+        seen_again(true, 0.4, 10_500_000_000, false).0,
+        SweepVerdict::Accepted
+    );
+    assert_eq!(
+        seen_again(true, 10.0, 10_500_000_000, false).0,
+        SweepVerdict::Rejected
+    );
+}
+
+#[test]
+fn a_filter_that_is_not_sure_believes_a_path_that_proves_itself() {
+    let mut verdicts = [SweepVerdict::NoSight; 2];
+    for (verdict, proven) in verdicts.iter_mut().zip([false, true]) {
+        let mut filter = flown(12_000_000_000, 0, |time_ns, _, sweep| {
+            if time_ns > 8_000_000_000 {
+                sweep.line_of_sight = None;
+            }
+        });
+        // An outage so long that a second sweep would have to agree.
+        (0..3).for_each(|i| filter.covariance.add(POSITION + i, 0.3));
+        filter.increment(&increment(12_000_000_000));
+        let now = 12_000_000_000 + STEP_NS;
+        let mut sweep = measurement(now, seen_from(Vector3::new(0.5, 0.0, 0.0), now));
+        sweep.proven = proven;
+        *verdict = filter.sweep(&sweep);
+    }
+    assert_eq!(verdicts, [SweepVerdict::Held, SweepVerdict::Accepted]);
+}
+
+#[test]
+fn after_an_outage_one_sweep_is_no_proof() {
+    // Blind from 10 s to 20 s; the first sweep after that sees the GMT from 3 m above, and nothing in it contradicts.
+    let mut verdicts = heapless::Vec::<SweepVerdict, 4>::new();
+    let mut filter = Filter46::new(FilterConfig::default(), 0);
+    let aside = Vector3::new(0.0, 0.0, 3.0);
+    for now in (STEP_NS..=22_000_000_000).step_by(STEP_NS as usize) {
+        filter.increment(&increment(now - STEP_NS));
+        if now % SWEEP_NS == SWEEP_NS / 2 {
+            let _ = filter.two_way(now, truth(now).clock_offset_m);
+        }
+        if !now.is_multiple_of(SWEEP_NS) {
+            continue;
+        }
+        let mut sweep = measurement(now, path(now));
+        if (10_000_000_001..20_000_000_000).contains(&now) {
+            sweep.line_of_sight = None;
+        }
+        if now == 20_000_000_000 {
+            filter.covariance.add(POSITION, 20.0);
+            filter.covariance.add(POSITION + 1, 20.0);
+            filter.covariance.add(POSITION + 2, 20.0);
+            sweep.line_of_sight = Some(seen_from(aside, now));
+        }
+        let verdict = filter.sweep(&sweep);
+        if now >= 20_000_000_000 && verdicts.push(verdict).is_err() {
+            break;
+        }
+    }
+    assert_eq!(
+        verdicts[..3],
+        [SweepVerdict::Held, SweepVerdict::Held, SweepVerdict::Accepted],
+        "{verdicts:?}"
+    );
+    assert!(error_m(&filter) < 0.2, "{}", error_m(&filter));
+    assert_eq!(filter.counters().held, 2);
+}
+
+#[test]
+fn after_an_outage_a_run_of_five_is_ridden_out_and_six_are_believed() {
+    for run in [5, 6] {
+        let (mut moved, mut worst) = (false, 0.0_f64);
+        let filter = flown(22_000_000_000, 0, |time_ns, filter, sweep| {
+            let sweep_number = time_ns / SWEEP_NS;
+            if (20..30).contains(&sweep_number) {
+                sweep.line_of_sight = None;
+            }
+            if sweep_number == 30 {
+                (0..3).for_each(|axis| filter.covariance.add(POSITION + axis, 1.0));
+            }
+            if (30..30 + run).contains(&sweep_number) {
+                sweep.line_of_sight = Some(seen_from(Vector3::new(0.0, 12.0, 9.0), time_ns));
+            }
+            moved |= filter.counters().refixes > 0;
+            if sweep_number > 30 {
+                worst = worst.max(error_m(filter));
+            }
+        });
+        assert_eq!(moved, run == 6, "{:?}", filter.counters());
+        // Moved, it takes as many to come back.
+        assert!(
+            (worst > 10.0) == moved && error_m(&filter) < 0.3,
+            "{run}: {worst}"
+        );
+    }
+}
