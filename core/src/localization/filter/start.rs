@@ -80,7 +80,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
 
     /// Fixes the whole pose anew when the last `fixes` sweeps agree.
     pub(super) fn try_refix(&mut self, gmt: &Transmitter, fixes: usize) -> bool {
-        let Some(solution) = self.pose_of_window(fixes.min(super::window::WINDOW)) else {
+        let Some(solution) = self.pose_of_window(fixes) else {
             return false;
         };
         self.set_pose(gmt, &solution);

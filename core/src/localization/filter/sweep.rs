@@ -8,6 +8,7 @@ use super::level::LevelYaw;
 use super::measurement::{MappedPlane, PATH_ROWS, PathMeasurement, PathRows, Transmitter};
 use super::row::Row;
 use super::start::START_FIXES;
+use super::window::WINDOW;
 use crate::geometry::Real;
 use nalgebra::Vector3;
 
@@ -268,7 +269,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if self.contested < fixes {
             return false;
         }
-        let fixes = fixes as usize;
+        // Of a longer patience the window keeps the end.
+        let fixes = (fixes as usize).min(WINDOW);
         if self.attitude_stands(fixes) {
             self.try_refix_position(gmt, fixes)
         } else {

@@ -78,9 +78,20 @@ pub(super) fn measurement(time_ns: u64, path: PathMeasurement) -> SweepMeasureme
 pub(super) fn flown(
     end_ns: u64,
     late_ns: u64,
-    mut change: impl FnMut(u64, &mut Filter46, &mut SweepMeasurement<'static>),
+    change: impl FnMut(u64, &mut Filter46, &mut SweepMeasurement<'static>),
 ) -> Filter46 {
     let mut filter = Filter46::new(FilterConfig::default(), 0);
+    fly(&mut filter, end_ns, late_ns, change);
+    filter
+}
+
+/// The same with a filter that is given.
+pub(super) fn fly(
+    filter: &mut Filter46,
+    end_ns: u64,
+    late_ns: u64,
+    mut change: impl FnMut(u64, &mut Filter46, &mut SweepMeasurement<'static>),
+) {
     for now in (STEP_NS..=end_ns).step_by(STEP_NS as usize) {
         filter.increment(&increment(now - STEP_NS));
         if now % SWEEP_NS == SWEEP_NS / 2 {
@@ -89,11 +100,10 @@ pub(super) fn flown(
         let sweep_ns = now.saturating_sub(late_ns);
         if sweep_ns > 0 && sweep_ns.is_multiple_of(SWEEP_NS) {
             let mut sweep = measurement(sweep_ns, path(sweep_ns));
-            change(sweep_ns, &mut filter, &mut sweep);
+            change(sweep_ns, filter, &mut sweep);
             let _ = filter.sweep(&sweep);
         }
     }
-    filter
 }
 
 pub(super) fn error_m(filter: &Filter46) -> f64 {

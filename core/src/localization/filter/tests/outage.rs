@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::super::*;
-use super::flight::{STEP_NS, SWEEP_NS, error_m, flown, increment, measurement, path, seen_from, truth};
+use super::flight::{STEP_NS, SWEEP_NS, error_m, flown, fly, increment, measurement, path, seen_from, truth};
 
 #[test]
 fn a_filter_that_is_wrong_is_fixed_anew() {
@@ -19,6 +19,22 @@ fn a_filter_that_is_wrong_is_fixed_anew() {
     assert!(seen_lost);
     assert_eq!(filter.counters().refixes, 1, "{:?}", filter.counters());
     assert_eq!(filter.pose().map(|pose| pose.resets), Some(1));
+    assert!(error_m(&filter) < 0.1, "{}", error_m(&filter));
+}
+
+/// The window holds no more than six fixes, whatever the patience.
+#[test]
+fn a_longer_patience_ends_as_well() {
+    let mut config = FilterConfig::default();
+    config.gates.refix_after = 9;
+    let mut filter = Filter46::new(config, 0);
+    fly(&mut filter, 20_000_000_000, 0, |time_ns, filter, _| {
+        if time_ns == 20 * SWEEP_NS {
+            filter.nominal.position_m += Vector3::new(8.0, -5.0, 3.0);
+        }
+    });
+    let counters = filter.counters();
+    assert!(counters.refixes == 1 && counters.rejected >= 8, "{counters:?}");
     assert!(error_m(&filter) < 0.1, "{}", error_m(&filter));
 }
 
