@@ -225,6 +225,12 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// Whether the line of sight explains a path within `most`: after an outage, when the place is not known, it may do so as well as a
     /// mirror does, and whoever takes it for a reflection is metres off for as long as no line of sight is recognised.
     fn may_be_straight(&self, gmt: &Transmitter, path: &PathMeasurement, most: f64) -> bool {
+        // A filter that knows its place sees at a glance where the path does not come from.
+        let view = self.view(path);
+        let placed = self.sigma(POSITION) < self.gates().trusted_m;
+        if placed && !(view.is_near(&gmt.position_m) && view.may_be(&gmt.position_m, gmt.sigma_m)) {
+            return false;
+        }
         self.rows(gmt, path, &[])
             .is_some_and(|rows| chi_square_up_to(&self.covariance, &rows, most).is_finite())
     }
