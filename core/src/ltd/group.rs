@@ -199,7 +199,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
             match members.get(i).and_then(|index| beam.found.get_mut(*index)) {
                 Some(slot) => *slot = found,
                 None => {
-                    // The search leaves room for one more.
+                    // There is room: the search asks before it fits one more, or two.
                     let _ = beam.found.push(found);
                 }
             }

@@ -89,7 +89,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 self.weigh(gmt, path, &[image.of], &mut found, effort);
             }
         }
-        self.conclude(gmt, path, found, effort);
+        self.conclude(gmt, path, &view, found, effort);
     }
 
     /// A path of two reflections.
@@ -119,7 +119,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 }
             }
         }
-        self.conclude(gmt, path, found, effort);
+        self.conclude(gmt, path, &view, found, effort);
     }
 
     /// Where a path seems to come from.
@@ -199,7 +199,14 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     /// Takes a matched path in, and counts.
-    fn conclude(&mut self, gmt: &Transmitter, path: &PathMeasurement, found: Match, effort: &mut u32) {
+    fn conclude(
+        &mut self,
+        gmt: &Transmitter,
+        path: &PathMeasurement,
+        view: &View,
+        found: Match,
+        effort: &mut u32,
+    ) {
         let gates = self.gates();
         let share = if found.planes.len() > 1 { DOUBLE_SHARE } else { 1.0 };
         let gate = share
@@ -210,7 +217,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             };
         let clear = found.least <= gate && found.second > found.least + AMBIGUITY && !found.unfinished;
         if clear
-            && !self.may_be_straight(gmt, path, found.least + AMBIGUITY)
+            && !self.may_be_straight(gmt, path, view, found.least + AMBIGUITY)
             && let Some(left) = effort.checked_sub(TAKING)
             && self.take_reflection(gmt, path, &found, gate)
         {
@@ -224,9 +231,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
 
     /// Whether the line of sight explains a path within `most`: after an outage, when the place is not known, it may do so as well as a
     /// mirror does, and whoever takes it for a reflection is metres off for as long as no line of sight is recognised.
-    fn may_be_straight(&self, gmt: &Transmitter, path: &PathMeasurement, most: f64) -> bool {
+    fn may_be_straight(&self, gmt: &Transmitter, path: &PathMeasurement, view: &View, most: f64) -> bool {
         // A filter that knows its place sees at a glance where the path does not come from.
-        let view = self.view(path);
         let placed = self.sigma(POSITION) < self.gates().trusted_m;
         if placed && !(view.is_near(&gmt.position_m) && view.may_be(&gmt.position_m, gmt.sigma_m)) {
             return false;

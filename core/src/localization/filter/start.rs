@@ -53,59 +53,61 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if !self.clock_known {
             return;
         }
-        let Some(departed) = path
-            .departure
-            .and_then(|departure| self.model.departed(&departure, gmt, &self.nominal))
-        else {
+        let Some(departure) = path.departure else {
+            return;
+        };
+        let Some(departed) = self.model.departed(&departure, gmt, &self.nominal) else {
             return;
         };
         let Some(place) = self.model.place(&self.nominal, gmt, path, &[]) else {
             return;
         };
         let seen = self.model.corrected(&path.aoa, &self.nominal);
-        let [x, z] = path.departure.map_or([0.0; 2], |departure| departure.sigma);
+        let [x, z] = departure.sigma;
         let sigma_m = (place - gmt.position_m).norm() * x.max(z);
         self.window.push(place, sigma_m, -departed, seen);
     }
 
     /// Starts when the window allows it.
     pub(super) fn try_start(&mut self, gmt: &Transmitter) -> bool {
-        let Some(solution) = self.pose_of_window(START_FIXES) else {
+        let Some(solution) = self.window.solve(START_FIXES, None) else {
             return false;
         };
-        self.set_pose(gmt, &solution);
-        self.running = true;
-        true
+        self.running = self.set_pose(gmt, &solution);
+        self.running
     }
 
-    /// Fixes the whole pose anew when the last `fixes` sweeps agree.
-    pub(super) fn try_refix(&mut self, gmt: &Transmitter, fixes: usize) -> bool {
-        let Some(solution) = self.pose_of_window(fixes) else {
-            return false;
-        };
-        self.set_pose(gmt, &solution);
-        self.count_refix();
-        true
+    /// Fixes the whole pose anew when the last fixes agree.
+    pub(super) fn try_refix(&mut self, gmt: &Transmitter) -> bool {
+        let solution = self.window.solve(START_FIXES, None);
+        solution.is_some_and(|solution| self.refix(gmt, &solution))
     }
 
-    /// The pose of the last `fixes` sweeps, if that is not to be lost at once.
-    fn pose_of_window(&self, fixes: usize) -> Option<Solution> {
-        let most_rad = self.gates().attitude_lost_rad;
-        let solution = self.window.solve(fixes, None)?;
-        (libm::sqrt(3.0) * solution.attitude_sigma_rad < most_rad).then_some(solution)
+    /// Fixes position and velocity anew when the last `fixes` sweeps agree, and the attitude when it is not one that they allow: theirs is
+    /// the poorer one, known to degrees.
+    pub(super) fn try_refix_contested(&mut self, gmt: &Transmitter, fixes: usize) -> bool {
+        match self.window.solve(fixes, None) {
+            Some(whole) if !self.attitude_stands(&whole) => self.refix(gmt, &whole),
+            _ => self.try_refix_position(gmt, fixes),
+        }
     }
 
-    /// Whether the attitude is one that the last `fixes` sweeps allow. Theirs is the poorer one: it is known to degrees.
-    pub(super) fn attitude_stands(&self, fixes: usize) -> bool {
-        self.window.solve(fixes, None).is_none_or(|solution| {
-            let turn = solution.attitude * self.nominal.attitude.transpose();
-            let angle_rad = libm::acos(((turn.trace() - 1.0) * 0.5).clamp(-1.0, 1.0));
-            angle_rad < STANDS_SIGMAS * libm::hypot(solution.attitude_sigma_rad, FIXED_SIGMA.2)
-        })
+    fn attitude_stands(&self, solution: &Solution) -> bool {
+        let turn = solution.attitude * self.nominal.attitude.transpose();
+        let angle_rad = ((turn.trace() - 1.0) * 0.5).acos_libm();
+        angle_rad < STANDS_SIGMAS * libm::hypot(solution.attitude_sigma_rad, FIXED_SIGMA.2)
+    }
+
+    fn refix(&mut self, gmt: &Transmitter, solution: &Solution) -> bool {
+        let set = self.set_pose(gmt, solution);
+        if set {
+            self.count_refix();
+        }
+        set
     }
 
     /// Fixes position and velocity anew when the last `fixes` sweeps agree with each other and with the attitude.
-    pub(super) fn try_refix_position(&mut self, gmt: &Transmitter, fixes: usize) -> bool {
+    fn try_refix_position(&mut self, gmt: &Transmitter, fixes: usize) -> bool {
         let Some(solution) = self.window.solve(fixes, Some(&self.nominal.attitude)) else {
             return false;
         };
@@ -139,7 +141,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
     }
 
-    fn set_pose(&mut self, gmt: &Transmitter, solution: &Solution) {
+    /// Sets the pose, if its attitude is not one that would be lost at once.
+    fn set_pose(&mut self, gmt: &Transmitter, solution: &Solution) -> bool {
+        if libm::sqrt(3.0) * solution.attitude_sigma_rad >= self.gates().attitude_lost_rad {
+            return false;
+        }
         self.set_position(gmt, solution);
         self.nominal.attitude = solution.attitude;
         let (_, _, sight) = FIXED_SIGMA;
@@ -150,6 +156,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         for i in 0..3 {
             self.covariance.reset(ATTITUDE + i, T::of(attitude));
         }
+        true
     }
 
     /// Forgets everything but the time, the gyroscope bias at rest and the history.

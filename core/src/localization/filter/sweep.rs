@@ -7,7 +7,6 @@ use super::layout::{ATTITUDE, POSITION, VELOCITY};
 use super::level::LevelYaw;
 use super::measurement::{MappedPlane, PATH_ROWS, PathMeasurement, PathRows, Transmitter};
 use super::row::Row;
-use super::start::START_FIXES;
 use super::window::WINDOW;
 use crate::geometry::Real;
 use nalgebra::Vector3;
@@ -172,7 +171,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         let gates = self.gates();
         // Beyond this no linear correction finds the attitude back: the window does.
-        if self.sigma(ATTITUDE) > gates.attitude_lost_rad && self.try_refix(gmt, START_FIXES) {
+        if self.sigma(ATTITUDE) > gates.attitude_lost_rad && self.try_refix(gmt) {
             return SweepVerdict::Refixed;
         }
         let Some(mut rows) = self.rows(gmt, path, &[]) else {
@@ -270,12 +269,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             return false;
         }
         // Of a longer patience the window keeps the end.
-        let fixes = (fixes as usize).min(WINDOW);
-        if self.attitude_stands(fixes) {
-            self.try_refix_position(gmt, fixes)
-        } else {
-            self.try_refix(gmt, fixes)
-        }
+        self.try_refix_contested(gmt, (fixes as usize).min(WINDOW))
     }
 
     /// Whether the delay alone is wrong and two-way timing says why.

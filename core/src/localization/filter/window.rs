@@ -169,10 +169,11 @@ impl Window {
             let _ = motion.push((since, *fix));
         }
         let (last, _) = motion.last()?;
+        let times = Times::over(&motion);
         let (first, attitude_sigma_rad, bend) = match known {
             Some(attitude) => (attitude * last.turn.transpose(), 0.0, None),
             None => {
-                let bend = Bend::of(&motion)?;
+                let bend = Bend::over(&motion, &times)?;
                 let (first, sigma_rad) = attitude_at_first(&motion, &bend)?;
                 (first, sigma_rad, Some(bend))
             }
@@ -184,27 +185,23 @@ impl Window {
         let flat = |(since, fix): &(Segment, Fix)| {
             fix.position_m - gravity * (0.5 * since.dt_s * since.dt_s) - first * since.position
         };
-        let n = motion.len() as f64;
-        let mean_t = motion.iter().map(|(since, _)| since.dt_s).sum::<f64>() / n;
         let (mut mean, mut mean_off) = (Vector3::zeros(), Vector3::zeros());
-        let (mut slope, mut spread) = (Vector3::zeros(), 0.0);
+        let mut slope = Vector3::zeros();
         for entry in &motion {
-            let t = entry.0.dt_s - mean_t;
             let place = flat(entry);
-            mean += place / n;
-            mean_off += off(entry) / n;
-            slope += place * t;
-            spread += t * t;
+            mean += place / times.n;
+            mean_off += off(entry) / times.n;
+            slope += place * times.of(entry);
         }
-        let slope = slope / spread;
-        let on_line = |t: f64| mean + slope * (t - mean_t);
+        let slope = slope / times.spread;
+        let on_line = |t: f64| mean + slope * (t - times.mean_s);
         if motion
             .iter()
             .any(|entry| (flat(entry) - on_line(entry.0.dt_s)).norm() > LINE_TOLERANCE_M)
         {
             return None;
         }
-        let [position, velocity] = variances(&motion, mean_t, spread, bend.as_ref());
+        let [position, velocity] = variances(&motion, &times, bend.as_ref());
         Some(Solution {
             position_m: on_line(last.dt_s) + gravity * (0.5 * last.dt_s * last.dt_s) + first * last.position,
             velocity_m_per_s: slope + gravity * last.dt_s + first * last.velocity,
@@ -219,18 +216,17 @@ impl Window {
 
 /// Variances of place and velocity at the last of some fixes by the noise of all, per axis: what each adds to the end of the line
 /// and to its slope. An attitude that comes from how the fixes bend errs with them.
-fn variances(motion: &[(Segment, Fix)], mean_t: f64, spread: f64, bend: Option<&Bend>) -> [f64; 2] {
-    let n = motion.len() as f64;
-    let end = motion.last().map_or(0.0, |(last, _)| last.dt_s - mean_t);
+fn variances(motion: &[(Segment, Fix)], times: &Times, bend: Option<&Bend>) -> [f64; 2] {
+    let end = motion.last().map_or(0.0, |last| times.of(last));
     let shape = bend.map_or([0.0; 2], |bend| bend.shape(end));
     let mut variances = [0.0; 2];
-    for (i, (since, fix)) in motion.iter().enumerate() {
-        let t = since.dt_s - mean_t;
+    for (i, entry) in motion.iter().enumerate() {
+        let t = times.of(entry);
         let bent = bend.and_then(|bend| bend.weights.get(i)).copied().unwrap_or(0.0);
-        let line = [1.0 / n + end * t / spread, t / spread];
+        let line = [1.0 / times.n + end * t / times.spread, t / times.spread];
         for ((variance, line), shape) in variances.iter_mut().zip(line).zip(shape) {
             let weight = line + bent * shape;
-            *variance += weight * weight * fix.variance_m2;
+            *variance += weight * weight * entry.1.variance_m2;
         }
     }
     variances
@@ -263,6 +259,37 @@ fn attitude_at_first(motion: &[(Segment, Fix)], bend: &Bend) -> Option<(Matrix3<
     ))
 }
 
+/// The times of some fixes.
+struct Times {
+    /// How many.
+    n: f64,
+    mean_s: f64,
+    /// Sum of squares about the mean.
+    spread: f64,
+}
+
+impl Times {
+    fn over(motion: &[(Segment, Fix)]) -> Self {
+        let n = motion.len() as f64;
+        let mean_s = motion.iter().map(|(since, _)| since.dt_s).sum::<f64>() / n;
+        let mut times = Self {
+            n,
+            mean_s,
+            spread: 0.0,
+        };
+        for entry in motion {
+            let t = times.of(entry);
+            times.spread += t * t;
+        }
+        times
+    }
+
+    /// Time of a fix from the mean, s.
+    fn of(&self, (since, _): &(Segment, Fix)) -> f64 {
+        since.dt_s - self.mean_s
+    }
+}
+
 /// The part of a curve through the times of some fixes that is neither constant nor slope.
 struct Bend {
     /// Weights of the fixes that give its coefficient.
@@ -273,34 +300,30 @@ struct Bend {
 }
 
 impl Bend {
-    fn of(motion: &[(Segment, Fix)]) -> Option<Self> {
-        let n = motion.len() as f64;
-        let times = || motion.iter().map(|(since, _)| since.dt_s);
-        let mean = times().sum::<f64>() / n;
-        let (mut s2, mut s3) = (0.0, 0.0);
-        for t in times() {
-            let t = t - mean;
-            s2 += t * t;
+    fn over(motion: &[(Segment, Fix)], times: &Times) -> Option<Self> {
+        let from_mean = || motion.iter().map(|entry| times.of(entry));
+        let mut s3 = 0.0;
+        for t in from_mean() {
             s3 += t * t * t;
         }
-        if s2.is_nan() || s2 <= 0.0 {
+        if times.spread.is_nan() || times.spread <= 0.0 {
             return None;
         }
         let mut bend = Self {
             weights: heapless::Vec::new(),
-            level: s2 / n,
-            lean: s3 / s2,
+            level: times.spread / times.n,
+            lean: s3 / times.spread,
         };
         let square = |t: f64| {
-            let [shape, _] = bend.shape(t - mean);
+            let [shape, _] = bend.shape(t);
             shape * shape
         };
-        let norm: f64 = times().map(square).sum();
+        let norm: f64 = from_mean().map(square).sum();
         if norm.is_nan() || norm < 1e-6 {
             return None;
         }
-        for t in times() {
-            let [shape, _] = bend.shape(t - mean);
+        for t in from_mean() {
+            let [shape, _] = bend.shape(t);
             // Collecting would panic on one too many; there are as many as fixes.
             bend.weights.push(shape / norm).ok()?;
         }

@@ -50,7 +50,8 @@ fn taken(walls: &[MappedPlane], least: f64, sigma_m: f32) -> bool {
     for wall in walls {
         let _ = found.planes.push(*wall);
     }
-    filter.conclude(&gmt, &path, found, &mut EFFORT.clone());
+    let view = filter.view(&path);
+    filter.conclude(&gmt, &path, &view, found, &mut EFFORT.clone());
     let counters = filter.counters();
     assert_eq!(counters.reflections + counters.reflections_rejected, 1);
     counters.reflections == 1

@@ -22,6 +22,21 @@ fn a_filter_that_is_wrong_is_fixed_anew() {
     assert!(error_m(&filter) < 0.1, "{}", error_m(&filter));
 }
 
+/// Fixes that claim metres of scatter tell the attitude to tens of degrees: no start, and no re-fix.
+#[test]
+fn a_pose_that_would_be_lost_at_once_is_not_taken() {
+    let filter = flown(10_000_000_000, 0, |_, _, sweep| {
+        if let Some(departure) = sweep
+            .line_of_sight
+            .as_mut()
+            .and_then(|path| path.departure.as_mut())
+        {
+            departure.sigma = [0.05; 2];
+        }
+    });
+    assert!(!filter.is_running() && filter.health().starting);
+}
+
 /// The window holds no more than six fixes, whatever the patience.
 #[test]
 fn a_longer_patience_ends_as_well() {
@@ -108,29 +123,19 @@ fn a_path_that_proves_itself_needs_no_second_one_after_an_outage() {
     let (verdict, sigma) = seen_again(true, 1.0, 10_500_000_000, false);
     assert!(sigma < 0.4, "{sigma}");
     assert_eq!(verdict, SweepVerdict::Inflated);
-    assert_eq!(
-        seen_again(false, 1.0, 10_500_000_000, false).0,
-        SweepVerdict::Rejected
-    );
-    // Nor is it the first one when another was heard, and not believed, a sweep before.
-    assert_eq!(
-        seen_again(true, 1.0, 10_500_000_000, true).0,
-        SweepVerdict::Rejected
-    );
-    // With the GMT in sight all the time a contradiction is a wrong path, whatever it seems to prove; and so is a place ten
-    // metres off at any time.
-    assert_eq!(
-        seen_again(true, 0.4, 12_000_000_000, false).0,
-        SweepVerdict::Rejected
-    );
-    assert_eq!(
-        seen_again(true, 0.4, 10_500_000_000, false).0,
-        SweepVerdict::Accepted
-    );
-    assert_eq!(
-        seen_again(true, 10.0, 10_500_000_000, false).0,
-        SweepVerdict::Rejected
-    );
+    for (proven, aside_m, hidden_from_ns, heard, expected) in [
+        (false, 1.0, 10_500_000_000, false, SweepVerdict::Rejected),
+        // Nor is it the first one when another was heard, and not believed, a sweep before.
+        (true, 1.0, 10_500_000_000, true, SweepVerdict::Rejected),
+        // With the GMT in sight all the time a contradiction is a wrong path, whatever it seems to prove; and so is a place ten
+        // metres off at any time.
+        (true, 0.4, 12_000_000_000, false, SweepVerdict::Rejected),
+        (true, 0.4, 10_500_000_000, false, SweepVerdict::Accepted),
+        (true, 10.0, 10_500_000_000, false, SweepVerdict::Rejected),
+    ] {
+        let (verdict, _) = seen_again(proven, aside_m, hidden_from_ns, heard);
+        assert_eq!(verdict, expected, "{proven} {aside_m} {hidden_from_ns} {heard}");
+    }
 }
 
 #[test]
