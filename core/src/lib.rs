@@ -7,6 +7,10 @@
 //! [`path`] (a measured propagation path) -> [`reflection`] (closed form, gates, covariance) -> [`map`] (bounded
 //! point cloud) -> [`telemetry`] (packets). [`geometry`] and [`constants`] stand on the ground floor.
 //!
+//! The method is that of Z. Mou and F. Gao, "Millimeter Wave Wireless Communication Assisted Three-Dimensional
+//! Simultaneous Localization and Mapping"; `docs/signal-model.md` of the repository has the formulas and where this crate
+//! departs from the paper, `docs/localization.md` the filter.
+//!
 //! # Conventions
 //! - World frame east-north-up, body frame forward-left-up, metres. Frames are types: see [`geometry`].
 //! - `zenith` is the angle from +z (0 = up, 0..pi), `azimuth` is `atan2(y, x)` in (-pi, pi].

@@ -1,7 +1,7 @@
 //! The downlink's waveform: one OFDM symbol with a Zadoff-Chu sequence on its active subcarriers, sent twice.
 //!
-//! The second repetition is the block that the receiver keeps, so delays are cyclic. Source: signal.md section 2, design
-//! README section 7.
+//! The second repetition is the block that the receiver keeps, so delays are cyclic. Source: docs/signal-model.md, "Waveform and
+//! link budget".
 
 use crate::array::phasor;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;

@@ -5,7 +5,7 @@
 //! path and array is free and unknown (arrays share no oscillator, and the pattern of an element is not used). Parameters
 //! of a path are (c tau in m, angle along e1, angle along e2 in rad), with the tangents of its direction.
 //!
-//! [`single`] is the closed form for one path (signal.md section 3.1, `H` at the truth), [`joint`] the numerical Fisher
+//! [`single`] is the closed form for one path (docs/signal-model.md, "Path estimation", `H` at the truth), [`joint`] the numerical Fisher
 //! matrix of any number of paths, made of difference quotients of the mean; each checks the other.
 
 use cslam_core::array::{UavArrays, phasor};
@@ -181,7 +181,7 @@ mod tests {
 
     #[test]
     fn figures_are_those_of_the_design() {
-        // signal.md section 1: diag/fb15, median over directions: 0.135 / 0.144 deg, 6.8 mm at 0 dB.
+        // docs/signal-model.md, "Arrays": diag/fb15, median over directions: 0.135 / 0.144 deg, 6.8 mm at 0 dB.
         let receiver = Receiver::default();
         let mut bounds: [Vec<f64>; 3] = Default::default();
         for azimuth in (0..360).step_by(5) {

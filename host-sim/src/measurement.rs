@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::paths::{Link, LinkPath};
 
 /// Standard deviations of a measurement. The defaults are the error budget that the receiver is designed for
-/// (signal.md section 5: attitude 0.1 deg, range 0.05 m, position 0.05 m an axis; AoD by interpolation over beams).
+/// (docs/signal-model.md, "Reflection point": attitude 0.1 deg, range 0.05 m, position 0.05 m an axis; AoD by interpolation over beams).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Sigmas {

@@ -88,7 +88,7 @@ fn a_ground_bounce_does_not_bias_the_line_of_sight() {
 
 #[test]
 fn close_pairs_are_told_apart() {
-    // Separation in m and deg, second path in dB, share found by a joint fit in signal.md section 3.3.
+    // Separation in m and deg, second path in dB, share found by a joint fit in docs/path-estimation.md.
     for (apart_m, apart_deg, second_db, expected) in [
         (0.75, 0.0, 0.0, 0.92),
         (0.0, 10.0, 0.0, 0.60),

@@ -9,7 +9,7 @@ use cslam_tests::cost::{counts, rises};
 use cslam_tests::elf::{Section, code, frame, sections};
 use cslam_tests::root;
 
-/// Bytes that the design allows (README section 6).
+/// Bytes that the design allows (docs/signal-model.md, "Error budget").
 const FLASH: u32 = 512 * 1024;
 const STATIC: u32 = 400 * 1024;
 

@@ -72,7 +72,7 @@ impl<T: Real, const FACES: usize, const COLUMNS: usize, const ROWS: usize>
         self.phase_per_element_rad
     }
 
-    /// Direction cosines of `u` along the row and the column of a face (the `s_x`, `s_z` of signal.md section 6).
+    /// Direction cosines of `u` along the row and the column of a face (the `s_x`, `s_z` of docs/signal-model.md, "Beam squint").
     pub fn cosines(face: &GmtFace<T>, u: &Direction<Gmt, T>) -> [T; 2] {
         [face.tangent.dot(u.vector()), u.vector().z]
     }

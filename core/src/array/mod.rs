@@ -4,9 +4,9 @@
 //! codewords) is made from it by code. All arithmetic is generic over [`Real`]: `f32` in flight,
 //! `f64` in a simulation.
 //!
-//! Sources: design README section 7, signal.md section 1.
+//! Source: docs/signal-model.md, "Arrays".
 //!
-//! Not modelled: mutual coupling, polarisation other than vertical, squint inside one array (signal.md section 1: 0.04
+//! Not modelled: mutual coupling, polarisation other than vertical, squint inside one array (docs/signal-model.md, "Arrays": 0.04
 //! rad at the band edge).
 
 mod codebook;

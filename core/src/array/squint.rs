@@ -3,7 +3,7 @@
 //!
 //! Each element has a phase shifter and a true time delay, both linear in its place: weight `w_pq(f) = exp(-j [pi (n_p psi_x
 //! + n_q psi_z) + 2 pi f (n_p T_x + n_q T_z)]) / |w|`, f off the carrier, so the beam of frequency f looks to the direction
-//! cosine `s (1 + f/fc) = psi + 2 T f`. Source: signal.md section 6.
+//! cosine `s (1 + f/fc) = psi + 2 T f`. Source: docs/signal-model.md, "Beam squint".
 
 use super::{centred, planar_factor};
 use crate::geometry::{Complex, Real};

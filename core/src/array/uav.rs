@@ -19,7 +19,7 @@ pub struct UavArrayConfig {
 
 impl Default for UavArrayConfig {
     /// 0.2 m, half a wavelength, and the tilt `atan(1/sqrt 2)` = 35.264 degrees that makes the axes of four faces the
-    /// diagonals of a cube: their angular information is then isotropic (signal.md section 1).
+    /// diagonals of a cube: their angular information is then isotropic (docs/signal-model.md, "Arrays").
     fn default() -> Self {
         Self {
             radius_m: 0.2,

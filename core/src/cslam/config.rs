@@ -1,7 +1,7 @@
 //! What the receiver is set to: which method each stage uses.
 //!
 //! Every stage has the paper's method and ours, and each can be switched alone, so that an ablation is a change of one
-//! field. [`Config::best`] and [`Config::paper`] are the two whole modes of design README section 3; path estimation
+//! field. [`Config::best`] and [`Config::paper`] are the two whole modes of docs/signal-model.md, "Default configuration"; path estimation
 //! itself is chosen by type, see [`super::Cslam`].
 
 use core::num::NonZeroU32;
@@ -56,7 +56,7 @@ pub struct HpcConfig {
 }
 
 impl Default for HpcConfig {
-    /// A fix every second sweep (design README section 7); 0.3 m and 0.5 degrees.
+    /// A fix every second sweep (docs/signal-model.md, "Default configuration"); 0.3 m and 0.5 degrees.
     fn default() -> Self {
         Self {
             mode: hpc::Mode::default(),

@@ -21,7 +21,7 @@ pub struct LinkBudget {
 }
 
 impl Default for LinkBudget {
-    /// Design README section 7: 30 dBm, 3 dB, 416.
+    /// docs/signal-model.md, "Default configuration": 30 dBm, 3 dB, 416.
     fn default() -> Self {
         Self {
             transmit_power_dbm: 30.0,

@@ -25,7 +25,7 @@ pub struct Residuals {
 }
 
 impl Default for Residuals {
-    /// Of the filter's radio noise (localization.md section 2): 35 mm and 0.06 degrees. Departures: 2 degrees, what the link
+    /// Of the filter's radio noise (docs/localization.md, "The model"): 35 mm and 0.06 degrees. Departures: 2 degrees, what the link
     /// state networks were trained with. Noise explains the least of their errors: a ground bounce within a few degrees and
     /// less than a metre behind shares all beams with its path and draws the peak between the beams towards itself.
     fn default() -> Self {

@@ -1,7 +1,7 @@
 //! Link state by rules of geometry: the fallback that needs no model, and the yardstick of the networks.
 //!
 //! A path without excess delay that comes from where the GMT stands is the line of sight. A path whose solved point lies
-//! where the wave left towards is of first order (link-state.md, "rules only with AoD"). Everything else is of higher order.
+//! where the wave left towards is of first order (docs/link-state.md). Everything else is of higher order.
 
 use crate::geometry::{Direction, World};
 use crate::lscn::Probabilities;
@@ -22,7 +22,7 @@ pub struct Rules {
 }
 
 impl Default for Rules {
-    /// 1 m or 3.5 sigma and 8 degrees (u.b/|b| < -0.99, signal.md section 5); 6 degrees.
+    /// 1 m or 3.5 sigma and 8 degrees (u.b/|b| < -0.99, docs/signal-model.md, "Reflection point"); 6 degrees.
     fn default() -> Self {
         Self {
             los_excess_m: 1.0,

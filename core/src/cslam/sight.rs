@@ -22,7 +22,7 @@ use crate::ltd::PathEstimator;
 use crate::path::Departure;
 
 /// Without a position: a path may have lost this much more than through free space, dB. A reflection costs 8 dB at normal
-/// incidence (signal.md section 2) and less the more it grazes; near the edge of the beams the gain is known to 5 dB.
+/// incidence (docs/signal-model.md, "Waveform and link budget") and less the more it grazes; near the edge of the beams the gain is known to 5 dB.
 const UNREFLECTED_DB: f32 = 7.0;
 /// Paths within this of the first one are one with it: images that the arrays' errors make, the ground bounce, m. The
 /// strongest is taken.

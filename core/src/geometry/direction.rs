@@ -94,7 +94,7 @@ impl<F: Frame, T: Real> Direction<F, T> {
     }
 
     /// Two unit tangents (e1, e2): e1 horizontal, towards growing azimuth, and e2 = u x e1. Free of poles: straight up
-    /// and down, e1 is +y. The angular covariance of a path is given along these (signal.md section 3.1).
+    /// and down, e1 is +y. The angular covariance of a path is given along these (docs/signal-model.md, "Path estimation").
     pub fn tangents(&self) -> (Vector3<T>, Vector3<T>) {
         let horizontal = Vector3::new(-self.unit.y, self.unit.x, T::zero());
         let length = horizontal.norm_squared().root();

@@ -20,7 +20,7 @@ pub struct ImuSample {
     pub specific_force_m_per_s2: Vector3<f32>,
 }
 
-/// Systematic errors of the inertial sensor, as the filter estimates them (localization.md section 2).
+/// Systematic errors of the inertial sensor, as the filter estimates them (docs/localization.md, "The model").
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuErrors {
     /// Bias of the gyroscope, rad/s.

@@ -3,7 +3,7 @@
 //! That a path was reflected once does not make its point a good one: with hardly any excess delay along a wall the point
 //! may be off by tens of metres, beside a wall right at the UAV by decimetres. So the probability stands beside the error
 //! that the point has by those of delay, angles and pose, and beside the angle of departure and where the point lies.
-//! Source: link-state.md, gate.
+//! Source: docs/link-state.md, gate.
 
 use super::probability::Probabilities;
 use crate::geometry::World;

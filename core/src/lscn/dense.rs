@@ -14,7 +14,7 @@
 //! `((sum m + 2^31) >> 32)` clamped to 0..=127: one rounding, half up, and the rectifier at once.
 //!
 //! An int8 weight takes an i16 here because the chip multiplies two pairs of i16 in one instruction and has to unpack
-//! int8 first (kernels.md section 4).
+//! int8 first (docs/signal-model.md, "Fixed point").
 
 /// Four neighbouring activations, int8 values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

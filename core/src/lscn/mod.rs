@@ -11,8 +11,8 @@
 //! operations in `f32` are `+ - * /`, square roots and [`libm`]. A host and a chip compute the same bits.
 //!
 //! Two topologies ([`Shape`]): a chain of dense layers, and the paper's, in which the first layer sees the strongest path
-//! alone and its outputs are joined by the other inputs. Sources: paper.tex, section "Link State Classification Neural
-//! Network"; link-state.md; kernels.md section 4.
+//! alone and its outputs are joined by the other inputs. Sources: Mou and Gao, section "Link State Classification Neural
+//! Network"; docs/link-state.md; docs/signal-model.md, "Fixed point".
 
 mod accept;
 mod bounce;

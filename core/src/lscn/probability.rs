@@ -17,7 +17,7 @@ pub struct Probabilities {
 impl Probabilities {
     /// Softmax of logits divided by a temperature: `exp(z_i / T) / sum exp(z_j / T)`, in `f32` with `libm`'s exponential.
     ///
-    /// The largest logit is subtracted first, so that no exponential overflows. Source: paper.tex, section "Link State
+    /// The largest logit is subtracted first, so that no exponential overflows. Source: Mou and Gao, section "Link State
     /// Classification Neural Network"; the temperature is fitted on validation data and makes the probabilities calibrated.
     pub fn softmax(logits: [f32; 3], temperature: f32) -> Self {
         let [a, b, c] = logits;

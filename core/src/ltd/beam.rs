@@ -1,6 +1,6 @@
 //! Search of one transmit beam: peaks, strongest first, each scored off the grid and cancelled; close ones jointly.
 //!
-//! The loop is that of signal.md section 3.1. A peak near paths that are already known is fitted together with them
+//! The loop is that of docs/signal-model.md, "Path estimation". A peak near paths that are already known is fitted together with them
 //! ([`super::group`]), and near the strongest path a second one is tried even where the residual stays under the
 //! threshold: a greedy single fit of two close paths is off by decimetres (section 3.3). Afterwards every path that others'
 //! sidelobes could have pulled is refitted once with the others cancelled.

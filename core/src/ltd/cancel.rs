@@ -1,9 +1,9 @@
 //! Cancellation: takes a fitted path out of the taps, or puts it back.
 //!
-//! The band is rectangular, so a path's kernel decays with 1/|x| only: it is cancelled, not windowed away (signal.md
-//! section 2). How far depends on its strength: up to where its sidelobes fall [`MARGIN`] in amplitude under the noise.
+//! The band is rectangular, so a path's kernel decays with 1/|x| only: it is cancelled, not windowed away
+//! (docs/signal-model.md, "Path estimation"). How far depends on its strength: up to where its sidelobes fall [`MARGIN`] in amplitude under the noise.
 //! Taps are int16 and stay so; each subtraction rounds once, half up, which adds 0.3 LSB of noise to taps that already
-//! carry 1.1 LSB from the transform (kernels.md section 2). The power-delay profile is updated with exactly the integers
+//! carry 1.1 LSB from the transform (docs/signal-model.md, "Fixed point"). The power-delay profile is updated with exactly the integers
 //! that changed, so it stays the sum of the taps' powers.
 
 use nalgebra::{Complex, Vector3};

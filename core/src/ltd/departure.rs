@@ -2,7 +2,7 @@
 //!
 //! Beam m sends towards direction q with a known field `b_m(q)`; a path of strength p shows amplitude `p b_m(q)`. The
 //! direction is the weighted least-squares fit to the amplitudes of the beams in which the path was found, strength
-//! eliminated: beams beside the strongest one interpolate between the codebook's directions (signal.md section 6).
+//! eliminated: beams beside the strongest one interpolate between the codebook's directions (docs/signal-model.md, "Beam squint").
 //! Phases carry nothing, the arrays' oscillators are free in every beam. An amplitude's variance is its noise and the
 //! square of a gain error; a weak prior on the strongest beam's direction keeps the fit tame when few beams saw the path.
 

@@ -1,7 +1,7 @@
 //! Noise floor and constant-false-alarm threshold of a power-delay profile.
 //!
 //! Under noise alone `E = sum |h|^2` over C channels is Gamma(C) times the noise variance of a tap: a chi-square variable
-//! with 2 C degrees of freedom (signal.md section 3.1). The noise variance comes from the median of `E`, which few
+//! with 2 C degrees of freedom (docs/signal-model.md, "Path estimation"). The noise variance comes from the median of `E`, which few
 //! strong taps do not move; the threshold is the variance times a factor that depends on C and the false-alarm rate only.
 //! Both are quantiles of Gamma(C), solved once by bisection.
 

@@ -61,7 +61,7 @@ pub struct EstimatorConfig<
 }
 
 impl Default for EstimatorConfig {
-    /// Default configuration of design README section 7, signal.md sections 3.1 and 6: 1e-2 false alarms a sweep, 34 dB,
+    /// docs/signal-model.md, "Path estimation": 1e-2 false alarms a sweep, 34 dB,
     /// 2 degrees, and 0.5 dB, which is what the budget of the GMT's element errors makes of a beam.
     fn default() -> Self {
         Self {

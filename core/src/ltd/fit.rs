@@ -5,7 +5,7 @@
 //! products of a spatial and a temporal vector, so all inner products are products of small sums: the fit needs no
 //! Jacobian in memory, only a Gram matrix of three columns a path. Eliminating the columns `A` from it gives
 //! at once the gains, the energy explained, the gradient and the Gauss-Newton Hessian. With one path this is the Fisher
-//! scoring of signal.md section 3.1, with two the joint Gauss-Newton of section 3.3.
+//! scoring of docs/signal-model.md, "Path estimation", with two the joint fit named there.
 //!
 //! Elements lie symmetrically about their array's centre and the kernel is real, so the Gram matrix is real: only the
 //! correlations with the taps are complex.
@@ -22,7 +22,7 @@ use crate::geometry::{Body, Direction};
 /// angles'; 4 would cost 2.9 %, 8 1.4 %.
 pub(super) const REACH: i32 = 6;
 
-/// Longest step of one iteration: 3 degrees and 0.5 m (signal.md section 3.1).
+/// Longest step of one iteration: 3 degrees and 0.5 m (docs/signal-model.md, "Path estimation").
 const LONGEST_ANGLE_RAD: f32 = 0.052;
 const LONGEST_DELAY_TAPS: f32 = 0.41;
 

@@ -1,7 +1,7 @@
 //! Coarse search of the direction: four spatial transforms and a table of where each direction falls in them.
 //!
 //! The directions lie on rings of constant zenith, one step apart. For each of them the table holds, per array, the bin
-//! of a 32-point transform over the elements; their powers add up without phases between arrays (signal.md section 3.1).
+//! of a 32-point transform over the elements; their powers add up without phases between arrays (docs/signal-model.md, "Path estimation").
 //! Directions themselves are computed when one is asked for: the table is all that the grid keeps.
 
 use nalgebra::{Complex, Vector3};

@@ -17,7 +17,7 @@ use super::window::{JOINT, Window};
 use crate::bounded::gather;
 
 /// Paths nearer than this in delay form a group, whatever their directions: a single array sees only a cone, so even
-/// opposite directions mix. (signal.md section 3.1 asks for 3 m and 45 degrees; that leaves false paths beside two strong
+/// opposite directions mix. (3 m and 45 degrees would suit two paths alone; that leaves false paths beside two strong
 /// ones of equal delay.)
 pub(super) const CLOSE_M: f32 = 4.0;
 /// Members of a group.

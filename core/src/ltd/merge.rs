@@ -1,7 +1,7 @@
 //! Merging of what the beams found: one path shows in many beams.
 //!
 //! Detections are taken strongest first. One that lies within the gates of a path already there (0.5 m and 6 degrees,
-//! signal.md section 3.1) is another look at it, unless the same beam has already resolved the two as different. Looks
+//! docs/signal-model.md, "Path estimation") is another look at it, unless the same beam has already resolved the two as different. Looks
 //! that agree with the strongest one within their covariance are averaged by information; others are blends with a
 //! neighbour that their beam could not resolve, and only tell that the path was seen there. So are those of beams that told fewer
 //! paths apart than the strongest one's: a single fit of two paths is sure of a place where neither is, and surer than a joint fit of

@@ -7,11 +7,11 @@
 //!                                `-----Correlator::detect--> profile of a few channels, at an eighth of the cost
 //! ```
 //! A block is a [`BeamBlock`], channels array-major (8 j + i), samples as packed [`Iq`] words; it is levelled, transformed and kept in place. Everything up to the profile is integer arithmetic with stated roundings, the same bits
-//! on every machine; source: signal.md sections 3.1 and 4, kernels.md section 3.
+//! on every machine; source: docs/signal-model.md, "Fixed point".
 //!
 //! On it stands the [`Estimator`], in `f32` with `libm`: peaks of a beam, coarse angle grid, Fisher scoring off the grid,
 //! joint fits of close paths, cancellation, and at the end of a sweep the merge over beams with the angle of departure
-//! from the beams' energies (signal.md section 3). A beam whose folded taps show no path but known ones, none better than an
+//! from the beams' energies (docs/signal-model.md, "Path estimation"). A beam whose folded taps show no path but known ones, none better than an
 //! earlier beam did, is not transformed: the folded taps tell how strong those are in it.
 
 mod beam;

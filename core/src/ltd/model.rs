@@ -2,7 +2,7 @@
 //!
 //! Element i of array j sees `g_j exp(+j n_i w_j) D(n - d_j)` with `n_i = i - (E - 1)/2`, `w_j` the phase step of the
 //! array's axis towards the path and `d_j = (c tau - p_j . u) / metres per tap`. `g_j` is free: arrays share no
-//! oscillator, and elements have patterns (signal.md sections 1 and 3.1). Angles here are turns, delays taps.
+//! oscillator, and elements have patterns (docs/signal-model.md, "Arrays"). Angles here are turns, delays taps.
 
 use nalgebra::{Complex, Vector3};
 

@@ -2,7 +2,7 @@
 //!
 //! A path is reported when it comes within the dynamic range of the sweep's strongest one. Once that one is known, so is
 //! the energy below which a beam need not be searched, and where it stands well over the noise, two elements of each array
-//! and the even subcarriers are enough to see it: 9 dB less than the whole beam gathers (kernels.md section 6). The
+//! and the even subcarriers are enough to see it: 9 dB less than the whole beam gathers (docs/signal-model.md, "Fixed point"). The
 //! screen never asks whether something stands out of the noise, only whether a path of reportable energy would have been
 //! missed with a probability of [`MISS_SIGMAS`]; where it cannot tell, the beam is searched. So nothing is lost at low SNR,
 //! where nothing is screened.

@@ -6,7 +6,7 @@
 //! first factor when they are loaded ([`super::window`]), and everything after works with the real kernel.
 //!
 //! Near the peak, value and slope come from a table by cubic Hermite interpolation; far away (cancellation), from the
-//! closed form. Source: signal.md section 3.1.
+//! closed form. Source: docs/signal-model.md, "Path estimation".
 
 use libm::{cos, sin};
 

@@ -1,4 +1,4 @@
-//! How the errors of delay, angle and pose become an error of the point (signal.md section 5).
+//! How the errors of delay, angle and pose become an error of the point (docs/signal-model.md, "Reflection point").
 
 use nalgebra::{Matrix3, Vector3};
 

@@ -68,7 +68,7 @@ impl From<crate::geometry::GeometryError> for InputError {
     }
 }
 
-/// A path that is not, or cannot be trusted as, one reflection. The gates are those of signal.md section 5.
+/// A path that is not, or cannot be trusted as, one reflection. The gates are those of docs/signal-model.md, "Reflection point".
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

@@ -1,4 +1,4 @@
-//! The gates a solved point has to pass (signal.md section 5), each with its uncertainty taken into account.
+//! The gates a solved point has to pass (docs/signal-model.md, "Reflection point"), each with its uncertainty taken into account.
 
 use super::{Ends, ReflectionPoint, Rejection, VectorSolution};
 use crate::geometry::{Direction, Position, Real, World};

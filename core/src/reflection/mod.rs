@@ -6,7 +6,7 @@
 //! point would mean nothing, comes back as a [`Rejection`], a measurement that is no path at all as an [`InputError`]:
 //! never as a point that looks valid.
 //!
-//! Two forms of the same surface are selectable: [`Form::Vector`] (signal.md section 5), which has no singular
+//! Two forms of the same surface are selectable: [`Form::Vector`] (docs/signal-model.md, "Reflection point"), which has no singular
 //! directions, and [`Form::Paper`], equations geores_1 to geores_3 of the paper, which loses all accuracy near azimuth
 //! +-90 degrees and zenith 0 and 180 degrees.
 

@@ -17,7 +17,7 @@ pub struct VectorSolution<T: Real = f32> {
 }
 
 /// Solves `d = (c tau - |b|)(c tau + |b|) / (2 D)`, `D = c tau + u.b`, with `b = R - G` in m, the unit vector `u` from
-/// the UAV towards the arriving wave and the path length `c tau` in m (signal.md section 5). The reflection point is
+/// the UAV towards the arriving wave and the path length `c tau` in m (docs/signal-model.md, "Reflection point"). The reflection point is
 /// `P = R + d u`.
 ///
 /// The difference of squares is taken as a product: squares of two nearly equal lengths would cancel in `f32`.

@@ -25,7 +25,7 @@ fn thresholds_are_chi_square_quantiles() {
     }
     // 16 degrees of freedom, 5 %.
     assert!((2.0 * Detector::new(8, 0.05, 1).threshold() - 26.296).abs() < 2e-3);
-    // The default sweep: signal.md section 3.1 has 68.8.
+    // The default sweep: docs/signal-model.md, "Path estimation" has 68.8.
     let sweep = Detector::new(32, 1e-2, 72 * 512).threshold();
     assert!((sweep - 68.8).abs() < 0.05, "{sweep}");
 }

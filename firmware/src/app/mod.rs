@@ -63,7 +63,7 @@ pub struct AppConfig {
 }
 
 impl Default for AppConfig {
-    /// 72 beams and 33 squint symbols twice a second (design README section 7): a beacon comes a millisecond after its sweep and is
+    /// 72 beams and 33 squint symbols twice a second (docs/signal-model.md, "Default configuration"): a beacon comes a millisecond after its sweep and is
     /// waited for 21 ms, blocks 450 ms.
     fn default() -> Self {
         Self {

@@ -6,7 +6,7 @@ use super::{Mode, Range, Truth, angle_rad, direction, estimator};
 use crate::random::Stream;
 use crate::statistics::{median, rms};
 
-/// A path counts as found within these (signal.md section 3.2).
+/// A path counts as found within these (docs/path-estimation.md).
 const GATE_M: f64 = 0.3;
 const GATE_RAD: f64 = 0.034_907;
 /// Paths of a scene.

@@ -9,7 +9,7 @@ use crate::crlb::{self, Receiver};
 use crate::random::Stream;
 use crate::statistics::{median, rms, wilson};
 
-/// Elevations of arrival: the dipole hears little beyond (signal.md section 1).
+/// Elevations of arrival: the dipole hears little beyond (docs/signal-model.md, "Arrays").
 pub(super) const ELEVATIONS_DEG: std::ops::Range<f64> = -60.0..75.0;
 /// An estimate this far off took another lobe or another tap, and says nothing of the bound.
 pub(super) const OUTLIER_SIGMAS: f64 = 10.0;

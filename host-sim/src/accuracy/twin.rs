@@ -174,7 +174,7 @@ impl Twin {
             .map_or(&self.grid[0], |best| best.1)
     }
 
-    /// Fisher scoring (signal.md section 3.1) with each array's gain eliminated.
+    /// Fisher scoring (docs/signal-model.md, "Path estimation") with each array's gain eliminated.
     fn score(
         &self,
         arrays: &[Rows],

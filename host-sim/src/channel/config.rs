@@ -1,7 +1,7 @@
 //! What the channel and the front end are set to, as a TOML file gives it.
 //!
-//! Every impairment has its parameter, a zero setting ([`Impairments::none`]) and a default at the error budget of the
-//! design README section 6.
+//! Every impairment has its parameter, a zero setting ([`Impairments::none`]) and a default at the "Error
+//! budget" of docs/signal-model.md.
 
 use std::path::Path;
 
@@ -122,7 +122,7 @@ impl Impairments {
         }
     }
 
-    /// The error budget of the design README section 6. Clock, loss and jamming belong to a scenario and are off.
+    /// The "Error budget" of docs/signal-model.md. Clock, loss and jamming belong to a scenario and are off.
     pub fn budget() -> Self {
         Self {
             uav_element_phase_rms_deg: 2.0,

@@ -105,7 +105,7 @@ fn measured_snr_is_the_link_budget() {
         - noise_dbm;
     assert!(
         (budget_db - 38.8).abs() < 0.05,
-        "signal.md says 38.8 dB with 2.15 dBi: {budget_db}"
+        "docs/signal-model.md says 38.8 dB with 2.15 dBi: {budget_db}"
     );
     assert!(
         (measured_db - budget_db).abs() < 0.1,

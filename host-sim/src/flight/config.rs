@@ -100,7 +100,7 @@ impl Default for FlightConfig {
 
 impl FlightConfig {
     /// A flight planned for reflections too, under the conditions that the accuracy of a whole flight is stated for
-    /// (localization.md sections 0 and 4): the GMT in sight in 60 to 80 % of the sweeps, a path of one reflection in 70 % of
+    /// (docs/localization.md, "The model"): the GMT in sight in 60 to 80 % of the sweeps, a path of one reflection in 70 % of
     /// the others; and the start where the GMT's beams reach.
     #[must_use]
     pub fn covered() -> Self {

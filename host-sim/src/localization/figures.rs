@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::fly::Record;
 use crate::statistics::{median, quantile, rms};
 
-/// Before this time a flight starts up, s (localization.md).
+/// Before this time a flight starts up, s (docs/localization.md, "The model").
 const FROM_S: f64 = 20.0;
 /// Line of sight must have lasted this long to count as settled, s.
 const SETTLED_S: f64 = 1.5;

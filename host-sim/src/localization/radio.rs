@@ -1,6 +1,6 @@
 //! What a receiver measures of a traced path, without its samples: truth and the errors of both ends' arrays.
 //!
-//! The errors are those of localization.md section 1, each from its physical cause: element phases of the UAV's arrays act
+//! The errors are those of docs/localization.md, "The model", each from its physical cause: element phases of the UAV's arrays act
 //! as one slope per array, tilted axes and array delays add to it; element errors of a GMT face act as a constant bias of
 //! its direction cosines and a smooth rest; multipath is white. An angle of arrival is made by the same least-squares
 //! combination of the arrays that a receiver performs.

@@ -11,7 +11,7 @@ use super::float_model::Kind;
 use super::links::{Link, Links};
 use crate::random::Stream;
 
-/// Paths of a link that the receiver keeps (README section 7: K = 9).
+/// Paths of a link that the receiver keeps (docs/signal-model.md, "Default configuration": K = 9).
 pub const RECEIVED_PATHS: usize = 9;
 
 /// What a network is to tell from what.

@@ -2,7 +2,7 @@
 //!
 //! A beacon follows every sweep. It tells the position of the GMT by its own navigation, off by a slowly wandering
 //! error, and the attitude of its mast, which is meant to be level and north-aligned but is off by a constant that
-//! nobody knows: that error turns the whole solution about the GMT (localization.md section 6).
+//! nobody knows: that error turns the whole solution about the GMT (docs/localization.md, "The model").
 
 use core::f64::consts::PI;
 

@@ -1,7 +1,7 @@
 //! The UAV's clock against the GMT's, which is the time of this world.
 //!
-//! Offset x and fractional frequency y obey dx = y dt + white FM, dy = ramp dt + random-walk FM (localization.md
-//! section 1). The ramp is a temperature drift of constant magnitude that reverses from time to time, so that the
+//! Offset x and fractional frequency y obey dx = y dt + white FM, dy = ramp dt + random-walk FM (docs/localization.md, "The
+//! model"). The ramp is a temperature drift of constant magnitude that reverses from time to time, so that the
 //! frequency stays bounded. The whole flight is drawn in advance on a grid, hence any instant can be asked for.
 
 use serde::{Deserialize, Serialize};
@@ -53,7 +53,7 @@ impl ClockConfig {
         }
     }
 
-    /// A good TCXO (localization.md section 1).
+    /// A good TCXO (docs/localization.md, "The model").
     pub fn good_tcxo() -> Self {
         Self {
             white_fm_ns_per_sqrt_s: 0.03,
@@ -63,7 +63,7 @@ impl ClockConfig {
         }
     }
 
-    /// An oven-controlled oscillator (localization.md section 1).
+    /// An oven-controlled oscillator (docs/localization.md, "The model").
     pub fn ocxo() -> Self {
         Self {
             white_fm_ns_per_sqrt_s: 0.01,

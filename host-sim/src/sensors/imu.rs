@@ -1,7 +1,7 @@
 //! The inertial measurement unit, after the data sheet of the ICM-42688-P.
 //!
 //! code = round(saturate((I + M) x + turn-on bias + drift + white noise)), with x the true mean over the sample
-//! interval, and M a full 3 x 3 matrix of scale (diagonal) and misalignment errors (localization.md section 1).
+//! interval, and M a full 3 x 3 matrix of scale (diagonal) and misalignment errors (docs/localization.md, "The model").
 
 use core::f64::consts::PI;
 
@@ -29,7 +29,7 @@ pub struct ImuConfig {
     /// Flicker floor of the gyroscope's Allan deviation, deg/h. The data sheet gives none: 3 is typical of
     /// the class, and in flight the walk below exceeds it after three seconds.
     pub gyro_bias_instability_deg_per_h: f64,
-    /// Random walk of the gyroscope's bias, mdps/sqrt(s): temperature drift in flight (localization.md section 1).
+    /// Random walk of the gyroscope's bias, mdps/sqrt(s): temperature drift in flight (docs/localization.md, "The model").
     pub gyro_bias_walk_mdps_per_sqrt_s: f64,
     /// Standard deviation of the gyroscope's turn-on bias, deg/s per axis. Data sheet and budget: 0.5.
     pub gyro_turn_on_bias_dps: f64,
@@ -40,7 +40,7 @@ pub struct ImuConfig {
     /// Flicker floor of the accelerometer's Allan deviation, ug. The data sheet gives none: 20 is typical of the
     /// class, and in flight the walk below exceeds it after three seconds.
     pub accel_bias_instability_ug: f64,
-    /// Random walk of the accelerometer's bias, ug/sqrt(s): temperature drift in flight (localization.md section 1).
+    /// Random walk of the accelerometer's bias, ug/sqrt(s): temperature drift in flight (docs/localization.md, "The model").
     pub accel_bias_walk_ug_per_sqrt_s: f64,
     /// Standard deviation of the accelerometer's turn-on bias, mg per axis. Data sheet and budget: 20.
     pub accel_turn_on_bias_mg: f64,

@@ -2,7 +2,7 @@
 //! the disturbance of a city.
 //!
 //! code = round((I + S) R^T (B + disturbance) + hard iron + noise). At the defaults the heading it gives is off by
-//! about 5 deg, most of it constant or slow (localization.md section 3 takes it as a bias): a weak aid.
+//! about 5 deg, most of it constant or slow (docs/localization.md, "The model" takes it as a bias): a weak aid.
 
 use core::f64::consts::PI;
 

@@ -18,7 +18,7 @@ pub struct TimingConfig {
     pub white_ns: f64,
     /// Standard deviation of the constant error of a flight, ns: unequal delays of the two radios.
     pub fixed_ns: f64,
-    /// Share of exchanges that succeed, 0..=1 (localization.md section 1).
+    /// Share of exchanges that succeed, 0..=1 (docs/localization.md, "The model").
     pub availability: f64,
 }
 

@@ -17,7 +17,7 @@
 //! [`Joined`] makes one direction of the bearings.
 //!
 //! At 30 GHz the 8 x 8 faces have a Rayleigh distance under a metre: only angles can be swept. [`near_field`] is for
-//! large arrays, where range can be swept as well. Source: signal.md section 6.
+//! large arrays, where range can be swept as well. Source: docs/signal-model.md, "Beam squint".
 
 mod bounce;
 mod fit;
@@ -57,8 +57,7 @@ use reception::{Reception, Spectrum};
 /// noise.
 ///
 /// Independent phase errors of e rad over 8 x 8 elements tilt the wave front by `e / (pi sqrt(sum n^2))` along each axis,
-/// `sum n^2` = 64 x 5.25: 1.5 mrad for 5 degrees, whatever reads the pattern. (localization.md section 1 has 1.06 and
-/// 1.44; measured here 1.5 and 1.5.)
+/// `sum n^2` = 64 x 5.25: 1.5 mrad for 5 degrees, whatever reads the pattern.
 pub const FACE_BIAS_SIGMA: [f32; 2] = [1.5e-3, 1.5e-3];
 
 /// Energy beyond what noise gives that a fit must explain, in noise variances: a false one in 1e12.
@@ -78,7 +77,7 @@ pub struct BsmConfig {
 }
 
 impl Default for BsmConfig {
-    /// At the budget of design README section 6: 0.33 and 0.19 mrad (localization.md section 1); 50 ps of each of about
+    /// What the GMT's errors of docs/signal-model.md, "Error budget" leave beside their constant part: 0.33 and 0.19 mrad; 50 ps of each of about
     /// two arrays that share the signal, 1 cm.
     fn default() -> Self {
         Self {

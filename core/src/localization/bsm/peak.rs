@@ -1,7 +1,7 @@
 //! The strongest subcarrier names the direction: the paper's rule, and a parabola through the peak.
 //!
 //! Of the symbols that sweep an axis, the one with the strongest subcarrier is read: its beam of frequency f looks to
-//! `s = (psi + 2 T f) / (1 + f/fc)` (signal.md section 6). Where a symbol sweeps both axes, the faster sweep makes the peak, and
+//! `s = (psi + 2 T f) / (1 + f/fc)` (docs/signal-model.md, "Beam squint"). Where a symbol sweeps both axes, the faster sweep makes the peak, and
 //! the slower one is known to the spacing of its passes only.
 
 use nalgebra::{Matrix3, Vector3};

@@ -1,7 +1,7 @@
 //! Reception of a squint symbol: from int16 samples to one spectrum that holds the transmit pattern and nothing else.
 //!
 //! Each array forms a beam towards the path's known arrival, with nulls where the caller knows interferers (the ground
-//! bounce; signal.md section 6). Waveform, reference delay and lever arms are taken out, then the arrays are added:
+//! bounce; docs/signal-model.md, "Beam squint"). Waveform, reference delay and lever arms are taken out, then the arrays are added:
 //! their oscillators are free, so the phases between them come from the symbol itself, as the principal direction of
 //! their Gram matrix. Against free gains for each array this loses nothing to first order, and it needs a quarter of
 //! the memory.

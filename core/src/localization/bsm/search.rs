@@ -12,7 +12,7 @@ use super::sighting::Expected;
 use crate::array::SquintSymbol;
 use crate::bounded::gather;
 
-/// Step of the grid: a quarter of the distance from a beam's peak to its null (signal.md section 6).
+/// Step of the grid: a quarter of the distance from a beam's peak to its null (docs/signal-model.md, "Beam squint").
 const STEP: f32 = 0.06;
 /// Cells along each axis: cosines from -0.96 to 0.96, and from -0.24 up.
 const CELLS: [usize; 2] = [33, 22];

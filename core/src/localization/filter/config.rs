@@ -1,6 +1,6 @@
 //! Figures of the filter: what it believes about the sensors, the radio and the calibration before it has seen any.
 //!
-//! Defaults are the error budget of design README section 6 in the form of localization.md section 2. Immutable while
+//! Defaults are the "Error budget" of docs/signal-model.md in the form of docs/localization.md, "The model". Immutable while
 //! flying.
 
 use super::measurement::Transmitter;
@@ -40,7 +40,7 @@ pub struct ProcessNoise {
     pub gap_gyro_rad: f64,
 }
 
-/// The class of the UAV's clock (localization.md section 1), as the filter's process noise.
+/// The class of the UAV's clock (docs/localization.md, "The model"), as the filter's process noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockClass {
     /// White FM 0.1 ns/sqrt s, random walk 0.3, thermal ramp 0.5 ns/s^2.
@@ -173,7 +173,7 @@ impl Default for Priors {
     }
 }
 
-/// When a measurement is believed (localization.md section 2, and section 8 for the re-fix).
+/// When a measurement is believed (docs/localization.md, "What it believes").
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gates {
     /// Joint chi-square of a path with angle of departure: 5 degrees of freedom.

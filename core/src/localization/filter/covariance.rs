@@ -25,7 +25,7 @@ pub struct Transition<T: Real> {
 }
 
 impl<T: Real> Transition<T> {
-    /// `F x dt` on the states that move, in the order of [`CHANGED`]; the others stay. F of localization.md section 2.
+    /// `F x dt` on the states that move, in the order of [`CHANGED`]; the others stay. F of docs/localization.md, "The model".
     fn change(&self, x: impl Fn(usize) -> T) -> [T; CHANGED.len()] {
         let at = |i: usize| Vector3::new(x(i), x(i + 1), x(i + 2));
         let dt = self.dt_s;

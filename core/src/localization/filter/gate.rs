@@ -2,7 +2,7 @@
 //!
 //! All rows of a path stand or fall together: a wrong path is wrong in all of them. A path that the filter rejects may
 //! still be right when the filter is wrong; then the next sweep errs in the same way, which chance does not
-//! (localization.md section 2, "vote").
+//! (docs/localization.md, "What it believes").
 
 use super::covariance::Covariance;
 use super::measurement::PATH_ROWS;

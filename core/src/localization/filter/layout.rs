@@ -1,4 +1,4 @@
-//! Where each error stands in the state vector (localization.md section 2).
+//! Where each error stands in the state vector (docs/localization.md, "The model").
 //!
 //! 17 errors of motion, sensors and clock, 27 of calibration, two more of the clock, then three of each mapped plane. Attitude errors are small
 //! rotation vectors in WORLD axes.

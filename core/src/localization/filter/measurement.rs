@@ -2,7 +2,7 @@
 //!
 //! Line of sight and a reflection off a plane are one thing: a reflected path comes straight from the mirror image of
 //! the transmitter, a doubly reflected one from the image of that image. So one function gives the rows of all: delay, two
-//! angles of arrival, two direction cosines of departure (localization.md section 2).
+//! angles of arrival, two direction cosines of departure (docs/localization.md, "The model").
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -19,7 +19,7 @@ use crate::localization::planes::Plane;
 pub struct FaceDirection {
     /// Face of the mast, 0..=2.
     pub face: usize,
-    /// Direction cosines along the face's row and column: (s_x, s_z) of signal.md section 6.
+    /// Direction cosines along the face's row and column: (s_x, s_z) of docs/signal-model.md, "Beam squint".
     pub cosines: [f64; 2],
     /// Their standard deviations.
     pub sigma: [f64; 2],
@@ -104,7 +104,7 @@ impl Model {
     }
 
     /// Direction and along-tangent shift of the angle of arrival by the arrays' calibration errors, with its derivatives
-    /// (localization.md section 1): per array and tangent the weight `c_j`, and the two axis cosines.
+    /// (docs/localization.md, "The model"): per array and tangent the weight `c_j`, and the two axis cosines.
     fn array_shift(&self, u: &Direction<Body, f64>, nominal: &Nominal) -> ArrayShift {
         let (e1, e2) = u.tangents();
         let gains = self.arrays.amplitude(u).map(|a| a * a);

@@ -1,5 +1,5 @@
 //! Error-state Kalman filter: position, velocity, attitude, sensor biases, clock, and the calibration that decides the
-//! result (localization.md).
+//! result (docs/localization.md).
 //!
 //! The state lives at a horizon a little in the past: the time of the last sweep. Inertial increments newer than that
 //! wait in a history; a measurement takes the horizon to its own time stamp, however late its processing ended, and the
@@ -14,7 +14,7 @@
 //! A sweep's path is taken in whole or not at all (`gate`). A filter that contradicts several sweeps in a row which
 //! agree among each other is fixed anew from these (`window`), which is also how it starts.
 //!
-//! Not modelled: g-sensitivity of the gyroscope, accelerometer scale (localization.md section 3: no gain), a wrong heading
+//! Not modelled: g-sensitivity of the gyroscope, accelerometer scale (it brings nothing), a wrong heading
 //! of the GMT's mast (unobservable without a map of known heading).
 
 mod ahead;
@@ -206,7 +206,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     /// An angle of arrival without the estimated calibration errors of the arrays. The reflection solver wants this one:
-    /// attitude and arrays share an error that cancels only when both corrections are applied (localization.md section 5).
+    /// attitude and arrays share an error that cancels only when both corrections are applied (docs/localization.md, "The model").
     pub fn corrected_aoa(&self, aoa: &Direction<Body, f64>) -> Vector3<f64> {
         self.model.corrected(aoa, &self.nominal)
     }

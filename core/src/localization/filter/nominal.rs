@@ -13,7 +13,7 @@ use super::layout::{
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::localization::{ImuErrors, ImuIncrement};
 
-/// Length after which delays repeat, m: 512 samples at 245.76 Msps, times the speed of light (design README section 7).
+/// Length after which delays repeat, m: 512 samples at 245.76 Msps, times the speed of light (docs/signal-model.md, "Default configuration").
 pub const DELAY_PERIOD_M: f64 = crate::constants::SPEED_OF_LIGHT_M_PER_S * 512.0 / 245.76e6;
 
 /// A length wrapped to half a delay period on either side of zero, m.

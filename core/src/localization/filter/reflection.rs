@@ -2,7 +2,7 @@
 //!
 //! Delay and both directions of a bounce leave one unknown of the six in position and reflection point: the plane's offset.
 //! With the plane in the state the filter learns it while the position is still good, so the map need not be exact
-//! (localization.md section 4).
+//! (docs/localization.md, "The model").
 
 use super::gate::{chi_square, chi_square_up_to};
 use super::layout::{ATTITUDE, CLOCK_OFFSET, POSITION, plane, planes};

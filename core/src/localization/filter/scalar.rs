@@ -10,7 +10,7 @@ use crate::geometry::Real;
 const STEP_AGREEMENT_M: f64 = 1.0;
 /// Measurements closer in time than this tell no rate, s.
 const SHORTEST_STEP_S: f64 = 0.1;
-/// Without line of sight for this long, the magnetic heading is better than none, ns (localization.md section 3).
+/// Without line of sight for this long, the magnetic heading is better than none, ns (docs/localization.md, "The model").
 const HEADING_AFTER_NS: u64 = 10_000_000_000;
 
 /// A scalar measurement that waits.

@@ -1,4 +1,4 @@
-//! Alignment at rest: gyroscope bias and tilt from a few seconds before take-off (localization.md section 8).
+//! Alignment at rest: gyroscope bias and tilt from a few seconds before take-off (docs/localization.md, "The model").
 //!
 //! At rest the gyroscope shows its bias, and the accelerometer the vertical. Whether it is rest is judged block by block:
 //! the scatter within a block must be that of a sensor at rest, the means of blocks must agree, and their sizes must be

@@ -3,7 +3,7 @@
 //! The attitude turns the measured field into world axes; by how much its horizontal part misses magnetic north there,
 //! the yaw is wrong. Iron on board and the surroundings turn the field by about 5 deg, most of it constant
 //! or slow, so averaging does not help, and with line of sight the array knows yaw twenty times better: the filter takes
-//! it only when there has been no line of sight for ten seconds, with 8 deg added (localization.md sections 3 and 6).
+//! it only when there has been no line of sight for ten seconds, with 8 deg added (docs/localization.md, "The model").
 
 use nalgebra::Vector3;
 

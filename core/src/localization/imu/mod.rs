@@ -21,7 +21,7 @@
 //! | spike | far from the median of the last three | replaced by the median; if it lasts, paid back as real |
 //! | not a number | value | as missing |
 //!
-//! Source of the nominal equations: localization.md section 2. Rotation of the earth (0.004 deg/s) is part of the
+//! Source of the nominal equations: docs/localization.md, "The model". Rotation of the earth (0.004 deg/s) is part of the
 //! gyroscope's bias here.
 
 mod alignment;

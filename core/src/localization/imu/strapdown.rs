@@ -1,6 +1,6 @@
 //! Nominal state: increments summed to position, velocity and attitude.
 //!
-//! `p += v dt + R dp + g dt^2/2`, `v += R dv + g dt`, `R = R exp(dtheta)` (localization.md section 2). Increments are
+//! `p += v dt + R dp + g dt^2/2`, `v += R dv + g dt`, `R = R exp(dtheta)` (docs/localization.md, "The model"). Increments are
 //! small and come in `f32`; the sums are not small, and are `f64`: two minutes of free integration end 5 mm off then, and
 //! 50 mm with sums in `f32` (measured by the tests against an analytic flight). The step comes a hundred times a
 //! second, so that double precision costs nothing to speak of.

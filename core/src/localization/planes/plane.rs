@@ -39,7 +39,7 @@ impl Plane {
         self.normal.vector().dot(self.centre.vector())
     }
 
-    /// Mirror image of a point: `G' = G - 2 (n . (G - c)) n` (localization.md section 2).
+    /// Mirror image of a point: `G' = G - 2 (n . (G - c)) n` (docs/localization.md, "The model").
     #[must_use]
     pub fn image(&self, point: &Vector3<f32>) -> Vector3<f32> {
         point - self.normal.vector() * (2.0 * self.height_m(point))
@@ -53,7 +53,7 @@ impl Plane {
     }
 
     /// Derivative of [`Plane::image`] over (shift, tilt along t1, tilt along t2): columns `2 n` and
-    /// `-2 [(t . (G - c)) n + (n . (G - c)) t]` (localization.md section 2).
+    /// `-2 [(t . (G - c)) n + (n . (G - c)) t]` (docs/localization.md, "The model").
     #[must_use]
     pub fn image_jacobian(&self, point: &Vector3<f32>) -> Matrix3<f32> {
         let n = self.normal.vector();

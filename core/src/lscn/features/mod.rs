@@ -3,7 +3,7 @@
 //! If the path was reflected once, it was reflected at the point P that the closed form gives, and everything else about
 //! it must fit P: the direction in which it left the GMT, its strength, the height of P. The features say how well it
 //! does; lengths, angles and ratios that may reach far are compressed by asinh. They are computed in f32, before
-//! anything is rounded to int8, where a raw delay would have steps of a metre. Source: link-state.md.
+//! anything is rounded to int8, where a raw delay would have steps of a metre. Source: docs/link-state.md.
 //!
 //! Every feature is defined for every path: where the excess delay is not positive (line of sight, with its error), the
 //! point is solved for an excess of a centimetre. Nothing here knows the world, its bounds or its material.

@@ -6,7 +6,7 @@ use crate::accuracy::{Mode, bounce, corner, pairs};
 /// Distances of the corners, m.
 pub(super) const CORNERS_M: [f64; 2] = [30.0, 90.0];
 
-/// Separations of signal.md section 3.3: m, deg, and the share that its joint fit finds with equal power and at -10 dB.
+/// Separations of the pairs in docs/path-estimation.md: m, deg, and the share that the joint fit of the design study finds with equal power and at -10 dB.
 pub(super) const SEPARATIONS: [(f64, f64, [f64; 2]); 12] = [
     (0.3, 0.0, [1.00, 1.00]),
     (0.75, 0.0, [0.92, 1.00]),

@@ -53,7 +53,7 @@ enum Part {
     Divergence,
 }
 
-/// Errors of mapped planes: offset m, tilt deg (localization.md section 4).
+/// Errors of mapped planes: offset m, tilt deg (docs/localization.md, "The model").
 const MAP: (f64, f64) = (0.1, 0.2);
 
 /// What the rows share.

@@ -17,7 +17,7 @@ const CYCLES: [f64; 3] = [1.0, 1.25, 1.5];
 /// Up to so many, even the dearest sweep must end before the next one does; beyond, it is only shown: the front end holds a whole
 /// sweep, and the mean is far below.
 const PROMISED: f64 = 1.25;
-/// Bytes that the design allows (README section 6): static data, flash, three quarters of a stack of 128 KiB.
+/// Bytes that the design allows (docs/signal-model.md, "Error budget"): static data, flash, three quarters of a stack of 128 KiB.
 const ALLOWED: [(&str, f64); 3] = [
     ("bytes, static data", 400.0 * 1024.0),
     ("bytes, flash", 512.0 * 1024.0),

@@ -3,7 +3,7 @@
 //!
 //! A wave to range r at sine s of the angle off the normal is `d_n = sqrt(r^2 + y_n^2 - 2 r y_n s) - r` longer from the
 //! element at y_n than from the centre. With focus A at the first frequency f1 and B at the last f2, delays
-//! `t_n = [f2 d_n(B) - f1 d_n(A)] / (c (f2 - f1))` and phases `phi_n = 2 pi f1 (d_n(A)/c - t_n)` (signal.md section 6), the weight
+//! `t_n = [f2 d_n(B) - f1 d_n(A)] / (c (f2 - f1))` and phases `phi_n = 2 pi f1 (d_n(A)/c - t_n)` (docs/signal-model.md, "Beam squint"), the weight
 //! of element n at frequency f is `exp(j 2 pi [(f - f1) t_n + f1 d_n(A)/c])`, and the focus moves from A to B over the
 //! band:
 //! `f/r` runs evenly from `f1/r_A` to `f2/r_B` when both lie in the same direction.

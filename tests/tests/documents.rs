@@ -1,0 +1,169 @@
+//! What sources and documents point to is there: pages, sections, files.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .expect("the workspace holds this crate")
+        .to_owned()
+}
+
+/// Every file below `folder` with one of the endings, without build results and installed packages.
+fn files(folder: &Path, endings: &[&str], found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder of the project") {
+        let path = entry.expect("an entry").path();
+        let name = path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        if path.is_dir() {
+            if !["target", "node_modules", "out"].contains(&name.as_str()) && !name.starts_with('.') {
+                files(&path, endings, found);
+            }
+        } else if endings.iter().any(|ending| name.ends_with(ending)) {
+            found.push(path);
+        }
+    }
+}
+
+/// Headings of a page.
+fn sections(page: &str) -> BTreeSet<String> {
+    page.lines()
+        .filter(|line| line.starts_with('#'))
+        .map(|line| line.trim_start_matches('#').trim().to_owned())
+        .collect()
+}
+
+/// The anchor that a renderer gives a heading.
+fn anchor(heading: &str) -> String {
+    heading
+        .to_lowercase()
+        .chars()
+        .filter_map(|c| match c {
+            ' ' => Some('-'),
+            c if c.is_alphanumeric() || c == '-' || c == '_' => Some(c),
+            _ => None,
+        })
+        .collect()
+}
+
+/// Comments run over lines: one text, without the marks.
+fn unwrapped(source: &str) -> String {
+    let mut text = String::new();
+    for line in source.lines() {
+        let line = line.trim();
+        let line = ["//!", "///", "//"]
+            .iter()
+            .find_map(|mark| line.strip_prefix(mark))
+            .unwrap_or(line);
+        text.push_str(line.trim());
+        text.push(' ');
+    }
+    text
+}
+
+/// Pages that a source names as `docs/PAGE.md`, each with the section that follows in quotes, if any.
+fn pointers(source: &str) -> Vec<(String, Option<String>)> {
+    let text = unwrapped(source);
+    text.match_indices("docs/")
+        .filter_map(|(at, _)| {
+            let rest = &text[at + "docs/".len()..];
+            let (page, rest) = rest.split_once(".md")?;
+            let is_name = !page.is_empty() && page.chars().all(|c| c.is_ascii_alphanumeric() || c == '-');
+            let section = rest
+                .strip_prefix(", \"")
+                .and_then(|rest| rest.split_once('"'))
+                .map(|(section, _)| section.to_owned());
+            is_name.then(|| (format!("{page}.md"), section))
+        })
+        .collect()
+}
+
+#[test]
+fn sources_point_to_pages_and_sections_that_exist() {
+    let root = root();
+    let mut sources = Vec::new();
+    for folder in ["core", "firmware", "host-sim", "tests"] {
+        files(&root.join(folder), &[".rs", ".toml"], &mut sources);
+    }
+    let (mut wrong, mut seen) = (Vec::new(), 0);
+    for source in &sources {
+        // This file holds made-up names.
+        if source.ends_with("tests/tests/documents.rs") {
+            continue;
+        }
+        let text = fs::read_to_string(source).expect("a source");
+        for (page, section) in pointers(&text) {
+            seen += 1;
+            match fs::read_to_string(root.join("docs").join(&page)) {
+                Err(_) => wrong.push(format!("{}: docs/{page} is not there", source.display())),
+                Ok(content) => {
+                    if let Some(section) = section.filter(|section| !sections(&content).contains(section)) {
+                        wrong.push(format!(
+                            "{}: docs/{page} has no section \"{section}\"",
+                            source.display()
+                        ));
+                    }
+                }
+            }
+        }
+    }
+    assert!(seen > 50, "only {seen} pointers were found");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn links_of_documents_lead_somewhere() {
+    let root = root();
+    let mut pages = Vec::new();
+    files(&root, &[".md"], &mut pages);
+    let (mut wrong, mut seen) = (Vec::new(), 0);
+    for page in &pages {
+        let text = fs::read_to_string(page).expect("a page");
+        for (at, _) in text.match_indices("](") {
+            let Some((target, _)) = text[at + 2..].split_once(')') else {
+                continue;
+            };
+            if target.contains("://") || target.starts_with("mailto:") {
+                continue;
+            }
+            seen += 1;
+            let (file, fragment) = target.split_once('#').unwrap_or((target, ""));
+            let path = if file.is_empty() {
+                page.clone()
+            } else {
+                page.parent().expect("a folder").join(file)
+            };
+            if !path.exists() {
+                wrong.push(format!("{}: {target} is not there", page.display()));
+            } else if !fragment.is_empty() && file.ends_with(".md") | file.is_empty() {
+                let content = fs::read_to_string(&path).expect("a page");
+                if !sections(&content)
+                    .iter()
+                    .any(|heading| anchor(heading) == fragment)
+                {
+                    wrong.push(format!("{}: {target} has no such heading", page.display()));
+                }
+            }
+        }
+    }
+    assert!(seen > 50, "only {seen} links were found");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn a_pointer_may_run_over_lines() {
+    let source = "//! as it says (docs/some-page.md, \"The\n//! model\"), and docs/other.md.";
+    assert_eq!(
+        pointers(source),
+        [
+            ("some-page.md".to_owned(), Some("The model".to_owned())),
+            ("other.md".to_owned(), None)
+        ]
+    );
+    assert_eq!(anchor("Where points are lost"), "where-points-are-lost");
+}
