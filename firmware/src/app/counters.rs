@@ -10,6 +10,8 @@ pub struct Counters {
     pub magnetometer: u32,
     /// Two-way timing exchanges.
     pub timing: u32,
+    /// Two-way timing exchanges that the ground says were in the future.
+    pub timing_ahead: u32,
     /// Beacons.
     pub beacons: u32,
     /// Blocks that were used.

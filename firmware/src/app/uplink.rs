@@ -55,6 +55,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 Some(beacon) => self.beacon(time_ns, &beacon, observer),
                 None => count(&mut self.counters.uplink_unknown),
             },
+            // What is said to have been later than it is heard would take the UAV's time along.
+            Uplink::Timing(report) if report.time_ns > time_ns => count(&mut self.counters.timing_ahead),
             Uplink::Timing(report) => self.timing(report.time_ns, report.clock_offset_s, observer),
             Uplink::Command(command) => {
                 count(&mut self.counters.commands);
