@@ -95,12 +95,10 @@ pub struct Filter<T: Real, const N: usize> {
     head: Nominal,
     window: Window,
     beacon: BeaconMonitor,
-    /// The last line of sight has refuted its beacon.
-    beacon_refuted: bool,
-    /// The last beacon that was believed.
-    last_gmt: Option<(u64, Transmitter)>,
+    /// The mast as it was before its beacon told another attitude, which a line of sight has refuted.
+    refuted_mast: Option<claim::Mast>,
     /// The GMT as it was taken at the last sweep.
-    believed: Option<Transmitter>,
+    last_gmt: Option<(u64, Transmitter)>,
     /// Standard deviation of the beacon's error that stays from sweep to sweep, m per axis.
     beacon_sigma_m: f64,
     /// Paths of the last sweep, and motion since then, m.
@@ -144,9 +142,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
             head: Nominal::origin(time_ns),
             window: Window::new(),
             beacon: BeaconMonitor::new(config.beacon),
-            beacon_refuted: false,
+            refuted_mast: None,
             last_gmt: None,
-            believed: None,
             beacon_sigma_m: 0.0,
             lengths: Lengths::default(),
             moved_m: Vector3::zeros(),

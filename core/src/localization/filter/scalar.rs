@@ -8,6 +8,8 @@ use crate::geometry::Real;
 
 /// Measurements that agree on a new offset within this may set the clock anew, m (besides what its drift explains).
 const STEP_AGREEMENT_M: f64 = 1.0;
+/// A constant error of timing beyond this is a lie: ten times what radios have, m.
+const TIMING_OFF_M: f64 = 0.3;
 /// Exchanges further apart than this do not confirm each other, s.
 const SUSPECT_S: f64 = 3.0;
 /// Exchanges in agreement that a start stands on: two tell offset and rate, the third that they are right.
@@ -184,7 +186,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
 
     /// Whether the timing's own error is one that no radio has.
     fn timing_is_off(&self) -> bool {
-        self.nominal.two_way_bias_m.abs() > STEP_AGREEMENT_M
+        self.nominal.two_way_bias_m.abs() > TIMING_OFF_M
     }
 
     /// Sets the clock as if no exchange had been before.

@@ -107,8 +107,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
             Some(path) => self.line_of_sight(&mut beacon, path, measurement),
             None => SweepVerdict::NoSight,
         };
-        let gmt = self.settle_beacon(&beacon, measurement, verdict);
-        self.beacon_sigma_m = self.config.radio.steady_beacon_m(&gmt);
+        self.settle_beacon(&beacon, measurement.time_ns);
+        let gmt = beacon.taken;
         if measurement.line_of_sight.is_some() {
             self.last_line_ns = measurement.time_ns;
         }
@@ -152,7 +152,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 SweepVerdict::Waiting
             };
         }
-        let weighed = self.weigh_beacon(beacon, &sweep.gmt, path);
+        let weighed = self.weigh_beacon(beacon, path);
         let gmt = &beacon.taken;
         self.push_fix(gmt, path);
         let gates = self.gates();
