@@ -8,26 +8,74 @@ const LONGEST_GAP_NS: u64 = 5_000_000_000;
 /// A rate beyond this is a step of the clock, or a wrong exchange, m/s: 20 parts per million.
 const MOST_DRIFT_M_PER_S: f64 = 6_000.0;
 
-/// Offset of the UAV's clock from the GMT's, as the last two exchanges have it.
+/// An exchange is off what the ones before it say by no more than this, m, besides what the clock's ramp explains. Their noise carries
+/// a third of it.
+const AGREEMENT_M: f64 = 1.0;
+/// The ramp of a TCXO, 0.5 ns/s^2, m/s^2: it may turn round in between.
+const RAMP_M_PER_S2: f64 = 0.15;
+/// Exchanges that contradict the ones before and agree with each other, until they are believed: as many as the filter wants.
+const STEP_EXCHANGES: u32 = 6;
+
+/// Offset of the UAV's clock from the GMT's, as the last two exchanges have it that agree with those before.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct TwoWayClock {
     /// UAV clock, ns, and offset, m, of the last exchange.
     last: Option<(u64, f64)>,
     drift_m_per_s: Option<f64>,
+    /// The last of those that contradict it and agree with each other, and how many they are.
+    doubted: Option<(u64, f64, u32)>,
 }
 
 impl TwoWayClock {
-    /// Takes in an exchange: UAV clock less GMT clock, m. It must be finite.
-    pub(super) fn exchange(&mut self, time_ns: u64, offset_m: f64) {
-        self.drift_m_per_s = self
-            .last
-            .and_then(|(before_ns, before_m)| {
-                let dt_ns = time_ns.checked_sub(before_ns)?;
-                let rate = (offset_m - before_m) / (dt_ns as f64 * 1e-9);
-                (dt_ns > 0 && dt_ns <= LONGEST_GAP_NS && rate.abs() <= MOST_DRIFT_M_PER_S).then_some(rate)
-            })
-            .or(self.drift_m_per_s);
-        self.last = Some((time_ns, offset_m));
+    /// Takes in an exchange: UAV clock less GMT clock, m. It must be finite. `false` when it contradicts those before, or is older: then
+    /// it changes nothing, until so many in a row agree that the clock must have stepped.
+    #[must_use]
+    pub(super) fn exchange(&mut self, time_ns: u64, offset_m: f64) -> bool {
+        let now = (time_ns, offset_m);
+        let Some(last) = self.last else {
+            self.last = Some(now);
+            return true;
+        };
+        let Some(dt_s) = since_s(last.0, time_ns) else {
+            return false;
+        };
+        let rate = (offset_m - last.1) / dt_s;
+        let tells_rate = time_ns - last.0 <= LONGEST_GAP_NS && rate.abs() <= MOST_DRIFT_M_PER_S;
+        let Some(drift) = self.drift_m_per_s else {
+            // One of two that tell no rate is as good as the other: the newer one.
+            self.last = Some(now);
+            self.drift_m_per_s = tells_rate.then_some(rate);
+            return tells_rate;
+        };
+        if is_on(last, now, drift) {
+            self.last = Some(now);
+            self.drift_m_per_s = Some(if tells_rate { rate } else { drift });
+            self.doubted = None;
+            return true;
+        }
+        let exchanges = match self.doubted {
+            Some((before_ns, before_m, exchanges)) if is_on((before_ns, before_m), now, drift) => {
+                exchanges.saturating_add(1)
+            }
+            _ => 1,
+        };
+        self.doubted = Some((time_ns, offset_m, exchanges));
+        if exchanges >= STEP_EXCHANGES {
+            self.confirm();
+        }
+        false
+    }
+
+    /// The filter has found that the clock has stepped: what was doubted is right. A step keeps the rate.
+    pub(super) fn confirm(&mut self) {
+        if let Some((time_ns, offset_m, _)) = self.doubted.take() {
+            self.last = Some((time_ns, offset_m));
+        }
+    }
+
+    /// The filter has found that it is the timing that is wrong.
+    pub(super) fn refute(&mut self) {
+        self.doubted = None;
     }
 
     /// Offset at a time, m, with all whole delay periods; `None` before the second exchange, when the rate is unknown.
@@ -42,34 +90,85 @@ impl TwoWayClock {
     }
 }
 
+/// Time from one stamp to a later one, s.
+fn since_s(before_ns: u64, time_ns: u64) -> Option<f64> {
+    let dt_ns = time_ns.checked_sub(before_ns).filter(|dt_ns| *dt_ns > 0)?;
+    Some(dt_ns as f64 * 1e-9)
+}
+
+/// Whether an exchange is where an earlier one and a rate say.
+fn is_on(before: (u64, f64), now: (u64, f64), drift_m_per_s: f64) -> bool {
+    since_s(before.0, now.0).is_some_and(|dt_s| {
+        let off_m = (now.1 - before.1 - drift_m_per_s * dt_s).abs();
+        off_m <= AGREEMENT_M + RAMP_M_PER_S2 * dt_s * dt_s
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     const SECOND_NS: u64 = 1_000_000_000;
 
-    #[test]
-    fn two_exchanges_tell_offset_and_rate() {
+    /// A clock of these exchanges, a half second each, and how many it took.
+    fn clock(offsets_m: impl IntoIterator<Item = f64>) -> (TwoWayClock, usize) {
         let mut clock = TwoWayClock::default();
-        assert_eq!(clock.offset_m(0), None);
-        clock.exchange(SECOND_NS, 1000.0);
-        assert_eq!(clock.offset_m(SECOND_NS), None);
-        clock.exchange(SECOND_NS * 3 / 2, 1150.0);
-        // 300 m/s: half a second later another 150 m, and a quarter before the exchange 75 m less.
-        assert_eq!(clock.offset_m(2 * SECOND_NS), Some(1300.0));
-        assert_eq!(clock.offset_m(SECOND_NS * 5 / 4), Some(1075.0));
+        let times_ns = (0..).map(|k| k * SECOND_NS / 2);
+        let taken = times_ns
+            .zip(offsets_m)
+            .filter(|(time_ns, offset_m)| clock.exchange(*time_ns, *offset_m))
+            .count();
+        (clock, taken)
     }
 
     #[test]
-    fn a_step_keeps_the_rate() {
-        let mut clock = TwoWayClock::default();
-        for (half_seconds, offset_m) in [(0, 0.0), (1, 10.0), (2, 20.0), (3, 90_000.0)] {
-            clock.exchange(half_seconds * SECOND_NS / 2, offset_m);
+    fn two_exchanges_tell_offset_and_rate() {
+        let (mut clock, _) = clock([1000.0]);
+        assert_eq!(clock.offset_m(0), None);
+        assert!(clock.exchange(SECOND_NS / 2, 1150.0));
+        // 300 m/s: half a second later another 150 m, and a quarter before the exchange 75 m less.
+        assert_eq!(clock.offset_m(SECOND_NS), Some(1300.0));
+        assert_eq!(clock.offset_m(SECOND_NS / 4), Some(1075.0));
+    }
+
+    #[test]
+    fn a_jump_is_believed_when_six_exchanges_agree_on_it() {
+        let steady = [0.0, 10.0, 20.0, 30.0];
+        let stepped = (4..).map(|k| 90_000.0 + 10.0 * f64::from(k));
+        for (lies, offset_m) in [(1, 80.0), (5, 80.0), (6, 90_080.0)] {
+            let (clock, taken) = clock(steady.into_iter().chain(stepped.clone().take(lies)));
+            assert_eq!(
+                (clock.offset_m(4 * SECOND_NS), taken),
+                (Some(offset_m), 4),
+                "{lies}"
+            );
         }
-        assert_eq!(clock.offset_m(2 * SECOND_NS), Some(90_010.0));
-        // A long silence, and an exchange out of order, tell no rate either.
-        clock.exchange(20 * SECOND_NS, 90_020.0);
-        clock.exchange(19 * SECOND_NS, 0.0);
-        assert_eq!(clock.offset_m(20 * SECOND_NS), Some(20.0));
+        // Lies that do not agree with each other are none the more believed for being many.
+        let wild = (4..40).map(|k| 1000.0 * f64::from(k * k));
+        assert_eq!(clock(steady.into_iter().chain(wild)).0.offset_m(0), Some(0.0));
+    }
+
+    #[test]
+    fn the_filter_knows_better() {
+        let jump = [0.0, 10.0, 20.0, 100.0, 110.0];
+        let (mut confirmed, _) = clock(jump);
+        confirmed.confirm();
+        assert_eq!(confirmed.offset_m(2 * SECOND_NS), Some(110.0));
+        let (mut refuted, _) = clock(jump);
+        for k in 5..20 {
+            refuted.refute();
+            assert!(!refuted.exchange(k * SECOND_NS / 2, 70.0 + 10.0 * k as f64));
+        }
+        assert_eq!(refuted.offset_m(2 * SECOND_NS), Some(40.0));
+    }
+
+    #[test]
+    fn what_comes_out_of_order_changes_nothing_and_a_silence_keeps_the_rate() {
+        let (mut clock, _) = clock([0.0, 10.0, 20.0]);
+        assert!(!clock.exchange(SECOND_NS / 4, 5.0) && !clock.exchange(SECOND_NS, 20.0));
+        assert_eq!(clock.offset_m(SECOND_NS), Some(20.0));
+        // A minute of the ramp: 540 m at most.
+        assert!(clock.exchange(61 * SECOND_NS, 20.0 + 20.0 * 60.0 + 500.0));
+        assert_eq!(clock.offset_m(62 * SECOND_NS), Some(1740.0));
     }
 }

@@ -68,7 +68,10 @@ impl<const STATES: usize> Localizer<STATES> {
                 // The filter counts what it does not take.
                 let _counted = filter.two_way(time_ns, offset_m);
             }
-            Self::Hpc(hpc) => hpc.clock.exchange(time_ns, offset_m),
+            Self::Hpc(hpc) => {
+                // The receiver's own clock counts the same refusals.
+                let _counted = hpc.clock.exchange(time_ns, offset_m);
+            }
         }
     }
 
@@ -110,6 +113,22 @@ impl<const STATES: usize> Localizer<STATES> {
         match self {
             Self::Filter(filter) => filter.sweep(measurement),
             Self::Hpc(hpc) => hpc.sweep(sweep, measurement),
+        }
+    }
+
+    /// The GMT as it would be taken if it claimed this.
+    pub(super) fn plausible(&self, time_ns: u64, claimed: &Transmitter) -> Transmitter {
+        match self {
+            Self::Filter(filter) => filter.plausible(time_ns, claimed),
+            Self::Hpc(_) => *claimed,
+        }
+    }
+
+    /// The GMT as it was taken at the last sweep, where it is not just as its beacon claims.
+    pub(super) fn transmitter(&self) -> Option<&Transmitter> {
+        match self {
+            Self::Filter(filter) => filter.transmitter(),
+            Self::Hpc(_) => None,
         }
     }
 

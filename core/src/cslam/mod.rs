@@ -52,7 +52,7 @@ use crate::block::BeamBlock;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Gmt, Real, Rotation, World};
 use crate::localization::bsm::BeamSquint;
-use crate::localization::filter::{Health, states, wrap_delay_m};
+use crate::localization::filter::{Counters as FilterCounters, Health, states, wrap_delay_m};
 use crate::localization::imu::{Imu, ImuHealth, RestAlignment, RestStatus};
 use crate::localization::planes::PlaneMap;
 use crate::localization::{ImuSample, Pose};
@@ -99,6 +99,8 @@ pub struct Counters {
     pub beacons_missing: u32,
     /// Two-way exchanges whose offset was no number.
     pub timing_invalid: u32,
+    /// Two-way exchanges that contradict those before.
+    pub timing_refused: u32,
     /// Paths of several reflections that there was no time to explain: a sweep's mirrors were too many.
     pub unexplained: u32,
 }
@@ -200,7 +202,10 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         self.elapse(time_ns);
         if clock_offset_s.is_finite() {
             let offset_m = clock_offset_s * SPEED_OF_LIGHT_M_PER_S;
-            self.clock.exchange(time_ns, offset_m);
+            if !self.clock.exchange(time_ns, offset_m) {
+                count(&mut self.counters.timing_refused);
+            }
+            // The filter judges for itself: it knows what the sweeps say.
             self.localizer.two_way(time_ns, offset_m);
         } else {
             count(&mut self.counters.timing_invalid);
@@ -303,6 +308,11 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     /// Faults of the inertial sensor.
     pub fn imu_health(&self, now_ns: u64) -> ImuHealth {
         self.imu.health(now_ns)
+    }
+
+    /// What happened to the filter so far.
+    pub fn filter_counters(&self) -> FilterCounters {
+        self.localizer.counters()
     }
 
     /// What happened so far.

@@ -17,6 +17,9 @@ use crate::localization::filter::{Counters, FaceDirection, SweepMeasurement, Swe
 use crate::lscn::LinkState;
 use crate::ltd::{EstimatedPath, PathEstimator};
 
+/// A point is mapped when the GMT's place is known better than this, m per axis: a beacon's own error is centimetres.
+const MOST_GMT_SIGMA_M: f64 = 10.0;
+
 /// What the localizer made of a sweep.
 #[derive(Clone, Debug)]
 struct Localized {
@@ -78,7 +81,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let time_ns = self.open.as_ref().map_or(0, |open| open.time_ns);
         let heard = self.heard(&paths);
         let judged = match (self.localizer.expected(), self.transmitter(time_ns)) {
-            (Some(pose), Some((gmt, _))) => Some(self.judge(&heard, &pose, &gmt)),
+            (Some(pose), Some((gmt, _))) => {
+                Some(self.judge(&heard, &pose, &self.localizer.plausible(time_ns, &gmt)))
+            }
             _ => None,
         };
         let sighted = self.line_of_sight(&heard, judged.as_deref(), time_ns);
@@ -113,14 +118,19 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             None => Localized::default(),
         };
         let line = localized.line;
+        let gmt = gmt.map(|(claimed, stop)| (self.localizer.transmitter().copied().unwrap_or(claimed), stop));
         let pose = self.localizer.pose();
         let judged = match (&pose, &gmt) {
             (Some(pose), Some((gmt, _))) => self.judge(&heard, pose, gmt),
             _ => Vec::new(),
         };
-        // A pose that is lost would only put points where there is nothing.
+        // A pose that is lost would only put points where there is nothing, and so would a GMT of which nobody knows where it is.
         let ends = match (&pose, &gmt) {
-            (Some(pose), Some((gmt, _))) if !self.localizer.health().lost => ends(pose, &gmt.position_m).ok(),
+            (Some(pose), Some((gmt, _)))
+                if !self.localizer.health().lost && gmt.sigma_m < MOST_GMT_SIGMA_M =>
+            {
+                ends(pose, &gmt.position_m).ok()
+            }
             _ => None,
         };
         let mut scene =
@@ -187,7 +197,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let judged = self
             .localizer
             .expected()
-            .map(|pose| self.judge(heard, &pose, gmt));
+            .map(|pose| self.judge(heard, &pose, &self.localizer.plausible(open.time_ns, gmt)));
         let level = self.level_sight(heard, gmt, open.time_ns);
         let line = self
             .line_of_sight(heard, judged.as_deref(), open.time_ns)
@@ -241,6 +251,12 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             },
         );
         self.imu.set_errors(self.localizer.imu_errors());
+        let after = self.localizer.counters();
+        if after.clock_steps != before.clock_steps {
+            self.clock.confirm();
+        } else if after.timing_refuted != before.timing_refuted {
+            self.clock.refute();
+        }
         let joint = line_of_sight.map(|path| if path.departure.is_some() { 5 } else { 3 });
         Localized {
             line,

@@ -142,14 +142,27 @@ counters! {
     packets_sent,
     /// Packets that the downlink did not take.
     packets_dropped,
+    /// Two-way timing exchanges that contradict the clock, or whose time cannot be.
+    timing_refused,
+    /// Steps of the clock that were believed.
+    clock_steps,
+    /// Sweeps whose beacon was not believed.
+    beacons_refused,
+    /// Packets from the ground that were genuine, but whose counters could not be stored ahead of their use.
+    uplink_unreserved,
 }
+
+/// Counters that every report of this version has. Those after them came later, and are sent up to the last that is not zero.
+const FIRST_EDITION: usize = 26;
 
 impl HealthCounters {
     fn write(&self, to: &mut BitWriter<'_>) {
         let counters = self.to_array();
-        to.put(counters.len() as u64, 6);
-        for counter in counters {
-            to.put_sized(u64::from(counter));
+        let last = counters.iter().rposition(|counter| *counter != 0);
+        let sent = last.map_or(0, |last| last + 1).max(FIRST_EDITION);
+        to.put(sent as u64, 6);
+        for counter in counters.iter().take(sent) {
+            to.put_sized(u64::from(*counter));
         }
     }
 

@@ -206,6 +206,22 @@ pub(crate) fn down() -> Vec<Message> {
             map_capacity: 4096,
             voxel_edge_m: 0.25,
         }),
+        // Counters that came after the first edition of this version.
+        Message::Health(HealthReport {
+            counters: HealthCounters {
+                timing_refused: 6,
+                beacons_refused: 160,
+                ..HealthCounters::default()
+            },
+            ..HealthReport::default()
+        }),
+        Message::Health(HealthReport {
+            counters: HealthCounters {
+                uplink_unreserved: u32::MAX,
+                ..counters
+            },
+            ..HealthReport::default()
+        }),
     ]
 }
 

@@ -10,6 +10,8 @@ pub struct Counters {
     pub magnetometer: u32,
     /// Two-way timing exchanges.
     pub timing: u32,
+    /// Two-way timing exchanges that the ground says were in the future.
+    pub timing_ahead: u32,
     /// Beacons.
     pub beacons: u32,
     /// Blocks that were used.
@@ -34,6 +36,8 @@ pub struct Counters {
     pub uplink_replayed: u32,
     /// Packets from the ground for another link.
     pub uplink_wrong_link: u32,
+    /// Packets from the ground that were genuine, but whose counters could not be stored ahead of their use.
+    pub uplink_unreserved: u32,
     /// Packets from the ground that said nothing known.
     pub uplink_unknown: u32,
     /// Records of the sensor stream that were damaged.

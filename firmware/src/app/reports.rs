@@ -161,6 +161,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     pub fn health_counters(&self) -> HealthCounters {
         let counters = &self.counters;
         let link = self.front_end.counters();
+        let receiver = self.cslam.counters();
+        let filter = self.cslam.filter_counters();
         let map = self.cslam.map();
         let [packets_sent, packets_dropped] = self.downlink.sent_and_dropped();
         HealthCounters {
@@ -190,6 +192,13 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             map_dropped: map.counters().dropped.saturating_add(map.counters().out_of_range),
             packets_sent,
             packets_dropped,
+            timing_refused: counters
+                .timing_ahead
+                .saturating_add(receiver.timing_invalid)
+                .saturating_add(receiver.timing_refused.max(filter.timing_rejected)),
+            clock_steps: filter.clock_steps,
+            beacons_refused: filter.beacons_refused,
+            uplink_unreserved: counters.uplink_unreserved,
         }
     }
 }

@@ -6,16 +6,20 @@
 //! never none, never a mixture. Appending instead of two places that take turns saves the flash: a sector of an STM32H743 takes
 //! 1024 records for each erase.
 //!
+//! What may be used only once, [`Ledger`] sets aside in it.
+//!
 //! It works over [`embedded_storage::nor_flash::NorFlash`]: whole words of at most [`SLOT`] bytes that are written once, an
 //! erase that leaves ones. A read that fails (a word whose programming was cut has no valid error correction) is a damaged record like
 //! any other.
 
 mod error;
+mod ledger;
 mod record;
 mod settings;
 mod store;
 
 pub use error::{RecordError, StorageError};
+pub use ledger::{DOWNLINK_RESERVE, Ledger, ROOM, UPLINK_RESERVE};
 pub use record::{SLOT, VERSION};
 pub use settings::{Mount, Settings};
 pub use store::Store;

@@ -23,7 +23,7 @@ pub use config::SensorsConfig;
 use config::{at_most_one, divides_a_second, not_negative};
 pub use drift::BiasDrift;
 pub use events::{Event, Events, Stamped};
-pub use faults::{ClockStep, FaultsConfig, Faulty};
+pub use faults::{BeaconFault, ClockStep, FaultsConfig, Faulty, TimingFault};
 pub use imu::{DPS_RAD_PER_S, Imu, ImuConfig, MICRO_G_M_PER_S2};
 pub use magnetometer::{
     FIELD_CODE_MAX, FIELD_PER_CODE_UT, Magnetometer, MagnetometerConfig, MagnetometerSample,

@@ -3,6 +3,12 @@
 //! The whole solution stands on the beacon, so a wrong one moves the pose without contradicting anything else. But a
 //! vehicle cannot jump, and between two sweeps of one stop it does not move at all: a position that creeps within the
 //! stops is that of a wandering receiver, not of a vehicle. The beacon itself says which sweeps share a stop.
+//!
+//! A claim that is not believed is believed in its changes all the same: what it is off by stays, until it ends or a line of sight
+//! shows that the claim was right.
+//!
+//! An error that a beacon has had from its first word on moves everything alike, and no measurement on board can show it. Only
+//! whoever set the GMT up can: [`BeaconLimits::setup`].
 
 use nalgebra::Vector3;
 
@@ -17,8 +23,17 @@ pub struct BeaconLimits {
     pub creep_m: f64,
     /// Share of the creep that is kept from stop to stop.
     pub memory: f64,
-    /// A new place is accepted when it has been claimed this long, s.
-    pub accept_after_s: f64,
+    /// Where the GMT was set up, if whoever did so says it.
+    pub setup: Option<Setup>,
+}
+
+/// Where the GMT was set up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setup {
+    /// Antenna position, world frame, m.
+    pub position_m: Vector3<f64>,
+    /// The first beacon is not further from it than this, m.
+    pub within_m: f64,
 }
 
 impl Default for BeaconLimits {
@@ -28,7 +43,7 @@ impl Default for BeaconLimits {
             slack_m: 0.3,
             creep_m: 0.2,
             memory: 0.9,
-            accept_after_s: 20.0,
+            setup: None,
         }
     }
 }
@@ -40,18 +55,31 @@ pub enum BeaconVerdict {
     Plausible,
     /// Creeps while it should stand: used, but flagged.
     Creeping,
-    /// Cannot be where it says: not to be used.
+    /// Cannot be where it says, or says so since it could not: [`BeaconMonitor::place`] is to be used.
     Jumped,
+}
+
+/// A place and how sure it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Where, m.
+    pub position_m: Vector3<f64>,
+    /// Standard deviation beside that of the claim, m per axis.
+    pub sigma_m: f64,
 }
 
 /// Memory of the beacons.
 #[derive(Clone, Copy, Debug)]
 pub struct BeaconMonitor {
     limits: BeaconLimits,
+    /// The last place that was believed, and when.
     trusted: Option<(u64, Vector3<f64>)>,
+    /// What the claims are off by (m), and how sure that is (m per axis).
+    off: Option<(Vector3<f64>, f64)>,
     previous: Option<(u32, Vector3<f64>)>,
     creep_m: Vector3<f64>,
-    doubted_since_ns: Option<u64>,
+    /// All creep since it was seen for the first time.
+    crept_m: Vector3<f64>,
 }
 
 impl BeaconMonitor {
@@ -60,47 +88,105 @@ impl BeaconMonitor {
         Self {
             limits,
             trusted: None,
+            off: None,
             previous: None,
             creep_m: Vector3::zeros(),
-            doubted_since_ns: None,
+            crept_m: Vector3::zeros(),
         }
     }
 
     /// Judges a beacon heard at `time_ns` (UAV clock) that belongs to stop number `stop`.
-    pub fn judge(&mut self, time_ns: u64, stop: u32, position_m: &Vector3<f64>) -> BeaconVerdict {
+    pub fn judge(&mut self, time_ns: u64, stop: u32, claimed_m: &Vector3<f64>) -> BeaconVerdict {
         let limits = self.limits;
-        let seconds = |since: u64| time_ns.saturating_sub(since) as f64 * 1e-9;
-        if !position_m.iter().all(|c| c.is_finite()) {
-            return BeaconVerdict::Jumped;
-        }
-        if let Some((since, place)) = self.trusted {
-            let reach = limits.slack_m + limits.speed_m_per_s * seconds(since);
-            // While a place is doubted the true one may move on, but not the doubt's benefit.
-            let reach = reach.min(limits.slack_m + limits.speed_m_per_s);
-            if (position_m - place).norm() > reach {
-                let doubted = *self.doubted_since_ns.get_or_insert(time_ns);
-                if seconds(doubted) < limits.accept_after_s {
-                    return BeaconVerdict::Jumped;
+        match self.place(time_ns, claimed_m) {
+            Some(place) => {
+                let off_m = claimed_m - place.position_m;
+                // Of a claim that is no number nothing can be believed, not even its changes.
+                if off_m.iter().all(|c| c.is_finite()) {
+                    let again = self.off.is_some_and(|(before_m, _)| before_m == off_m);
+                    self.previous = self.previous.filter(|_| again);
+                    self.off = Some((off_m, place.sigma_m));
+                    self.trusted = Some((time_ns, place.position_m));
                 }
-                // It has stayed there: the vehicle was carried, or its receiver had been wrong before.
-                self.previous = None;
-                self.creep_m = Vector3::zeros();
+            }
+            None if !claimed_m.iter().all(|c| c.is_finite()) => return BeaconVerdict::Jumped,
+            None => {
+                self.off = None;
+                self.trusted = Some((time_ns, *claimed_m));
             }
         }
-        self.doubted_since_ns = None;
-        self.trusted = Some((time_ns, *position_m));
         if let Some((before, place)) = self.previous {
             if before == stop {
-                self.creep_m += position_m - place;
+                let step_m = claimed_m - place;
+                self.creep_m += step_m;
+                if self.crept_m != Vector3::zeros() {
+                    self.crept_m += step_m;
+                }
             } else {
                 self.creep_m *= limits.memory;
             }
         }
-        self.previous = Some((stop, *position_m));
-        if self.creep_m.norm() > limits.creep_m {
-            BeaconVerdict::Creeping
-        } else {
-            BeaconVerdict::Plausible
+        self.previous = Some((stop, *claimed_m)).filter(|(_, place)| place.iter().all(|c| c.is_finite()));
+        let creeps = self.creep_m.norm() > limits.creep_m;
+        if creeps && self.crept_m == Vector3::zeros() {
+            self.crept_m = self.creep_m;
+        }
+        match (self.off, creeps) {
+            (Some(_), _) => BeaconVerdict::Jumped,
+            (None, true) => BeaconVerdict::Creeping,
+            (None, false) => BeaconVerdict::Plausible,
         }
     }
+
+    /// Where the GMT is instead of where it claims to be at `time_ns`; `None` when it can be believed, or nothing better is known.
+    pub fn place(&self, time_ns: u64, claimed_m: &Vector3<f64>) -> Option<Place> {
+        let limits = self.limits;
+        let (was_m, reach_m, aged_m) = match (self.trusted, limits.setup) {
+            (Some((since_ns, was_m)), _) => {
+                let since_s = time_ns.saturating_sub(since_ns) as f64 * 1e-9;
+                let drive_m = limits.speed_m_per_s * since_s;
+                // While a place is doubted the true one may move on, but not the doubt's benefit.
+                let reach_m = limits.slack_m + drive_m.min(limits.speed_m_per_s);
+                (was_m, reach_m, GMT_PACE_M_PER_S * since_s)
+            }
+            // Anywhere within.
+            (None, Some(setup)) => (setup.position_m, setup.within_m, setup.within_m / libm::sqrt(3.0)),
+            (None, None) => return None,
+        };
+        let within = |place: &Vector3<f64>| (place - was_m).norm() <= reach_m;
+        if let Some((off_m, sigma_m)) = self.off {
+            let position_m = claimed_m - off_m;
+            if within(&position_m) {
+                return Some(Place { position_m, sigma_m });
+            }
+        }
+        if within(claimed_m) {
+            return None;
+        }
+        let before_m = self.off.map_or(0.0, |(_, sigma_m)| sigma_m);
+        Some(Place {
+            position_m: was_m,
+            sigma_m: libm::hypot(before_m, aged_m),
+        })
+    }
+
+    /// A line of sight has shown that the beacon of `time_ns` is wrong, and where the GMT was.
+    pub fn refute(&mut self, time_ns: u64, claimed_m: &Vector3<f64>, place: &Place) {
+        self.off = Some((claimed_m - place.position_m, place.sigma_m));
+        self.trusted = Some((time_ns, place.position_m));
+    }
+
+    /// The beacon of `time_ns` is right, though it has jumped.
+    pub fn confirm(&mut self, time_ns: u64, claimed_m: &Vector3<f64>) {
+        *self = Self::new(self.limits);
+        self.trusted = Some((time_ns, *claimed_m));
+    }
+
+    /// How far the claims may have crept, m: what was seen within stops, and as much between them.
+    pub fn crept_m(&self) -> f64 {
+        2.0 * self.crept_m.norm()
+    }
 }
+
+/// The GMT's pace between its stops, m/s: how fast the last trusted position ages.
+pub(super) const GMT_PACE_M_PER_S: f64 = 0.3;

@@ -3,6 +3,7 @@
 //! Defaults are the "Error budget" of docs/signal-model.md in the form of docs/localization.md, "The model". Immutable while
 //! flying.
 
+use super::beacon::BeaconLimits;
 use super::measurement::Transmitter;
 use crate::constants::{SPEED_OF_LIGHT_M_PER_S, STANDARD_GRAVITY_M_PER_S2};
 
@@ -218,6 +219,8 @@ pub struct FilterConfig {
     pub priors: Priors,
     /// Believing them.
     pub gates: Gates,
+    /// Believing the beacon.
+    pub beacon: BeaconLimits,
 }
 
 impl FilterConfig {

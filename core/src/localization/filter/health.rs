@@ -53,6 +53,10 @@ pub struct Counters {
     pub clock_steps: u32,
     /// Two-way exchanges rejected.
     pub timing_rejected: u32,
+    /// Times that a line of sight agreed with the clock which timing contradicted.
+    pub timing_refuted: u32,
+    /// Sweeps whose beacon was not believed.
+    pub beacons_refused: u32,
     /// Measurements that came too late for the history, or out of order.
     pub too_late: u32,
     /// Times that a number was not finite and the filter started anew.

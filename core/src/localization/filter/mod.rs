@@ -19,6 +19,7 @@
 
 mod ahead;
 mod beacon;
+mod claim;
 mod config;
 mod covariance;
 mod delta_range;
@@ -36,7 +37,7 @@ mod start;
 mod sweep;
 mod window;
 
-pub use beacon::{BeaconLimits, BeaconMonitor, BeaconVerdict};
+pub use beacon::{BeaconLimits, BeaconMonitor, BeaconVerdict, Setup};
 pub use config::{ClockClass, FilterConfig, Gates, Priors, ProcessNoise, RadioNoise};
 pub use covariance::{Covariance, Transition};
 pub use health::{Counters, Health, TestRatios};
@@ -54,7 +55,7 @@ pub use sweep::{SweepMeasurement, SweepVerdict};
 use self::delta_range::Lengths;
 use self::gate::Innovation;
 use self::level::Level;
-use self::scalar::Pending;
+use self::scalar::{Pending, Suspect};
 use self::window::Window;
 use super::imu::ImuStep;
 use super::{ClockEstimate, ImuErrors, Pose};
@@ -94,6 +95,9 @@ pub struct Filter<T: Real, const N: usize> {
     head: Nominal,
     window: Window,
     beacon: BeaconMonitor,
+    /// The mast as it was before its beacon told another attitude, which a line of sight has refuted.
+    refuted_mast: Option<claim::Mast>,
+    /// The GMT as it was taken at the last sweep.
     last_gmt: Option<(u64, Transmitter)>,
     /// Standard deviation of the beacon's error that stays from sweep to sweep, m per axis.
     beacon_sigma_m: f64,
@@ -102,6 +106,8 @@ pub struct Filter<T: Real, const N: usize> {
     moved_m: Vector3<f64>,
     running: bool,
     clock_known: bool,
+    /// Exchanges in agreement since the clock was set for the first time.
+    acquired: u32,
     gyro_bias_known: bool,
     level: Option<Level>,
     last_innovation: Option<Innovation>,
@@ -113,7 +119,7 @@ pub struct Filter<T: Real, const N: usize> {
     /// Last line of sight that was heard, whatever became of it.
     last_line_ns: u64,
     last_aid_ns: u64,
-    suspect_clock: Option<(u64, f64)>,
+    suspect_clock: Option<Suspect>,
     resets: u32,
     health: Health,
     counters: Counters,
@@ -135,13 +141,15 @@ impl<T: Real, const N: usize> Filter<T, N> {
             pending: heapless::Deque::new(),
             head: Nominal::origin(time_ns),
             window: Window::new(),
-            beacon: BeaconMonitor::new(BeaconLimits::default()),
+            beacon: BeaconMonitor::new(config.beacon),
+            refuted_mast: None,
             last_gmt: None,
             beacon_sigma_m: 0.0,
             lengths: Lengths::default(),
             moved_m: Vector3::zeros(),
             running: false,
             clock_known: false,
+            acquired: 0,
             gyro_bias_known: false,
             level: None,
             last_innovation: None,

@@ -1,13 +1,22 @@
 //! Scalar measurements: two-way timing, magnetic heading. They wait until the horizon passes their time stamps.
 
-use super::layout::{ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, TWO_WAY_BIAS};
+use super::layout::{ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, TWO_WAY_BIAS};
 use super::nominal::wrap_delay_m;
 use super::row::Row;
 use super::{Filter, Gates};
 use crate::geometry::Real;
 
-/// Two exchanges that agree on a new offset within this set the clock anew, m (besides what its drift explains).
+/// Measurements that agree on a new offset within this may set the clock anew, m (besides what its drift explains).
 const STEP_AGREEMENT_M: f64 = 1.0;
+/// A constant error of timing beyond this is a lie: ten times what radios have, m.
+const TIMING_OFF_M: f64 = 0.3;
+/// Exchanges further apart than this do not confirm each other, s.
+const SUSPECT_S: f64 = 3.0;
+/// Exchanges in agreement that a start stands on: two tell offset and rate, the third that they are right.
+const ACQUIRED: u32 = 3;
+/// A step that timing alone has told leaves the clock no less sure than it is long, up to this, m: single precision holds no more
+/// beside the centimetres of an exchange.
+const MOST_DOUBT_M: f64 = 100.0;
 /// Measurements closer in time than this tell no rate, s.
 const SHORTEST_STEP_S: f64 = 0.1;
 /// Without line of sight for this long, the magnetic heading is better than none, ns (docs/localization.md, "The model").
@@ -41,6 +50,19 @@ impl Pending {
             Self::TwoWay { time_ns, .. } | Self::Heading { time_ns, .. } => *time_ns,
         }
     }
+}
+
+/// Exchanges that contradict the clock and agree with each other.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Suspect {
+    /// Time of the last, UAV clock, ns.
+    time_ns: u64,
+    /// Its offset, m.
+    offset_m: f64,
+    /// How many.
+    exchanges: u32,
+    /// A line of sight in between has agreed with the clock.
+    refuted: bool,
 }
 
 /// What became of a two-way exchange when it was handed over.
@@ -103,8 +125,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     fn take_two_way(&mut self, time_ns: u64, offset_m: f64) {
         let variance = self.config.radio.two_way_m * self.config.radio.two_way_m;
         if !self.clock_known {
-            self.clock_known = true;
-            self.set_clock(offset_m, variance);
+            self.acquire(offset_m, variance);
             return;
         }
         let expected = self.nominal.clock_offset_m + self.nominal.two_way_bias_m;
@@ -116,25 +137,88 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.ratios.two_way = ratio as f32;
         if ratio <= 1.0 {
             self.suspect_clock = None;
-            self.health.clock_contested = false;
+            self.health.clock_contested = self.timing_is_off();
+            self.acquired = self.acquired.saturating_add(1);
             self.apply(&row);
             return;
         }
         self.health.clock_contested = true;
         self.counters.timing_rejected = self.counters.timing_rejected.saturating_add(1);
-        let apart = self.suspect_clock.and_then(|(since, before)| {
-            let dt = time_ns.saturating_sub(since) as f64 * 1e-9;
+        if !self.running {
+            // Nothing stands on the clock yet, and the one before may have been the wrong one.
+            self.acquire(offset_m, variance);
+            return;
+        }
+        let agreeing = self.suspect_clock.and_then(|before| {
+            let dt = time_ns.saturating_sub(before.time_ns) as f64 * 1e-9;
             let drift = self.nominal.clock_drift_m_per_s;
-            let apart_m = wrap_delay_m(offset_m - before - drift * dt);
-            (dt < 3.0 && apart_m.abs() < STEP_AGREEMENT_M).then_some((apart_m, dt))
+            let apart_m = wrap_delay_m(offset_m - before.offset_m - drift * dt);
+            let agrees = dt < SUSPECT_S && apart_m.abs() < STEP_AGREEMENT_M;
+            agrees.then_some((before, (apart_m, dt)))
         });
-        match apart {
-            Some(apart) => self.clock_step(offset_m, variance, apart),
-            None => self.suspect_clock = Some((time_ns, offset_m)),
+        let exchanges = agreeing.map_or(1, |(before, _)| before.exchanges.saturating_add(1));
+        let refuted = agreeing.is_some_and(|(before, _)| before.refuted);
+        match agreeing {
+            // As many as a pose that is contradicted rides out. Either the clock has stepped or the timing's own error has.
+            Some((_, apart)) if exchanges >= self.gates().refix_after => {
+                let doubt_m = row.residual.to_f64().abs().min(MOST_DOUBT_M);
+                self.covariance.add(TWO_WAY_BIAS, T::of(doubt_m * doubt_m));
+                if refuted {
+                    // Lines of sight have said which: they know the clock.
+                    self.suspect_clock = None;
+                    self.apply(&row);
+                    self.health.clock_contested = self.timing_is_off();
+                } else {
+                    // The next one will tell.
+                    self.clock_step(offset_m, variance, apart);
+                }
+            }
+            _ => {
+                self.suspect_clock = Some(Suspect {
+                    time_ns,
+                    offset_m,
+                    exchanges,
+                    refuted,
+                });
+            }
         }
     }
 
-    /// The clock has jumped, or runs at another rate than was believed: two independent measurements say so, `apart` (m) of
+    /// Whether the timing's own error is one that no radio has.
+    fn timing_is_off(&self) -> bool {
+        self.nominal.two_way_bias_m.abs() > TIMING_OFF_M
+    }
+
+    /// Sets the clock as if no exchange had been before.
+    fn acquire(&mut self, offset_m: f64, variance: f64) {
+        let priors = self.config.priors;
+        self.clock_known = true;
+        self.acquired = 1;
+        self.set_clock(offset_m, variance);
+        (self.nominal.clock_drift_m_per_s, self.nominal.clock_ramp_m_per_s2) = (0.0, 0.0);
+        for (state, sigma) in [
+            (CLOCK_DRIFT, priors.clock_drift_m_per_s),
+            (CLOCK_RAMP, priors.clock_ramp_m_per_s2),
+        ] {
+            self.covariance.reset(state, T::of(sigma * sigma));
+        }
+        self.window.clear();
+    }
+
+    /// Whether enough exchanges agree for a start to stand on them.
+    pub(super) fn has_clock(&self) -> bool {
+        self.acquired >= ACQUIRED
+    }
+
+    /// A line of sight agrees with the clock: if timing contradicts it, it is the timing that is wrong.
+    pub(super) fn refute_timing(&mut self) {
+        if let Some(suspect) = &mut self.suspect_clock {
+            suspect.refuted = true;
+            self.counters.timing_refuted = self.counters.timing_refuted.saturating_add(1);
+        }
+    }
+
+    /// The clock has jumped, or runs at another rate than was believed: independent measurements say so, the last two `apart` (m) of
     /// each other after what the drift explains, in a time (s). What they are apart by is all that is known of a change of rate.
     /// With a wrong rate and no doubt of it, the clock would run off again and again.
     fn clock_step(&mut self, offset_m: f64, variance: f64, (apart_m, dt_s): (f64, f64)) {
@@ -152,13 +236,15 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// When a rejected exchange and the delay of a sweep differ from the clock by the same amount, the clock is wrong and
     /// both are right. True when it was set.
     pub(super) fn clock_step_by_delay(&mut self, delay_residual_m: f64) -> bool {
-        let Some((since, offset_m)) = self.suspect_clock else {
+        let Some(suspect) = self.suspect_clock else {
             return false;
         };
-        let dt = self.nominal.time_ns.saturating_sub(since) as f64 * 1e-9;
-        let stepped = offset_m + self.nominal.clock_drift_m_per_s * dt;
+        let dt = self.nominal.time_ns.saturating_sub(suspect.time_ns) as f64 * 1e-9;
+        let stepped = suspect.offset_m + self.nominal.clock_drift_m_per_s * dt;
         let jump = wrap_delay_m(stepped - self.nominal.clock_offset_m);
-        if dt > 1.0 || jump.abs() < STEP_AGREEMENT_M || (jump - delay_residual_m).abs() > STEP_AGREEMENT_M {
+        // Of a short step, nothing agrees with everything.
+        let agreement_m = STEP_AGREEMENT_M.min(0.5 * jump.abs());
+        if dt > 1.0 || (jump - delay_residual_m).abs() > agreement_m {
             return false;
         }
         let variance = self.config.radio.two_way_m * self.config.radio.two_way_m;

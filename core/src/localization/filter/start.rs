@@ -172,6 +172,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.level = None;
         self.clock_known = false;
         self.suspect_clock = None;
+        self.acquired = 0;
         self.last_innovation = None;
         (self.contested, self.held) = (0, 0);
         self.resets = self.resets.saturating_add(1);

@@ -1,7 +1,7 @@
 //! A sweep: line of sight, or what is left without it.
 
 use super::Filter;
-use super::beacon::BeaconVerdict;
+use super::claim::Claim;
 use super::gate::{Innovation, chi_square};
 use super::layout::{ATTITUDE, POSITION, VELOCITY};
 use super::level::LevelYaw;
@@ -11,8 +11,6 @@ use super::window::WINDOW;
 use crate::geometry::Real;
 use nalgebra::Vector3;
 
-/// The GMT's pace between its stops, m/s: how fast the last trusted position ages.
-const GMT_PACE_M_PER_S: f64 = 0.3;
 /// Without aid from outside for this long, the pose is dead reckoning, ns.
 const DEAD_AFTER_NS: u64 = 2_000_000_000;
 /// The vote takes a contradiction of up to this many gates in by inflation.
@@ -104,12 +102,13 @@ impl<T: Real, const N: usize> Filter<T, N> {
             return SweepVerdict::TooLate;
         }
         self.advance_to(measurement.time_ns);
-        let gmt = self.judge_beacon(measurement);
-        self.beacon_sigma_m = self.config.radio.steady_beacon_m(&gmt);
+        let mut beacon = self.judge_beacon(measurement);
         let verdict = match &measurement.line_of_sight {
-            Some(path) => self.line_of_sight(&gmt, path, measurement),
+            Some(path) => self.line_of_sight(&mut beacon, path, measurement),
             None => SweepVerdict::NoSight,
         };
+        self.settle_beacon(&beacon, measurement.time_ns);
+        let gmt = beacon.taken;
         if measurement.line_of_sight.is_some() {
             self.last_line_ns = measurement.time_ns;
         }
@@ -131,28 +130,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
         verdict
     }
 
-    /// The GMT as it is to be believed: an impossible beacon leaves the last possible place, ageing.
-    fn judge_beacon(&mut self, measurement: &SweepMeasurement<'_>) -> Transmitter {
-        let verdict = self
-            .beacon
-            .judge(measurement.time_ns, measurement.stop, &measurement.gmt.position_m);
-        self.health.beacon_implausible = verdict != BeaconVerdict::Plausible;
-        match (verdict, self.last_gmt) {
-            (BeaconVerdict::Jumped, Some((since, mut gmt))) => {
-                let moved = measurement.time_ns.saturating_sub(since) as f64 * 1e-9 * GMT_PACE_M_PER_S;
-                gmt.sigma_m = libm::sqrt(gmt.sigma_m * gmt.sigma_m + moved * moved);
-                gmt
-            }
-            _ => {
-                self.last_gmt = Some((measurement.time_ns, measurement.gmt));
-                measurement.gmt
-            }
-        }
-    }
-
     fn line_of_sight(
         &mut self,
-        gmt: &Transmitter,
+        beacon: &mut Claim,
         path: &PathMeasurement,
         sweep: &SweepMeasurement<'_>,
     ) -> SweepVerdict {
@@ -160,25 +140,29 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if !finite.is_finite() {
             return SweepVerdict::Rejected;
         }
-        self.push_fix(gmt, path);
         if !self.running {
+            let gmt = &beacon.taken;
+            self.push_fix(gmt, path);
             let yaw = sweep.level_yaw.as_ref();
-            return if yaw.is_some_and(|yaw| self.start_level(gmt, path, yaw)) || self.try_start(gmt) {
+            let started = self.has_clock()
+                && (yaw.is_some_and(|yaw| self.start_level(gmt, path, yaw)) || self.try_start(gmt));
+            return if started {
                 SweepVerdict::Started
             } else {
                 SweepVerdict::Waiting
             };
         }
+        let weighed = self.weigh_beacon(beacon, path);
+        let gmt = &beacon.taken;
+        self.push_fix(gmt, path);
         let gates = self.gates();
         // Beyond this no linear correction finds the attitude back: the window does.
         if self.sigma(ATTITUDE) > gates.attitude_lost_rad && self.try_refix(gmt) {
             return SweepVerdict::Refixed;
         }
-        let Some(mut rows) = self.rows(gmt, path, &[]) else {
+        let Some((mut rows, gate, mut chi2)) = weighed else {
             return SweepVerdict::Rejected;
         };
-        let gate = if rows.len() == 5 { gates.five } else { gates.three };
-        let mut chi2 = chi_square(&self.covariance, &rows);
         if chi2 > gate
             && self.delay_stepped(&rows)
             && let Some(again) = self.rows(gmt, path, &[])
@@ -230,6 +214,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
             SweepVerdict::Rejected
         };
         if verdict != SweepVerdict::Rejected {
+            if verdict == SweepVerdict::Accepted {
+                self.refute_timing();
+            }
             self.take_rows(&rows);
             (self.contested, self.held) = (0, 0);
             self.last_innovation = Some(Innovation::none(self.nominal.time_ns));

@@ -7,10 +7,10 @@ use core::hint::black_box;
 
 use cslam_core::geometry::Vector3;
 use cslam_core::localization::ImuSample;
-use cslam_firmware::board::Storage;
+use cslam_core::telemetry::{Key, Sender};
 use cslam_firmware::fault::{FaultRecord, WORDS};
 use cslam_firmware::icm42688::{Fifo, Samples, TRANSFER};
-use cslam_firmware::storage::{Mount, Settings, Store};
+use cslam_firmware::storage::{Ledger, Mount, Store};
 use cslam_firmware::supervisor::{Progress, Supervisor, Watched};
 use embedded_storage::nor_flash::{self, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
@@ -51,14 +51,17 @@ impl NorFlash for Opaque {
 
 /// Uses all of it.
 pub(crate) fn drive() {
-    if let Ok(mut store) = Store::open(Opaque) {
-        let settings = store.load().unwrap_or_default();
-        black_box(store.make_room(black_box(1)).is_ok());
-        let next = Settings {
-            session: settings.next_session(),
-            ..settings
-        };
-        black_box((store.save(&next).is_ok(), store.refused(), store.left()));
+    if let Ok(store) = Store::open(Opaque) {
+        black_box((store.refused(), store.left()));
+        if let Ok(mut ledger) = Ledger::begin(store) {
+            let mut sender = Sender::new(1, &Key::TEST, ledger.first_downlink());
+            sender.allow(ledger.settings().downlink_counter);
+            let opener = ledger.opener(&Key::TEST);
+            black_box(ledger.reserve_uplink(black_box(0)));
+            black_box(ledger.renew_downlink(&mut sender).is_ok());
+            black_box(ledger.next_session().is_ok());
+            black_box(ledger.close(&mut sender, opener.next()).is_ok());
+        }
     }
     let mount = Mount::new(black_box([1, 2, 3])).unwrap_or_default();
     black_box(mount.to_body(&black_box(ImuSample {

@@ -10,6 +10,8 @@ pub struct FaultsConfig {
     pub imu: Vec<ImuFault>,
     /// Lies of the beacon.
     pub beacon: Vec<BeaconFault>,
+    /// Lies of two-way timing.
+    pub timing: Vec<TimingFault>,
     /// Steps of the UAV clock.
     pub clock: Vec<ClockStep>,
     /// Sweeps that see the GMT where it is not.
@@ -122,6 +124,22 @@ pub struct BeaconFault {
     pub drift_m_per_s: [f64; 3],
 }
 
+/// Two-way timing that tells a wrong offset: an error that stands at once and one that grows. The clock itself is right.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TimingFault {
+    /// Beginning, s.
+    pub start_s: f64,
+    /// Length, s.
+    pub duration_s: f64,
+    /// Error of the told offset, ns.
+    #[serde(default)]
+    pub offset_ns: f64,
+    /// Growth of the error, ns/s.
+    #[serde(default)]
+    pub drift_ns_per_s: f64,
+}
+
 /// A step of the UAV clock: it stays.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -223,6 +241,17 @@ impl FaultsConfig {
                 ));
             }
         }
+        for (n, f) in self.timing.iter().enumerate() {
+            positive(&[
+                (&format!("faults.timing[{n}].start_s"), f.start_s),
+                (&format!("faults.timing[{n}].duration_s"), f.duration_s),
+            ])?;
+            if let Some(v) = [f.offset_ns, f.drift_ns_per_s].iter().find(|v| !v.is_finite()) {
+                return Err(format!(
+                    "faults.timing[{n}] has an error of {v}, expected a number"
+                ));
+            }
+        }
         for (n, f) in self.clock.iter().enumerate() {
             positive(&[(&format!("faults.clock[{n}].at_s"), f.at_s)])?;
             // A larger step would put ticks of the UAV clock in another order.
@@ -311,6 +340,8 @@ mod tests {
         assert!(message(&format!("{imu}start_s = 0.0")).contains("duration_s"));
         let beacon = "[[beacon]]\nstart_s = 0.0\nduration_s = 1.0\n";
         assert!(message(&format!("{beacon}offset_m = [inf, 0.0, 0.0]")).contains("faults.beacon[0]"));
+        let timing = "[[timing]]\nstart_s = 0.0\nduration_s = 1.0\n";
+        assert!(message(&format!("{timing}drift_ns_per_s = nan")).contains("faults.timing[0]"));
         assert!(message("[[clock]]\nat_s = 1.0\nstep_ns = 1e9").contains("faults.clock[0].step_ns"));
         assert!(message("[[fix]]\nsweep = 1\nsweeps = 1\ndistance_m = -3.0").contains("faults.fix[0]"));
         let transport = "[[transport]]\nevents = [\"imu\"]\n";

@@ -1,7 +1,7 @@
 //! Faults of sensors and of the way their data take: seeded wrappers around the ordinary events.
 //!
 //! A fault is configured by time ([`FaultsConfig`], `[sensors.faults]` of a world's TOML file) and enters where it would
-//! in the air: samples are changed or left out, the beacon tells another position, events are lost, doubled or late on
+//! in the air: samples are changed or left out, the beacon tells another position and timing another offset, events are lost, doubled or late on
 //! their way, the clock itself steps (so that time stamps, exchanges and delays agree about it), and a sweep sees the GMT
 //! from somewhere else ([`wrong_fix_m`]). What does not fail is bit for bit what it would have been without faults.
 
@@ -15,8 +15,8 @@ use super::{Beacon, Event, Stamped};
 use crate::seeded::{Seeded, Source};
 
 pub use config::{
-    BeaconFault, ClockStep, FaultsConfig, ImuAxis, ImuFault, ImuFaultKind, Span, TransportFault, Traveller,
-    WrongFix,
+    BeaconFault, ClockStep, FaultsConfig, ImuAxis, ImuFault, ImuFaultKind, Span, TimingFault, TransportFault,
+    Traveller, WrongFix,
 };
 use imu::ImuFaults;
 use transport::Transport;
@@ -48,7 +48,8 @@ impl<I: Iterator<Item = Stamped>> Faulty<I> {
         match &mut stamped.event {
             Event::Imu(sample) => *sample = self.imu.apply(sample, time_s)?,
             Event::Beacon(beacon) => lie(beacon, &self.config.beacon),
-            Event::Magnetometer(_) | Event::Timing(_) | Event::Sweep { .. } => {}
+            Event::Timing(sample) => sample.clock_offset_s += lie_s(time_s, &self.config.timing),
+            Event::Magnetometer(_) | Event::Sweep { .. } => {}
         }
         Some(stamped)
     }
@@ -93,6 +94,20 @@ fn lie(beacon: &mut Beacon, faults: &[BeaconFault]) {
             }
         }
     }
+}
+
+/// Error of two-way timing at a time, s.
+fn lie_s(time_s: f64, faults: &[TimingFault]) -> f64 {
+    let at_work = faults.iter().filter(|fault| {
+        let span = Span {
+            start_s: fault.start_s,
+            duration_s: fault.duration_s,
+        };
+        span.contains(time_s)
+    });
+    at_work
+        .map(|fault| (fault.offset_ns + fault.drift_ns_per_s * (time_s - fault.start_s)) * 1e-9)
+        .sum()
 }
 
 /// By how much the paths of a sweep speak of another place than that of the UAV, m, world frame; zero for a sound sweep.

@@ -1,0 +1,26 @@
+//! `cslam reproduce attacks`: what hostile or broken surroundings do to a flight. One file a name.
+
+mod beacons;
+
+use clap::Subcommand;
+
+/// Arguments of `cslam reproduce attacks`.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand, Debug)]
+enum What {
+    /// Beacons and two-way timing that lie: what is flagged, when, and what of it shows in the pose's standard deviation
+    ///
+    /// Flights with every error of the budget, wrong paths, and no map. docs/localization.md holds the table.
+    Beacons(beacons::Args),
+}
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
+    match &args.what {
+        What::Beacons(args) => beacons::run(args),
+    }
+}
