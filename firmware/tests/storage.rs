@@ -1,130 +1,12 @@
 //! Settings through power that fails at every byte.
 
+#[path = "common/flash.rs"]
+mod flash;
+
+use std::cell::Cell;
+
 use cslam_firmware::storage::{Mount, SLOT, Settings, StorageError, Store};
-use embedded_storage::nor_flash::{
-    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
-};
-
-const SECTOR: usize = 512;
-const WORD: usize = 32;
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Fault {
-    Argument(NorFlashErrorKind),
-    /// The power is gone.
-    Power,
-    /// A word without valid error correction.
-    Correction,
-}
-
-impl NorFlashError for Fault {
-    fn kind(&self) -> NorFlashErrorKind {
-        match self {
-            Self::Argument(kind) => *kind,
-            _ => NorFlashErrorKind::Other,
-        }
-    }
-}
-
-/// Flash as in an STM32H743: words of 32 bytes that are written once, and whose correction is invalid when the power fails in
-/// between. `power` is the number of bytes that it still lasts; an erase takes one for each byte too.
-#[derive(Clone)]
-struct Flash<const SECTORS: usize> {
-    bytes: Vec<u8>,
-    written: Vec<bool>,
-    torn: Vec<bool>,
-    power: usize,
-    erases: usize,
-    /// Words that hold nothing any more.
-    worn: Vec<bool>,
-    torn_words_fail: bool,
-}
-
-impl<const SECTORS: usize> Flash<SECTORS> {
-    fn new() -> Self {
-        let words = SECTORS * SECTOR / WORD;
-        Self {
-            bytes: vec![0xff; SECTORS * SECTOR],
-            written: vec![false; words],
-            torn: vec![false; words],
-            power: usize::MAX,
-            erases: 0,
-            worn: vec![false; words],
-            torn_words_fail: true,
-        }
-    }
-}
-
-impl<const SECTORS: usize> ErrorType for &mut Flash<SECTORS> {
-    type Error = Fault;
-}
-
-impl<const SECTORS: usize> ReadNorFlash for &mut Flash<SECTORS> {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Fault> {
-        check_read(self, offset, bytes.len()).map_err(Fault::Argument)?;
-        let range = offset as usize..offset as usize + bytes.len();
-        let words = range.start / WORD..range.end.div_ceil(WORD);
-        if self.torn_words_fail && self.torn[words].contains(&true) {
-            return Err(Fault::Correction);
-        }
-        bytes.copy_from_slice(&self.bytes[range]);
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        self.bytes.len()
-    }
-}
-
-impl<const SECTORS: usize> NorFlash for &mut Flash<SECTORS> {
-    const WRITE_SIZE: usize = WORD;
-    const ERASE_SIZE: usize = SECTOR;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), Fault> {
-        check_erase(self, from, to).map_err(Fault::Argument)?;
-        self.erases += 1;
-        for at in from as usize..to as usize {
-            if self.power == 0 {
-                // What is not erased yet is anything.
-                for rest in at..to as usize {
-                    self.bytes[rest] = self.bytes[rest].wrapping_mul(167) ^ rest as u8;
-                    self.torn[rest / WORD] = true;
-                }
-                return Err(Fault::Power);
-            }
-            self.power -= 1;
-            self.bytes[at] = 0xff;
-            self.written[at / WORD] = false;
-            self.torn[at / WORD] = false;
-        }
-        Ok(())
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Fault> {
-        check_write(self, offset, bytes.len()).map_err(Fault::Argument)?;
-        for (at, byte) in (offset as usize..).zip(bytes) {
-            let word = at / WORD;
-            if at % WORD == 0 {
-                assert!(
-                    !self.written[word],
-                    "word {word} is written twice without an erase"
-                );
-            }
-            if self.power == 0 {
-                if at % WORD != 0 {
-                    self.torn[word] = true;
-                }
-                return Err(Fault::Power);
-            }
-            self.power -= 1;
-            self.written[word] = true;
-            self.bytes[at] = if self.worn[word] { 0x55 } else { *byte };
-        }
-        Ok(())
-    }
-}
+use flash::{ERASE_MS, Flash, SECTOR, Slow};
 
 fn settings(number: u32) -> Settings {
     Settings {
@@ -302,4 +184,122 @@ fn the_key_is_never_printed() {
         shown.contains("has_key: true") && !shown.contains("0, 0, 0"),
         "{shown}"
     );
+}
+
+/// Rounds of a receiver, one a millisecond: it looks after its flash and stores when `due`. Gives the longest round, ms, and how many times
+/// something was stored.
+fn rounds(store: &mut Store<Slow<'_>>, now_ms: &Cell<u64>, number: u32, due: impl Fn(u64) -> bool) -> (u64, u32) {
+    let (mut longest, mut stored, mut waits) = (0, 0, false);
+    for _ in 0..60_000 {
+        let began = now_ms.get();
+        now_ms.set(began + 1);
+        store.tend(3).expect("power is on");
+        waits |= due(began);
+        if waits {
+            match store.append(&settings(number + stored)) {
+                Ok(()) => {
+                    assert_eq!(store.settings(), Ok(&settings(number + stored)));
+                    (stored, waits) = (stored + 1, false);
+                }
+                Err(error) => assert_eq!(error, StorageError::Busy),
+            }
+        }
+        longest = longest.max(now_ms.get() - began);
+    }
+    (longest, stored)
+}
+
+#[test]
+fn an_erase_in_flight_holds_nothing_up() {
+    let (now_ms, erasing) = (Cell::new(0), Cell::new(None));
+    let mut flash = Flash::<4>::new();
+    let slow = Slow {
+        flash: &mut flash,
+        now_ms: &now_ms,
+        erasing: &erasing,
+        fails: false,
+    };
+    let mut store = Store::open(slow).expect("two halves of two sectors");
+    store.store(&settings(0)).expect("power is on");
+    // Every other second: through both halves, of eight records each, several times.
+    let (longest_ms, stored) = rounds(&mut store, &now_ms, 1, |ms| ms % 2000 == 0);
+    println!("longest round {longest_ms} ms, stored {stored} times");
+    assert_eq!(longest_ms, 1, "an erase takes {ERASE_MS} ms for each of two sectors");
+    assert!(stored > 20, "stored only {stored} times");
+    drop(store);
+    let store = Store::open(&mut flash).expect("two halves");
+    assert_eq!(store.settings(), Ok(&settings(stored)));
+    assert!(flash.erases >= 4, "{} erases", flash.erases);
+}
+
+#[test]
+fn power_that_fails_in_an_erase_in_flight_leaves_the_newest_record() {
+    let mut cuts = 0;
+    for cut_ms in (0..60_000).step_by(1000) {
+        let (now_ms, erasing) = (Cell::new(0), Cell::new(None));
+        let mut flash = Flash::<4>::new();
+        let slow = Slow {
+            flash: &mut flash,
+            now_ms: &now_ms,
+            erasing: &erasing,
+            fails: false,
+        };
+        let mut store = Store::open(slow).expect("two halves");
+        store.store(&settings(0)).expect("power is on");
+        let mut newest = 0;
+        for number in 1.. {
+            if now_ms.get() >= cut_ms {
+                break;
+            }
+            for _ in 0..1000 {
+                now_ms.set(now_ms.get() + 1);
+                store.tend(3).expect("power is on");
+            }
+            if store.append(&settings(number)).is_ok() {
+                newest = number;
+            }
+        }
+        drop(store);
+        // What an erase leaves that the power cut short is anything.
+        if let Some((sector, _)) = erasing.get() {
+            cuts += 1;
+            for at in sector as usize..sector as usize + SECTOR {
+                flash.bytes[at] = flash.bytes[at].wrapping_mul(167) ^ at as u8;
+                flash.torn[at / WORD] = at % 64 < 40;
+            }
+        }
+        let mut store = Store::open(&mut flash).expect("two halves");
+        assert_eq!(store.settings(), Ok(&settings(newest)), "cut at {cut_ms} ms");
+        for number in 100..120 {
+            store.store(&settings(number)).expect("power is on");
+        }
+    }
+    assert!(cuts > 20, "only {cuts} cuts fell into an erase");
+}
+
+#[test]
+fn a_half_that_cannot_be_erased_is_said_once_and_this_one_is_used_to_its_end() {
+    let (now_ms, erasing) = (Cell::new(0), Cell::new(None));
+    let mut flash = Flash::<4>::new();
+    let slow = Slow {
+        flash: &mut flash,
+        now_ms: &now_ms,
+        erasing: &erasing,
+        fails: true,
+    };
+    let mut store = Store::open(slow).expect("two halves");
+    for number in 0..6 {
+        store.append(&settings(number)).expect("there is room");
+    }
+    let mut errors = 0;
+    for _ in 0..10_000 {
+        now_ms.set(now_ms.get() + 1);
+        errors += u32::from(store.tend(3).is_err());
+    }
+    assert_eq!(errors, 1);
+    for number in 6..8 {
+        store.append(&settings(number)).expect("there is room");
+    }
+    assert_eq!(store.append(&settings(8)), Err(StorageError::Worn));
+    assert_eq!(store.settings(), Ok(&settings(7)));
 }

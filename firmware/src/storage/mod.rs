@@ -6,15 +6,20 @@
 //! never none, never a mixture. Appending instead of two places that take turns saves the flash: a sector of an STM32H743 takes
 //! 1024 records for each erase.
 //!
+//! An erase takes seconds. [`Store::make_room`] waits for it, before a flight; in flight [`Store::tend`] lets it go on beside everything else and
+//! [`Store::append`] never needs one.
+//!
 //! It works over [`embedded_storage::nor_flash::NorFlash`]: whole words of at most [`SLOT`] bytes that are written once, an
 //! erase that leaves ones. A read that fails (a word whose programming was cut has no valid error correction) is a damaged record like
 //! any other.
 
+mod erase;
 mod error;
 mod record;
 mod settings;
 mod store;
 
+pub use erase::EraseInBackground;
 pub use error::{RecordError, StorageError};
 pub use record::{SLOT, VERSION};
 pub use settings::{Mount, Settings};

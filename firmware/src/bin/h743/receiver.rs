@@ -12,9 +12,9 @@ use cslam_core::telemetry::{Decoder, Event, FaultRecord, Key, Opener, ResetCause
 use cslam_firmware::app::{
     AppConfig, Application, Best, BoardStatus, Downlink, Ground, Map, Observer, Request, Stage, VOXELS,
 };
-use cslam_firmware::board::{Baseband, Clock, Storage};
+use cslam_firmware::board::{Baseband, Clock};
 use cslam_firmware::front_end::{FrontEnd, Header};
-use cslam_firmware::storage::{Settings, Store};
+use cslam_firmware::storage::{Settings, StorageError, Store};
 use embassy_stm32::gpio::Output;
 use embassy_time::{Duration, Instant, with_timeout};
 
@@ -33,9 +33,10 @@ const HOLD_NS: u64 = 20_000_000;
 const ROUND: Duration = Duration::from_millis(2);
 /// Packets of the downlink that are set aside at a time: a day of them.
 pub(crate) const RESERVE: u32 = 1 << 20;
-/// Between two times that the counters of the link are stored. The room made at the start (64 records) lasts ten hours; an erase after
-/// that stops the receiver for two seconds.
+/// Between two times that the counters of the link are stored.
 const KEPT: Duration = Duration::from_secs(600);
+/// With fewer records left the other half of the settings' flash is erased, in the background: up to four seconds, in which nothing is stored.
+const ROOM: u32 = 32;
 /// Between attempts to start the front end.
 const RETRY: Duration = Duration::from_millis(500);
 /// No frame for this long, and a new session is opened: a front end that has restarted sends none of its own accord.
@@ -156,6 +157,7 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
     let mut last_frame = Instant::now();
     let mut status_due = Instant::now();
     let mut kept_until = Instant::now() + KEPT;
+    let mut reboot = false;
     let mut busy_ns = 0;
     if let Some(record) = left_behind {
         app.announce(Event::Reset(record));
@@ -212,13 +214,17 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
         let now_ns = clock.now_ns();
         inertial_samples(app, now_ns.saturating_sub(HOLD_NS), &mut watch);
         talk(app, now_ns, &mut watch);
-        let reboot = app.request() == Some(Request::Reboot);
-        if reboot || Instant::now() >= kept_until || app.downlink().sender().left() < RESERVE / 2 {
-            kept_until = Instant::now() + KEPT;
-            keep(app, &mut settings, &mut store);
+        if let Err(error) = store.tend(ROOM) {
+            defmt::error!("{}", defmt::Display2Format(&error));
+            app.announce(Event::StorageDamaged(0));
         }
-        if reboot {
-            SCB::sys_reset();
+        reboot |= app.request() == Some(Request::Reboot);
+        let due = reboot || Instant::now() >= kept_until || app.downlink().sender().left() < RESERVE / 2;
+        if due && keep(app, &mut settings, &mut store) {
+            kept_until = Instant::now() + KEPT;
+            if reboot {
+                SCB::sys_reset();
+            }
         }
         busy_ns += clock.now_ns().saturating_sub(began_ns);
         if Instant::now() >= status_due {
@@ -245,18 +251,21 @@ fn inertial_samples(app: &mut Receiver, until_ns: u64, watch: &mut Watch) {
     }
 }
 
-/// Stores how far the counters of the link have come: a write of 128 bytes, less than a millisecond.
-fn keep(app: &mut Receiver, settings: &mut Settings, store: &mut Store<SettingsFlash>) {
+/// Stores how far the counters of the link have come: a write of 128 bytes, less than a millisecond. `false` while an erase is under way:
+/// it has to be tried again.
+fn keep(app: &mut Receiver, settings: &mut Settings, store: &mut Store<SettingsFlash>) -> bool {
     let sender = app.downlink().sender();
     settings.downlink_counter = sender.counter().saturating_add(RESERVE);
     settings.uplink_counter = app.uplink_counter();
-    match store.save(settings) {
+    match store.append(settings) {
+        Err(StorageError::Busy) => return false,
         Ok(()) => app.downlink().sender().allow(settings.downlink_counter),
         Err(error) => {
             defmt::error!("{}", defmt::Display2Format(&error));
             app.announce(Event::StorageDamaged(0));
         }
     }
+    true
 }
 
 /// Both ways of the radio, without waiting.
