@@ -89,7 +89,11 @@ impl<'a> Lines<'a> {
         if read >= size || cursor >= size {
             return 0;
         }
-        if read > cursor { read - cursor - 1 } else { size - cursor + read - 1 }
+        if read > cursor {
+            read - cursor - 1
+        } else {
+            size - cursor + read - 1
+        }
     }
 }
 
@@ -119,7 +123,10 @@ mod tests {
         for _ in 0..1000 {
             line(&mut lines, &[&[7], &[8; 8], &[0]]);
         }
-        assert_eq!((write.load(Ordering::Relaxed), lines.lost(), lines.room()), (60, 994, 3));
+        assert_eq!(
+            (write.load(Ordering::Relaxed), lines.lost(), lines.room()),
+            (60, 994, 3)
+        );
         // The probe goes on: so does the log.
         read.store(60, Ordering::Relaxed);
         line(&mut lines, &[&[1; 60]]);
@@ -157,12 +164,18 @@ mod tests {
                 break;
             }
             let (body, next) = after.split_at(length);
-            assert!(body.iter().all(|byte| *byte == 0xee), "line {number} is not whole");
+            assert!(
+                body.iter().all(|byte| *byte == 0xee),
+                "line {number} is not whole"
+            );
             (rest, received) = (next, received + 1);
         }
         assert!(received > 1000 && lines.lost() > 1000);
         let waiting = sent - lines.lost() - received;
-        assert!(waiting <= 16, "{waiting} lines are neither read, nor waiting, nor counted");
+        assert!(
+            waiting <= 16,
+            "{waiting} lines are neither read, nor waiting, nor counted"
+        );
     }
 
     #[test]

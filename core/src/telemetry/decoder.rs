@@ -159,8 +159,20 @@ impl<M: Content> Decoder<M> {
     /// # Errors
     /// Whatever [`Deframer::push`] and [`Opener::open`] say.
     pub fn push(&mut self, byte: u8) -> Option<Result<Packet<M>, TelemetryError>> {
+        self.push_reserving(byte, |_| None)
+    }
+
+    /// The same where counters are set aside before they are taken, see [`Opener::open_reserving`].
+    ///
+    /// # Errors
+    /// As [`Decoder::push`].
+    pub fn push_reserving(
+        &mut self,
+        byte: u8,
+        reserve: impl FnOnce(u32) -> Option<u32>,
+    ) -> Option<Result<Packet<M>, TelemetryError>> {
         let frame = self.deframer.push(byte)?;
-        Some(frame.and_then(|frame| self.opener.open(&frame)))
+        Some(frame.and_then(|frame| self.opener.open_reserving(&frame, reserve)))
     }
 
     /// What opens the packets.

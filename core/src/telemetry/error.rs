@@ -35,13 +35,15 @@ pub enum TelemetryError {
     Replayed,
     /// The counter lies too far behind the newest one to tell whether it was taken before.
     Stale,
+    /// The packet is genuine, but its counter could not be set aside in the memory that survives a reset.
+    Unreserved,
     /// Everything is right about the packet, but its content is not a message of this version.
     Content,
 }
 
 impl TelemetryError {
     /// Every error, in the order in which counters of them are kept.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::OutOfRange,
         Self::CounterExhausted,
         Self::BufferTooSmall,
@@ -56,6 +58,7 @@ impl TelemetryError {
         Self::Forged,
         Self::Replayed,
         Self::Stale,
+        Self::Unreserved,
         Self::Content,
     ];
 
@@ -77,6 +80,7 @@ impl TelemetryError {
             Self::Forged => "the authentication code is wrong",
             Self::Replayed => "the packet came before",
             Self::Stale => "the packet is too old",
+            Self::Unreserved => "the counter could not be stored ahead of its use",
             Self::Content => "the content is not a message of this version",
         }
     }

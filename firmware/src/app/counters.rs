@@ -34,6 +34,8 @@ pub struct Counters {
     pub uplink_replayed: u32,
     /// Packets from the ground for another link.
     pub uplink_wrong_link: u32,
+    /// Packets from the ground that were genuine, but whose counters could not be stored ahead of their use.
+    pub uplink_unreserved: u32,
     /// Packets from the ground that said nothing known.
     pub uplink_unknown: u32,
     /// Records of the sensor stream that were damaged.

@@ -43,7 +43,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             Content::Imu(raw) => self.imu(&raw.at(time_ns), observer),
             Content::Magnetometer(field_ut) => self.magnetometer(time_ns, &field_ut, observer),
             Content::Timing(offset_s) => self.timing(time_ns, offset_s, observer),
-            Content::Uplink(heard) => self.uplink(time_ns, &heard, observer),
+            Content::Uplink(heard) => self.uplink(time_ns, &heard, |_| None, observer),
             Content::Frames(count) => {
                 self.elapse(time_ns, observer);
                 return Ok(Fed::Frames(count));

@@ -20,11 +20,18 @@ pub enum Request {
 impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize, C: Checksum>
     Application<'_, E, VOXELS, STATES, C>
 {
-    /// Bytes that the radio has received by `time_ns`.
-    pub fn uplink(&mut self, time_ns: u64, bytes: &[u8], observer: &mut impl Observer) {
+    /// Bytes that the radio has received by `time_ns`. `reserve` sets counters aside when the opener has come to its limit
+    /// ([`Opener::open_reserving`](cslam_core::telemetry::Opener::open_reserving)); an opener without a limit never asks.
+    pub fn uplink(
+        &mut self,
+        time_ns: u64,
+        bytes: &[u8],
+        mut reserve: impl FnMut(u32) -> Option<u32>,
+        observer: &mut impl Observer,
+    ) {
         self.elapse(time_ns, observer);
         for byte in bytes {
-            match self.uplink.push(*byte) {
+            match self.uplink.push_reserving(*byte, &mut reserve) {
                 None => {}
                 Some(Ok(packet)) => self.obey(time_ns, &packet.message, observer),
                 Some(Err(error)) => self.refuse(error),
@@ -32,8 +39,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         }
     }
 
-    /// One more than the highest counter that the ground has used: what a board keeps over a reset, so that nothing older is taken
-    /// then.
+    /// One more than the highest counter that was taken.
     pub fn uplink_counter(&self) -> u32 {
         self.uplink.opener().next()
     }
@@ -73,6 +79,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 &mut counters.uplink_unsigned
             }
             TelemetryError::Replayed | TelemetryError::Stale => &mut counters.uplink_replayed,
+            TelemetryError::Unreserved => &mut counters.uplink_unreserved,
             TelemetryError::Content | TelemetryError::Version => &mut counters.uplink_unknown,
             _ => &mut counters.uplink_damaged,
         });

@@ -9,7 +9,8 @@
 //! | [`Imu`] | [`Inertial`]: [`Icm42688`](crate::icm42688::Icm42688) over any [`embedded_hal_async::spi::SpiDevice`] |
 //! | [`Baseband`] | the board's DMA, with [`Control`](crate::front_end::Control) over any SPI device for the registers |
 //! | [`Downlink`] | anything that is [`embedded_io_async::Write`] |
-//! | [`Storage`] | [`Store`] over any [`embedded_storage::nor_flash::NorFlash`] |
+//!
+//! Settings and counters need none: [`Ledger`](crate::storage::Ledger) works over any [`embedded_storage::nor_flash::NorFlash`].
 
 // Futures of a board run on its one executor and need not be `Send`.
 #![allow(async_fn_in_trait)]
@@ -24,10 +25,7 @@ pub use spi::OnlyDevice;
 
 use core::fmt;
 
-use embedded_storage::nor_flash::NorFlash;
-
 use crate::front_end::{Block, HEADER_LENGTH};
-use crate::storage::{Settings, StorageError, Store};
 
 /// The UAV clock.
 pub trait Clock {
@@ -66,34 +64,4 @@ pub trait Baseband {
     /// # Errors
     /// When a frame was cut: count it with [`FrontEnd::cut`](crate::front_end::FrontEnd::cut) and go on.
     async fn frame(&mut self) -> Result<Filled<'_>, Self::Error>;
-}
-
-/// Memory that keeps the settings while there is no power.
-pub trait Storage {
-    /// What can fail; says what to do.
-    type Error: fmt::Debug + fmt::Display;
-
-    /// The settings as last stored.
-    ///
-    /// # Errors
-    /// When there are none, or none that can be trusted.
-    fn load(&self) -> Result<Settings, Self::Error>;
-
-    /// Stores settings. May take as long as an erase of the flash.
-    ///
-    /// # Errors
-    /// When they could not be stored; those before are still there.
-    fn save(&mut self, settings: &Settings) -> Result<(), Self::Error>;
-}
-
-impl<F: NorFlash> Storage for Store<F> {
-    type Error = StorageError<F::Error>;
-
-    fn load(&self) -> Result<Settings, Self::Error> {
-        self.settings().cloned()
-    }
-
-    fn save(&mut self, settings: &Settings) -> Result<(), Self::Error> {
-        self.store(settings)
-    }
 }

@@ -114,11 +114,19 @@ impl Capture {
         let look = port.look();
         if look.overrun {
             // A word beyond the last has no place in memory: it stays in the port, and those behind it overrun.
-            let cut = if look.missing == 0 { Cut::Long } else { Cut::Overrun };
+            let cut = if look.missing == 0 {
+                Cut::Long
+            } else {
+                Cut::Overrun
+            };
             return end(port, Step::Cut(cut));
         }
         if look.ended && look.missing == 0 {
-            let step = if look.unfetched { Step::Cut(Cut::Long) } else { Step::Whole };
+            let step = if look.unfetched {
+                Step::Cut(Cut::Long)
+            } else {
+                Step::Whole
+            };
             return end(port, step);
         }
         let due = |until_us| now_us >= until_us;
@@ -132,7 +140,9 @@ impl Capture {
             _ if look.ended => State::Draining {
                 until_us: now_us + DRAIN_US,
             },
-            State::Coming { until_us } if due(until_us) && begun => return end(port, Step::Cut(Cut::Stalled)),
+            State::Coming { until_us } if due(until_us) && begun => {
+                return end(port, Step::Cut(Cut::Stalled));
+            }
             // One that had begun before the port was armed: the rest of what was given up, or nobody had asked for it.
             State::Coming { until_us } if due(until_us) && look.on_lines => coming(port, now_us),
             State::Coming { until_us } if due(until_us) => offered(port, now_us),

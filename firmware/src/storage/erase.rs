@@ -26,15 +26,25 @@ impl<F: EraseInBackground> Store<F> {
     /// # Errors
     /// Once, when the other half cannot be erased, or holds what counts: from then on [`Store::append`] ends with this half.
     pub fn tend(&mut self, slots: u32) -> Result<(), StorageError<F::Error>> {
-        let sector = match self.spare {
-            Spare::Used if self.left() < slots => self.spare_half().map(|half| half.start),
-            Spare::Erasing { sector } => match self.flash.poll_erase() {
-                Poll::Pending => return Ok(()),
-                Poll::Ready(Ok(())) => Ok(sector + F::ERASE_SIZE as u32),
-                Poll::Ready(Err(error)) => Err(StorageError::Flash(error)),
-            },
-            _ => return Ok(()),
-        };
+        if self.spare == Spare::Used && self.left() < slots {
+            let half = self.spare_half();
+            self.erase_from(half.map(|half| half.start))?;
+        }
+        while let Spare::Erasing { sector } = self.spare {
+            let Poll::Ready(erased) = self.flash.poll_erase() else {
+                return Ok(());
+            };
+            let next = sector.saturating_add(F::ERASE_SIZE as u32);
+            self.erase_from(erased.map(|()| next).map_err(StorageError::Flash))?;
+        }
+        Ok(())
+    }
+
+    /// Begins to erase the sector at an offset, if that is still in the other half.
+    fn erase_from(
+        &mut self,
+        sector: Result<u32, StorageError<F::Error>>,
+    ) -> Result<(), StorageError<F::Error>> {
         let begun = sector.and_then(|sector| {
             if !self.spare_half()?.contains(&sector) {
                 return Ok(Spare::Blank);
@@ -42,13 +52,7 @@ impl<F: EraseInBackground> Store<F> {
             let begun = self.flash.begin_erase(sector).map_err(StorageError::Flash);
             begun.map(|()| Spare::Erasing { sector })
         });
-        match begun {
-            Ok(spare) => self.spare = spare,
-            Err(error) => {
-                self.spare = Spare::Worn;
-                return Err(error);
-            }
-        }
-        Ok(())
+        self.spare = *begun.as_ref().unwrap_or(&Spare::Worn);
+        begun.map(|_| ())
     }
 }

@@ -6,6 +6,8 @@
 //! never none, never a mixture. Appending instead of two places that take turns saves the flash: a sector of an STM32H743 takes
 //! 1024 records for each erase.
 //!
+//! What may be used only once, [`Ledger`] sets aside in it.
+//!
 //! An erase takes seconds. [`Store::make_room`] waits for it, before a flight; in flight [`Store::tend`] lets it go on beside everything else and
 //! [`Store::append`] never needs one.
 //!
@@ -15,12 +17,14 @@
 
 mod erase;
 mod error;
+mod ledger;
 mod record;
 mod settings;
 mod store;
 
 pub use erase::EraseInBackground;
 pub use error::{RecordError, StorageError};
+pub use ledger::{DOWNLINK_RESERVE, Ledger, ROOM, ROOM_IN_FLIGHT, UPLINK_RESERVE};
 pub use record::{SLOT, VERSION};
 pub use settings::{Mount, Settings};
 pub use store::Store;

@@ -71,7 +71,7 @@ pub struct Settings {
     pub key: Option<[u8; 32]>,
     /// The downlink has used no counter from here on.
     pub downlink_counter: u32,
-    /// The uplink has taken no counter from here on.
+    /// The uplink has taken no counter from here on, and a start takes none before.
     pub uplink_counter: u32,
     /// Session that was last opened with the front end.
     pub session: u16,

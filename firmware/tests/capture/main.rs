@@ -153,7 +153,11 @@ impl Source {
                 exponent: if kind == Kind::Begin { 0 } else { -38 },
                 sweep_ns: u64::from(sweep) * 500_000_000,
                 offset_ns: 4000 * u32::from(place),
-                payload_checksum: if kind == Kind::Begin { 0 } else { known().0[payload].1 },
+                payload_checksum: if kind == Kind::Begin {
+                    0
+                } else {
+                    known().0[payload].1
+                },
                 dropped: 0,
                 status: Status(0),
             };
@@ -219,7 +223,11 @@ impl Source {
                     2 => 0,
                     _ => self.random.below(LENGTH - 4),
                 };
-                transfer.runs = if left == 0 { vec![pause(100)] } else { vec![data(left)] };
+                transfer.runs = if left == 0 {
+                    vec![pause(100)]
+                } else {
+                    vec![data(left)]
+                };
             }
             Fault::Long => {
                 let more = match self.random.below(3) {
@@ -312,13 +320,24 @@ fn ten_minutes_of_sweeps_with_late_short_doubled_and_missing_frames_lose_no_good
         processor.front_end.counters(),
     );
     let kinds = ["Short", "Long", "Overrun", "Stalled"];
-    println!("cuts: {:?}", kinds.map(|k| processor.cuts.iter().filter(|c| format!("{c:?}").starts_with(k)).count()));
+    println!(
+        "cuts: {:?}",
+        kinds.map(|k| processor
+            .cuts
+            .iter()
+            .filter(|c| format!("{c:?}").starts_with(k))
+            .count())
+    );
     for fault in FAULTS {
         println!("{fault:?}: {}", source.count(fault));
         assert!(source.count(fault) > 100, "{fault:?} is hardly tried");
     }
     assert!(lost.is_empty(), "{} lost: {lost:?}", lost.len());
-    assert_eq!(received.len(), processor.received.len(), "a frame was given on twice");
+    assert_eq!(
+        received.len(),
+        processor.received.len(),
+        "a frame was given on twice"
+    );
     assert_eq!(received, source.good, "a frame that was not whole was given on");
     let cut = [Fault::Short, Fault::Long, Fault::Merged, Fault::Stalled].map(|fault| source.count(fault));
     let expected = Counters {

@@ -3,10 +3,10 @@
 
 use std::collections::VecDeque;
 
+use cslam_core::ltd::Iq;
 use cslam_firmware::front_end::{
     Block, Capture, Checksum, Content, Cut, FrameError, FrontEnd, Header, SoftwareCrc, Step,
 };
-use cslam_core::ltd::Iq;
 
 use crate::lines::CLOCKS_PER_US;
 use crate::port::{Buffer, World};
@@ -23,7 +23,10 @@ pub(crate) struct Known(pub(crate) Vec<(Vec<Iq>, u32)>);
 
 impl Checksum for Known {
     fn samples(&mut self, samples: &Block) -> u32 {
-        let known = self.0.iter().find(|(payload, _)| payload == samples.as_flattened());
+        let known = self
+            .0
+            .iter()
+            .find(|(payload, _)| payload == samples.as_flattened());
         known.map_or_else(|| SoftwareCrc.samples(samples), |(_, checksum)| *checksum)
     }
 }
@@ -134,7 +137,9 @@ impl Processor {
             self.free.push(buffer);
             return;
         }
-        let Some(mut buffer) = self.filled.pop_front() else { return };
+        let Some(mut buffer) = self.filled.pop_front() else {
+            return;
+        };
         let work = match self.front_end.receive(&buffer.header, &mut buffer.samples) {
             Ok(frame) => {
                 if let Content::Beam(block) | Content::Squint(block) = frame.content {

@@ -129,9 +129,7 @@ impl Port for Camera<'_> {
             .ccr(DMA_CHANNEL)
             .write(|w| w.set_dmareq_id(DMA_REQUEST));
         stream.par().write_value(pac::DCMI.dr().as_ptr() as u32);
-        stream
-            .m0ar()
-            .write_value(self.buffer.words().as_mut_ptr() as u32);
+        stream.m0ar().write_value(self.buffer.words().as_mut_ptr() as u32);
         stream.ndtr().write(|w| w.set_ndt(FRAME_WORDS as u16));
         // From the port to memory, word by word, without the stream's own FIFO and without interrupts.
         stream.fcr().write(|_| {});

@@ -7,4 +7,5 @@ use embassy_stm32::spi::mode::Master;
 use embassy_time::Delay;
 
 /// A bus by DMA and the device's select line.
-pub(crate) type OnlyDevice = cslam_firmware::board::OnlyDevice<Spi<'static, Async, Master>, Output<'static>, Delay>;
+pub(crate) type OnlyDevice =
+    cslam_firmware::board::OnlyDevice<Spi<'static, Async, Master>, Output<'static>, Delay>;

@@ -21,7 +21,10 @@ const SECTOR: usize = 128 * 1024;
 /// First address of bank 2 as an offset, and its number.
 const BANK_OFFSET: u32 = 0x0010_0000;
 const BANK: usize = 1;
-const _: () = assert!(OFFSET >= BANK_OFFSET, "the settings are in the bank that the code is not in");
+const _: () = assert!(
+    OFFSET >= BANK_OFFSET,
+    "the settings are in the bank that the code is not in"
+);
 
 /// What can fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]

@@ -31,11 +31,11 @@ mod uav_clock;
 
 use cortex_m_rt::entry;
 use cslam_core::telemetry::Key;
-use cslam_firmware::board::{Inertial, Storage};
+use cslam_firmware::board::Inertial;
 use cslam_firmware::fault::FaultRecord;
 use cslam_firmware::front_end::Control;
 use cslam_firmware::icm42688::Icm42688;
-use cslam_firmware::storage::{Settings, Store};
+use cslam_firmware::storage::{Ledger, StorageError, Store};
 use embassy_executor::{Executor, InterruptExecutor};
 use embassy_stm32::dcmi::{self, Dcmi};
 use embassy_stm32::gpio::{Level, Output, Speed};
@@ -52,7 +52,7 @@ use embassy_time::Delay;
 use baseband::Link;
 use bus::OnlyDevice;
 use checksum::CrcUnit;
-use flash::SettingsFlash;
+use flash::{FlashError, SettingsFlash};
 use memory::{FrameBuffer, in_sram3};
 use receiver::Board;
 
@@ -85,9 +85,6 @@ unsafe fn UART7() {
     unsafe { BETWEEN.on_interrupt() }
 }
 
-/// Records that must fit before an erase, so that none comes in flight.
-const ROOM: u32 = 64;
-
 #[entry]
 fn main() -> ! {
     let left_behind = fault::take();
@@ -100,11 +97,11 @@ fn main() -> ! {
     greet(left_behind.as_ref());
 
     let mut red = Output::new(chip.PB14, Level::Low, Speed::Low);
-    let mut store = match Store::open(SettingsFlash::new(chip.FLASH)) {
+    let store = match Store::open(SettingsFlash::new(chip.FLASH)) {
         Ok(store) => store,
         Err(error) => refuse(&mut red, defmt::Display2Format(&error)),
     };
-    let (settings, key) = match prepare(&mut store) {
+    let (ledger, key) = match prepare(store) {
         Ok(prepared) => prepared,
         Err(Unfit::Storage(error)) => refuse(&mut red, defmt::Display2Format(&error)),
         Err(Unfit::NoKey) => refuse(
@@ -205,14 +202,13 @@ fn main() -> ! {
         left_behind: left_behind.map(|record| record.report()),
         green: Output::new(chip.PB0, Level::Low, Speed::Low),
         red,
-        store,
-        settings,
+        ledger,
     };
-    let application = match receiver::application(unit, &board.settings, &key, cause) {
+    let application = match receiver::application(unit, &board.ledger, &key, cause) {
         Some(application) => application,
         None => panic!("the models in flash are damaged"),
     };
-    let mount = board.settings.mount;
+    let mount = board.ledger.settings().mount;
     let watchdog = IndependentWatchdog::new(chip.IWDG1, supervise::WATCHDOG_US);
 
     interrupt::UART8.set_priority(Priority::P4);
@@ -239,31 +235,30 @@ fn greet(left_behind: Option<&FaultRecord>) {
 
 /// Why a board does not fly.
 enum Unfit {
-    Storage(<Store<SettingsFlash> as Storage>::Error),
+    Storage(StorageError<FlashError>),
     NoKey,
 }
 
-/// The settings of this start and the link's key: the session is a new one, and counters of the downlink are set aside beyond all that
-/// was sent before.
-fn prepare(store: &mut Store<SettingsFlash>) -> Result<(Settings, Key), Unfit> {
-    let mut settings = store.load().map_err(Unfit::Storage)?;
+/// The settings of this start and the link's key.
+fn prepare(store: Store<SettingsFlash>) -> Result<(Ledger<SettingsFlash>, Key), Unfit> {
     if store.refused() > 0 {
         defmt::warn!(
             "storage: {=u32} damaged records were passed over",
             store.refused()
         );
     }
-    let bytes = settings.key.ok_or(Unfit::NoKey)?;
-    store.make_room(ROOM).map_err(Unfit::Storage)?;
-    let first = settings.downlink_counter;
-    settings.session = settings.next_session();
-    settings.downlink_counter = first.saturating_add(receiver::RESERVE);
-    store.save(&settings).map_err(Unfit::Storage)?;
-    let key = Key::new(bytes);
+    let key = Key::new(
+        store
+            .settings()
+            .map_err(Unfit::Storage)?
+            .key
+            .ok_or(Unfit::NoKey)?,
+    );
+    let ledger = Ledger::begin(store).map_err(Unfit::Storage)?;
     if key.is_test() {
         defmt::warn!("the key is the published one: anybody can forge what it signs");
     }
-    Ok((settings, key))
+    Ok((ledger, key))
 }
 
 /// Blinks red and says why, for ever: a board that cannot fly must not look as if it did.

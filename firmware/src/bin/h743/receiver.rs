@@ -8,19 +8,19 @@ use cslam_core::localization::bsm::BeamSquint;
 use cslam_core::localization::filter::states;
 use cslam_core::lscn::{Classifier, models};
 use cslam_core::ltd::EstimatorConfig;
-use cslam_core::telemetry::{Decoder, Event, FaultRecord, Key, Opener, ResetCause};
+use cslam_core::telemetry::{Decoder, Event, FaultRecord, Key, ResetCause};
 use cslam_firmware::app::{
     AppConfig, Application, Best, BoardStatus, Downlink, Ground, Map, Observer, Request, Stage, VOXELS,
 };
 use cslam_firmware::board::{Baseband, Clock};
 use cslam_firmware::front_end::{FrontEnd, Header};
-use cslam_firmware::storage::{Settings, StorageError, Store};
+use cslam_firmware::storage::{Ledger, StorageError};
 use embassy_stm32::gpio::Output;
 use embassy_time::{Duration, Instant, with_timeout};
 
 use crate::baseband::{Link, LinkError};
 use crate::checksum::CrcUnit;
-use crate::flash::SettingsFlash;
+use crate::flash::{FlashError, SettingsFlash};
 use crate::uav_clock::UavClock;
 use crate::{fault, inertial, radio, stack, supervise};
 
@@ -31,12 +31,6 @@ pub(crate) type Receiver = Application<'static, Best, VOXELS, { states(2) }, Crc
 const HOLD_NS: u64 = 20_000_000;
 /// Longest time without looking at everything.
 const ROUND: Duration = Duration::from_millis(2);
-/// Packets of the downlink that are set aside at a time: a day of them.
-pub(crate) const RESERVE: u32 = 1 << 20;
-/// Between two times that the counters of the link are stored.
-const KEPT: Duration = Duration::from_secs(600);
-/// With fewer records left the other half of the settings' flash is erased, in the background: up to four seconds, in which nothing is stored.
-const ROOM: u32 = 32;
 /// Between attempts to start the front end.
 const RETRY: Duration = Duration::from_millis(500);
 /// No frame for this long, and a new session is opened: a front end that has restarted sends none of its own accord.
@@ -54,10 +48,8 @@ pub(crate) struct Board {
     pub(crate) green: Output<'static>,
     /// On while the front end is not there.
     pub(crate) red: Output<'static>,
-    /// Where the settings are kept.
-    pub(crate) store: Store<SettingsFlash>,
-    /// The settings as they were stored at the start.
-    pub(crate) settings: Settings,
+    /// The settings, and where they are kept.
+    pub(crate) ledger: Ledger<SettingsFlash>,
 }
 
 /// The application with every part in its place. `None` when the models in flash are damaged.
@@ -67,7 +59,7 @@ pub(crate) struct Board {
 #[inline(never)]
 pub(crate) fn application(
     unit: CrcUnit,
-    settings: &Settings,
+    ledger: &Ledger<SettingsFlash>,
     key: &Key,
     reset: ResetCause,
 ) -> Option<&'static mut Receiver> {
@@ -81,14 +73,13 @@ pub(crate) fn application(
         squint: squint(&config)?,
         map: map()?,
     };
+    let settings = ledger.settings();
     let front_end = FrontEnd::new(unit, settings.session);
-    // The stored counter is where what was set aside for this start ends.
-    let first = settings.downlink_counter.saturating_sub(RESERVE);
-    let mut downlink = Downlink::new(settings.uav, key, first);
+    let mut downlink = Downlink::new(settings.uav, key, ledger.first_downlink());
     downlink.sender().allow(settings.downlink_counter);
     let ground = Ground {
         downlink,
-        uplink: Decoder::with(Opener::resume(settings.uav, key, settings.uplink_counter)),
+        uplink: Decoder::with(ledger.opener(key)),
     };
     let config_of_app = AppConfig {
         reset,
@@ -149,14 +140,12 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
         left_behind,
         green,
         mut red,
-        mut store,
-        mut settings,
+        mut ledger,
     } = board;
     let mut watch = Watch { green };
     let mut front_end_due = Some(Instant::now());
     let mut last_frame = Instant::now();
     let mut status_due = Instant::now();
-    let mut kept_until = Instant::now() + KEPT;
     let mut reboot = false;
     let mut busy_ns = 0;
     if let Some(record) = left_behind {
@@ -167,9 +156,10 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
         if let Some(due) = front_end_due
             && Instant::now() >= due
         {
-            match link.open(settings.session).await {
+            let session = ledger.settings().session;
+            match link.open(session).await {
                 Ok(()) => {
-                    defmt::info!("front end: session {=u16} is open", settings.session);
+                    defmt::info!("front end: session {=u16} is open", session);
                     red.set_low();
                     front_end_due = None;
                     last_frame = Instant::now();
@@ -182,13 +172,20 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
             }
         }
         if front_end_due.is_none() && last_frame.elapsed() >= SILENCE {
-            settings.session = settings.next_session();
-            app.front_end().reopen(settings.session);
-            defmt::warn!(
-                "front end: no frame for 3 s: does it hear the GMT? opening session {=u16}",
-                settings.session
-            );
-            front_end_due = Some(Instant::now());
+            match ledger.next_session() {
+                Ok(session) => {
+                    app.front_end().reopen(session);
+                    defmt::warn!(
+                        "front end: no frame for 3 s: does it hear the GMT? opening session {=u16}",
+                        session
+                    );
+                    front_end_due = Some(Instant::now());
+                }
+                Err(error) => {
+                    damaged(app, &error);
+                    last_frame = Instant::now();
+                }
+            }
         }
         let frame = with_timeout(ROUND, link.frame()).await;
         let began_ns = clock.now_ns();
@@ -213,22 +210,30 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
         }
         let now_ns = clock.now_ns();
         inertial_samples(app, now_ns.saturating_sub(HOLD_NS), &mut watch);
-        talk(app, now_ns, &mut watch);
-        if let Err(error) = store.tend(ROOM) {
-            defmt::error!("{}", defmt::Display2Format(&error));
-            app.announce(Event::StorageDamaged(0));
+        talk(app, now_ns, &mut ledger, &mut watch);
+        if let Err(error) = ledger.tend() {
+            damaged(app, &error);
         }
         reboot |= app.request() == Some(Request::Reboot);
-        let due = reboot || Instant::now() >= kept_until || app.downlink().sender().left() < RESERVE / 2;
-        if due && keep(app, &mut settings, &mut store) {
-            kept_until = Instant::now() + KEPT;
-            if reboot {
-                SCB::sys_reset();
+        if reboot {
+            let next = app.uplink_counter();
+            match ledger.close(app.downlink().sender(), next) {
+                // An erase ends in seconds.
+                Err(StorageError::Busy) => {}
+                closed => {
+                    if let Err(error) = closed {
+                        defmt::error!("{}", defmt::Display2Format(&error));
+                    }
+                    SCB::sys_reset();
+                }
             }
         }
         busy_ns += clock.now_ns().saturating_sub(began_ns);
         if Instant::now() >= status_due {
             status_due = Instant::now() + STATUS;
+            if let Err(error) = ledger.renew_downlink(app.downlink().sender()) {
+                damaged(app, &error);
+            }
             app.set_status(BoardStatus {
                 load: busy_ns as f32 / STATUS.as_micros() as f32 * 1e-3,
                 free_stack: stack::free(),
@@ -251,28 +256,21 @@ fn inertial_samples(app: &mut Receiver, until_ns: u64, watch: &mut Watch) {
     }
 }
 
-/// Stores how far the counters of the link have come: a write of 128 bytes, less than a millisecond. `false` while an erase is under way:
-/// it has to be tried again.
-fn keep(app: &mut Receiver, settings: &mut Settings, store: &mut Store<SettingsFlash>) -> bool {
-    let sender = app.downlink().sender();
-    settings.downlink_counter = sender.counter().saturating_add(RESERVE);
-    settings.uplink_counter = app.uplink_counter();
-    match store.append(settings) {
-        Err(StorageError::Busy) => return false,
-        Ok(()) => app.downlink().sender().allow(settings.downlink_counter),
-        Err(error) => {
-            defmt::error!("{}", defmt::Display2Format(&error));
-            app.announce(Event::StorageDamaged(0));
-        }
+/// Says that the settings' flash does not take what it is given; that it will do so a little later is nothing to say.
+fn damaged(app: &mut Receiver, error: &StorageError<FlashError>) {
+    if matches!(error, StorageError::Busy) {
+        return;
     }
-    true
+    defmt::error!("{}", defmt::Display2Format(error));
+    app.announce(Event::StorageDamaged(0));
 }
 
-/// Both ways of the radio, without waiting.
-fn talk(app: &mut Receiver, now_ns: u64, watch: &mut Watch) {
+/// Both ways of the radio, without waiting. Setting counters of the uplink aside is a write of 128 bytes, less than a millisecond.
+fn talk(app: &mut Receiver, now_ns: u64, ledger: &mut Ledger<SettingsFlash>, watch: &mut Watch) {
     let mut bytes = [0; 64];
     while let Ok(length) = radio::UP.try_read(&mut bytes) {
-        app.uplink(now_ns, bytes.get(..length).unwrap_or_default(), watch);
+        let bytes = bytes.get(..length).unwrap_or_default();
+        app.uplink(now_ns, bytes, |counter| ledger.reserve_uplink(counter), watch);
     }
     app.elapse(now_ns.saturating_sub(HOLD_NS), watch);
     while radio::DOWN.free_capacity() >= bytes.len() {

@@ -1,6 +1,9 @@
-//! Flash memories of a test: power that fails at any byte, words that are worn, erases that take their time.
+//! A NOR flash whose power can fail at every byte.
 
-use std::cell::Cell;
+#[allow(dead_code, reason = "each test binary uses its own part of this module")]
+pub(crate) mod slow;
+
+use std::ops::Range;
 use std::task::Poll;
 
 use cslam_firmware::storage::EraseInBackground;
@@ -11,8 +14,10 @@ use embedded_storage::nor_flash::{
 pub(crate) const SECTOR: usize = 512;
 pub(crate) const WORD: usize = 32;
 
+/// Why an access fails.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fault {
+    /// Outside, or not aligned.
     Argument(NorFlashErrorKind),
     /// The power is gone.
     Power,
@@ -34,8 +39,8 @@ impl NorFlashError for Fault {
 #[derive(Clone)]
 pub(crate) struct Flash<const SECTORS: usize> {
     pub(crate) bytes: Vec<u8>,
-    pub(crate) written: Vec<bool>,
-    pub(crate) torn: Vec<bool>,
+    written: Vec<bool>,
+    torn: Vec<bool>,
     pub(crate) power: usize,
     pub(crate) erases: usize,
     /// Words that hold nothing any more.
@@ -54,6 +59,14 @@ impl<const SECTORS: usize> Flash<SECTORS> {
             erases: 0,
             worn: vec![false; words],
             torn_words_fail: true,
+        }
+    }
+
+    /// An erase is cut short: what is not erased yet is anything.
+    pub(crate) fn tear(&mut self, range: Range<usize>) {
+        for at in range {
+            self.bytes[at] = self.bytes[at].wrapping_mul(167) ^ at as u8;
+            self.torn[at / WORD] = true;
         }
     }
 }
@@ -90,11 +103,7 @@ impl<const SECTORS: usize> NorFlash for &mut Flash<SECTORS> {
         self.erases += 1;
         for at in from as usize..to as usize {
             if self.power == 0 {
-                // What is not erased yet is anything.
-                for rest in at..to as usize {
-                    self.bytes[rest] = self.bytes[rest].wrapping_mul(167) ^ rest as u8;
-                    self.torn[rest / WORD] = true;
-                }
+                self.tear(at..to as usize);
                 return Err(Fault::Power);
             }
             self.power -= 1;
@@ -129,77 +138,13 @@ impl<const SECTORS: usize> NorFlash for &mut Flash<SECTORS> {
     }
 }
 
-/// A flash memory that erases by itself: it takes so long, and is not to be touched meanwhile.
-pub(crate) struct Slow<'a> {
-    pub(crate) flash: &'a mut Flash<4>,
-    pub(crate) now_ms: &'a Cell<u64>,
-    /// The sector that is being erased, and until when.
-    pub(crate) erasing: &'a Cell<Option<(u32, u64)>>,
-    pub(crate) fails: bool,
-}
-
-/// 128 KiB of an STM32H743 take up to this long (data sheet, characteristics of the flash, at 8-bit parallelism).
-pub(crate) const ERASE_MS: u64 = 4000;
-
-impl Slow<'_> {
-    fn touch(&self) {
-        assert_eq!(self.erasing.get(), None, "an access while it erases stops the program");
-    }
-}
-
-impl ErrorType for Slow<'_> {
-    type Error = Fault;
-}
-
-impl ReadNorFlash for Slow<'_> {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Fault> {
-        self.touch();
-        (&mut *self.flash).read(offset, bytes)
-    }
-
-    fn capacity(&self) -> usize {
-        self.flash.bytes.len()
-    }
-}
-
-impl NorFlash for Slow<'_> {
-    const WRITE_SIZE: usize = WORD;
-    const ERASE_SIZE: usize = SECTOR;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), Fault> {
-        self.touch();
-        self.now_ms.set(self.now_ms.get() + ERASE_MS);
-        (&mut *self.flash).erase(from, to)
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Fault> {
-        self.touch();
-        (&mut *self.flash).write(offset, bytes)
-    }
-}
-
-impl EraseInBackground for Slow<'_> {
+/// At once.
+impl<const SECTORS: usize> EraseInBackground for &mut Flash<SECTORS> {
     fn begin_erase(&mut self, sector: u32) -> Result<(), Fault> {
-        self.touch();
-        self.erasing.set(Some((sector, self.now_ms.get() + ERASE_MS)));
-        Ok(())
+        self.erase(sector, sector + SECTOR as u32)
     }
 
     fn poll_erase(&mut self) -> Poll<Result<(), Fault>> {
-        match self.erasing.get() {
-            Some((_, until)) if self.now_ms.get() < until => return Poll::Pending,
-            Some(_) if self.fails => {
-                self.erasing.set(None);
-                return Poll::Ready(Err(Fault::Power));
-            }
-            Some((sector, _)) => {
-                self.erasing.set(None);
-                (&mut *self.flash).erase(sector, sector + SECTOR as u32)?;
-            }
-            None => {}
-        }
         Poll::Ready(Ok(()))
     }
 }
