@@ -83,6 +83,11 @@ impl Driver {
         self.changes.push_back((now + SYNCHRONISER, high));
     }
 
+    /// The front end restarts: what READY has done before counts for nothing.
+    pub(crate) fn forget_credit(&mut self) {
+        self.credit = false;
+    }
+
     /// VSYNC.
     pub(crate) fn on_lines(&self) -> bool {
         self.current

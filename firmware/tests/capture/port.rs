@@ -128,6 +128,17 @@ impl World {
         }
     }
 
+    /// What the registers say.
+    pub(crate) fn seen(&self) -> Look {
+        Look {
+            missing: self.missing,
+            on_lines: self.driver.on_lines(),
+            ended: self.ended,
+            overrun: self.overrun,
+            unfetched: !self.fifo.is_empty(),
+        }
+    }
+
     /// VSYNC as the port sees it at this clock.
     fn edge(&mut self, vsync: bool) {
         let rises = vsync && !self.vsync;
@@ -236,13 +247,7 @@ impl Port for World {
     }
 
     fn look(&mut self) -> Look {
-        let look = Look {
-            missing: self.missing,
-            on_lines: self.driver.on_lines(),
-            ended: self.ended,
-            overrun: self.overrun,
-            unfetched: !self.fifo.is_empty(),
-        };
+        let look = self.seen();
         self.advance(self.now + 4 * ACCESS);
         look
     }

@@ -42,6 +42,9 @@ pub(crate) struct Processor {
     pub(crate) work: fn(&Header, &mut Random) -> u64,
     /// What the receiver does beside, and how long that takes: given the time, clocks.
     pub(crate) chores: Box<dyn FnMut(u64) -> u64>,
+    /// When the bus is somebody else's next, and for how long, clocks from now.
+    pub(crate) bus_taken: fn(&mut Random) -> Option<(u64, u64)>,
+    bus_at: (u64, u64),
     random: Random,
     free: Vec<Buffer>,
     filled: VecDeque<Buffer>,
@@ -60,6 +63,8 @@ impl Processor {
             cuts: Vec::new(),
             work: |_, _| 400 * CLOCKS_PER_US,
             chores: Box::new(|_| 0),
+            bus_taken: |_| None,
+            bus_at: (0, 0),
             random: Random::new(seed),
             free: vec![Buffer::new(); BUFFERS],
             filled: VecDeque::new(),
@@ -87,7 +92,13 @@ impl Processor {
             } else {
                 u64::MAX
             };
-            self.world.advance_to_call(end.min(self.wake).min(receiver_at));
+            if self.world.now >= self.bus_at.0 {
+                self.world.bus_taken_until = self.world.now + self.bus_at.1;
+                let next = (self.bus_taken)(&mut self.random);
+                self.bus_at = next.map_or((u64::MAX, 0), |(from, clocks)| (self.world.now + from, clocks));
+            }
+            let next = self.wake.min(receiver_at).min(self.bus_at.0);
+            self.world.advance_to_call(end.min(next));
             if let Some(called) = self.world.interrupt.take() {
                 let latency = self.latency();
                 self.wake = self.wake.min(called + latency);

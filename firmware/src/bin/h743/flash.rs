@@ -114,7 +114,9 @@ impl EraseInBackground for SettingsFlash {
         check_erase(self, sector, sector.saturating_add(SECTOR as u32))?;
         let bank = pac::FLASH.bank(BANK);
         if bank.cr().read().lock() {
-            KEYS.map(|key| bank.keyr().write_value(key));
+            for key in KEYS {
+                bank.keyr().write_value(key);
+            }
         }
         clear_errors();
         bank.cr().modify(|w| {
