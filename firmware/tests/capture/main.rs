@@ -407,6 +407,19 @@ fn a_bus_that_is_taken_costs_the_frames_that_overran_and_no_other() {
 }
 
 #[test]
+fn the_last_words_of_a_frame_may_be_in_memory_after_its_end() {
+    for clocks in [10, 50, 70] {
+        let (mut source, mut processor) = (
+            Source::new(17, u64::MAX),
+            Processor::new(world(), known().clone(), 18),
+        );
+        processor.world.bus_taken_at_end = clocks;
+        fly(4, &mut source, &mut processor);
+        all_come(&source, &processor);
+    }
+}
+
+#[test]
 fn a_front_end_that_has_forgotten_its_credit_gets_another() {
     let (mut source, mut processor) = (
         Source::new(9, u64::MAX),

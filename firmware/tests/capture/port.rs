@@ -58,6 +58,8 @@ pub(crate) struct World {
     pub(crate) interrupt: Option<u64>,
     /// The bus is somebody else's until then.
     pub(crate) bus_taken_until: u64,
+    /// The bus is somebody else's for so many clocks towards the end of each frame.
+    pub(crate) bus_taken_at_end: u64,
     /// Frames that overran because it was.
     pub(crate) lost_to_the_bus: Vec<u32>,
     /// A word that is not full at the end of a frame is filled up and handed on.
@@ -85,6 +87,7 @@ impl World {
             buffer: Buffer::new(),
             interrupt: None,
             bus_taken_until: 0,
+            bus_taken_at_end: 0,
             lost_to_the_bus: Vec::new(),
             fills_up: false,
             capture: false,
@@ -191,6 +194,9 @@ impl World {
             }
             self.fifo.push_back((self.driver.word(self.words), self.now));
             self.words += 1;
+            if self.words == FRAME_WORDS as usize - 1 {
+                self.bus_taken_until = self.bus_taken_until.max(self.now + self.bus_taken_at_end);
+            }
         }
     }
 
