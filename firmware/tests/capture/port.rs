@@ -18,7 +18,6 @@ use cslam_firmware::front_end::{Block, FRAME_WORDS, HEADER_LENGTH, Look, Port};
 
 use crate::lines::Driver;
 
-const FIFO: usize = 4;
 /// Clocks from a word in the FIFO to that word in memory: 12 cycles of the 240 MHz bus.
 const FETCH: u64 = 2;
 /// Clocks that an access of the processor to a register takes.
@@ -62,6 +61,8 @@ pub(crate) struct World {
     pub(crate) bus_taken_at_end: u64,
     /// Frames that overran because it was.
     pub(crate) lost_to_the_bus: Vec<u32>,
+    /// Words that the port's FIFO holds.
+    pub(crate) fifo_words: usize,
     /// A word that is not full at the end of a frame is filled up and handed on.
     pub(crate) fills_up: bool,
     /// CAPTURE, and whether its frame has begun.
@@ -89,6 +90,7 @@ impl World {
             bus_taken_until: 0,
             bus_taken_at_end: 0,
             lost_to_the_bus: Vec::new(),
+            fifo_words: 4,
             fills_up: false,
             capture: false,
             taking: false,
@@ -182,7 +184,7 @@ impl World {
             }
             self.bytes = 0;
             self.fetch();
-            if self.fifo.len() == FIFO {
+            if self.fifo.len() == self.fifo_words {
                 self.overrun = true;
                 if self.missing > 0 {
                     self.lost_to_the_bus.push(self.driver.sequence());

@@ -159,7 +159,7 @@ impl Processor {
                 self.received.push(frame.header.sequence);
                 (self.work)(&frame.header, &mut self.random)
             }
-            Err(FrameError::Repeated { .. }) => 300 * CLOCKS_PER_US,
+            Err(FrameError::Repeated { .. } | FrameError::PayloadChecksum { .. }) => 300 * CLOCKS_PER_US,
             Err(error) => panic!("{error}"),
         };
         self.held = Some(buffer);
