@@ -15,6 +15,7 @@ pub mod flight_check;
 pub mod front_end;
 pub mod front_end_check;
 pub mod icm42688;
+pub mod log;
 pub mod lscn_check;
 pub mod measurement;
 mod random;

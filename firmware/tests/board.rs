@@ -3,12 +3,19 @@
 #[path = "common/block_on.rs"]
 mod block_on;
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
+use std::convert::Infallible;
+use std::future::{Future, pending};
+use std::pin::pin;
+use std::rc::Rc;
+use std::task::{Context, Poll, Waker};
 
 use block_on::block_on;
-use cslam_firmware::board::{Clock, DataReady, Downlink, DownlinkError, EdgeOf, Imu, Inertial};
+use cslam_firmware::board::{Clock, DataReady, Downlink, DownlinkError, EdgeOf, Imu, Inertial, OnlyDevice};
 use cslam_firmware::front_end::{Control, ControlError, Status};
 use cslam_firmware::icm42688::{Icm42688, ImuError, RawSample, Samples};
+use embedded_hal::digital::{self, OutputPin};
+use embedded_hal_async::spi::{self, SpiBus, SpiDevice};
 use embedded_hal_mock::eh1::delay::NoopDelay;
 use embedded_hal_mock::eh1::digital::{Edge, Mock as Pin, Transaction as PinEvent};
 use embedded_hal_mock::eh1::spi::{Mock as Spi, Transaction};
@@ -272,4 +279,77 @@ fn a_frame_leaves_whole_or_with_an_error() {
         block_on(radio(1, true).send(&[1])),
         Err(DownlinkError::Write(ErrorKind::BrokenPipe))
     );
+}
+
+/// What a bus and a select line were told, in order.
+type Log = Rc<RefCell<Vec<&'static str>>>;
+
+/// A bus on which a transfer of more than a byte does not end.
+struct SlowBus(Log);
+
+impl spi::ErrorType for SlowBus {
+    type Error = Infallible;
+}
+
+impl SpiBus for SlowBus {
+    async fn read(&mut self, _bytes: &mut [u8]) -> Result<(), Infallible> {
+        unreachable!("nothing is only read")
+    }
+
+    async fn write(&mut self, _bytes: &[u8]) -> Result<(), Infallible> {
+        unreachable!("nothing is only written")
+    }
+
+    async fn transfer(&mut self, _read: &mut [u8], _write: &[u8]) -> Result<(), Infallible> {
+        unreachable!("transfers are in place")
+    }
+
+    async fn transfer_in_place(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
+        self.0.borrow_mut().push("transfer");
+        if bytes.len() > 1 {
+            pending::<()>().await;
+        }
+        Ok(())
+    }
+
+    async fn flush(&mut self) -> Result<(), Infallible> {
+        self.0.borrow_mut().push("flush");
+        Ok(())
+    }
+}
+
+struct Select(Log);
+
+impl digital::ErrorType for Select {
+    type Error = Infallible;
+}
+
+impl OutputPin for Select {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.0.borrow_mut().push("select");
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.0.borrow_mut().push("release");
+        Ok(())
+    }
+}
+
+#[test]
+fn a_transfer_that_is_given_up_half_way_releases_the_device() {
+    let log = Log::default();
+    let mut device = OnlyDevice::new(SlowBus(log.clone()), Select(log.clone()), NoopDelay::new());
+    {
+        let mut bytes = [0; 24];
+        let mut transfer = pin!(device.transfer_in_place(&mut bytes));
+        let polled = transfer.as_mut().poll(&mut Context::from_waker(Waker::noop()));
+        assert_eq!(polled, Poll::Pending);
+        assert_eq!(*log.borrow(), ["release", "select", "transfer"]);
+        // As when a timeout ends first: the future goes, and nobody polls it again.
+    }
+    assert_eq!(*log.borrow(), ["release", "select", "transfer", "release"]);
+    log.borrow_mut().clear();
+    assert_eq!(block_on(device.transfer_in_place(&mut [0])), Ok(()));
+    assert_eq!(*log.borrow(), ["select", "transfer", "flush", "release"]);
 }

@@ -98,6 +98,7 @@ impl World {
             }
             // A day of packets goes down between two that come up now and then, so that those are set aside anew as well.
             self.send(&mut down);
+            ledger.tend().ok()?;
             if number % 50 == 49 {
                 down = Sender::new(UAV, &key(), down.counter() + DOWNLINK_RESERVE / 3);
                 down.allow(ledger.settings().downlink_counter);

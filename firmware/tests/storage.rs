@@ -2,8 +2,11 @@
 
 mod flash;
 
+use std::cell::Cell;
+
 use cslam_firmware::storage::{Mount, SLOT, Settings, StorageError, Store};
 
+use flash::slow::{ERASE_MS, Slow};
 use flash::{Flash, SECTOR};
 
 fn settings(number: u32) -> Settings {
@@ -182,4 +185,129 @@ fn the_key_is_never_printed() {
         shown.contains("has_key: true") && !shown.contains("0, 0, 0"),
         "{shown}"
     );
+}
+
+/// Rounds of a receiver, one a millisecond: it looks after its flash and stores when `due`. Gives the longest round, ms, and how many times
+/// something was stored.
+fn rounds(
+    store: &mut Store<Slow<'_>>,
+    now_ms: &Cell<u64>,
+    number: u32,
+    due: impl Fn(u64) -> bool,
+) -> (u64, u32) {
+    let (mut longest, mut stored, mut waits) = (0, 0, false);
+    for _ in 0..60_000 {
+        let began = now_ms.get();
+        now_ms.set(began + 1);
+        store.tend(3).expect("power is on");
+        waits |= due(began);
+        if waits {
+            match store.append(&settings(number + stored)) {
+                Ok(()) => {
+                    assert_eq!(store.settings(), Ok(&settings(number + stored)));
+                    (stored, waits) = (stored + 1, false);
+                }
+                Err(error) => assert_eq!(error, StorageError::Busy),
+            }
+        }
+        longest = longest.max(now_ms.get() - began);
+    }
+    (longest, stored)
+}
+
+#[test]
+fn an_erase_in_flight_holds_nothing_up() {
+    let (now_ms, erasing) = (Cell::new(0), Cell::new(None));
+    let mut flash = Flash::<4>::new();
+    let slow = Slow {
+        flash: &mut flash,
+        now_ms: &now_ms,
+        erasing: &erasing,
+        fails: false,
+    };
+    let mut store = Store::open(slow).expect("two halves of two sectors");
+    store.store(&settings(0)).expect("power is on");
+    // Every other second: through both halves, of eight records each, several times.
+    let (longest_ms, stored) = rounds(&mut store, &now_ms, 1, |ms| ms % 2000 == 0);
+    println!("longest round {longest_ms} ms, stored {stored} times");
+    assert_eq!(
+        longest_ms, 1,
+        "an erase takes {ERASE_MS} ms for each of two sectors"
+    );
+    assert!(stored > 20, "stored only {stored} times");
+    drop(store);
+    let store = Store::open(&mut flash).expect("two halves");
+    assert_eq!(store.settings(), Ok(&settings(stored)));
+    assert!(flash.erases >= 4, "{} erases", flash.erases);
+}
+
+#[test]
+fn power_that_fails_in_an_erase_in_flight_leaves_the_newest_record() {
+    let mut cuts = 0;
+    for cut_ms in (0..60_000).step_by(1000) {
+        let (now_ms, erasing) = (Cell::new(0), Cell::new(None));
+        let mut flash = Flash::<4>::new();
+        let slow = Slow {
+            flash: &mut flash,
+            now_ms: &now_ms,
+            erasing: &erasing,
+            fails: false,
+        };
+        let mut store = Store::open(slow).expect("two halves");
+        store.store(&settings(0)).expect("power is on");
+        let mut newest = 0;
+        for number in 1.. {
+            if now_ms.get() >= cut_ms {
+                break;
+            }
+            for _ in 0..1000 {
+                now_ms.set(now_ms.get() + 1);
+                store.tend(3).expect("power is on");
+            }
+            if store.append(&settings(number)).is_ok() {
+                newest = number;
+            }
+        }
+        drop(store);
+        if let Some((sector, _)) = erasing.get() {
+            cuts += 1;
+            // Half of it is erased by now, say.
+            let middle = sector as usize + SECTOR / 2;
+            flash.bytes[sector as usize..middle].fill(0xff);
+            flash.tear(middle..middle + SECTOR / 2);
+        }
+        let mut store = Store::open(&mut flash).expect("two halves");
+        assert_eq!(store.settings(), Ok(&settings(newest)), "cut at {cut_ms} ms");
+        for number in 100..120 {
+            store.store(&settings(number)).expect("power is on");
+        }
+    }
+    assert!(cuts > 20, "only {cuts} cuts fell into an erase");
+}
+
+#[test]
+fn a_half_that_cannot_be_erased_is_said_once_and_this_one_is_used_to_its_end() {
+    let (now_ms, erasing) = (Cell::new(0), Cell::new(None));
+    let mut flash = Flash::<4>::new();
+    let slow = Slow {
+        flash: &mut flash,
+        now_ms: &now_ms,
+        erasing: &erasing,
+        fails: true,
+    };
+    let mut store = Store::open(slow).expect("two halves");
+    for number in 0..6 {
+        store.append(&settings(number)).expect("there is room");
+    }
+    let mut errors = 0;
+    for _ in 0..10_000 {
+        now_ms.set(now_ms.get() + 1);
+        errors += u32::from(store.tend(3).is_err());
+    }
+    assert_eq!(errors, 1);
+    for number in 6..8 {
+        store.append(&settings(number)).expect("there is room");
+    }
+    assert_eq!(store.append(&settings(8)), Err(StorageError::Worn));
+    assert_eq!(store.settings(), Ok(&settings(7)));
 }

@@ -17,9 +17,11 @@
 
 mod downlink;
 mod inertial;
+mod spi;
 
 pub use downlink::{Downlink, DownlinkError};
 pub use inertial::{DataReady, EdgeOf, Imu, Inertial};
+pub use spi::OnlyDevice;
 
 use core::fmt;
 

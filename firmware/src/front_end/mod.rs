@@ -6,8 +6,11 @@
 //! buffer in which the DMA left them**. Samples are little-endian words like [`Iq`] itself, so nothing is copied; where
 //! the processor is big-endian the words are turned in place.
 //!
+//! How a frame gets into the buffer, and one that breaks off does not stop those after it, is [`Capture`].
+//!
 //! Nothing that comes over a wire is trusted, and everything has its counter: see [`Counters`].
 
+mod capture;
 mod checksum;
 mod control;
 mod counters;
@@ -16,6 +19,9 @@ mod header;
 mod receive;
 mod sequence;
 
+pub use capture::{
+    Capture, Cut, DRAIN_US, FRAME_WORDS, LONGEST_FRAME_US, Look, OFFER_US, Port, Step, WITHDRAWN_US,
+};
 pub use checksum::{Checksum, SoftwareCrc};
 pub use control::{Control, ControlError};
 pub use counters::Counters;

@@ -67,6 +67,8 @@ pub enum StorageError<E> {
     NoneSound(RecordError),
     /// Erasing or writing failed.
     Flash(E),
+    /// There is no room without an erase, which is still to be done or under way.
+    Busy,
     /// What was written does not read back, in several places.
     Worn,
 }
@@ -81,6 +83,7 @@ impl<E: fmt::Debug> fmt::Display for StorageError<E> {
             Self::Empty => f.write_str("storage: nothing has been stored yet: write the settings"),
             Self::NoneSound(error) => write!(f, "storage: no record is sound, of the last one {error}"),
             Self::Flash(error) => write!(f, "storage: the flash refuses ({error:?}): check its supply"),
+            Self::Busy => f.write_str("storage: room is being made: the settings are stored a little later"),
             Self::Worn => f.write_str("storage: what is written does not read back: the flash is worn out"),
         }
     }

@@ -4,8 +4,8 @@
 //! aside, so what was sent or taken before a loss of power is never sent or taken again, at whatever moment the power fails.
 
 use cslam_core::telemetry::{Key, Opener, Sender, Uplink};
-use embedded_storage::nor_flash::NorFlash;
 
+use super::erase::EraseInBackground;
 use super::error::StorageError;
 use super::settings::Settings;
 use super::store::Store;
@@ -15,8 +15,10 @@ pub const DOWNLINK_RESERVE: u32 = 1 << 20;
 /// Packets of the uplink that are set aside at a time. Few, since a receiver that has lost its power refuses what is left of them: at
 /// four packets a second (beacons and timing, twice each) that is 16 s at most, and a record a 16 s.
 pub const UPLINK_RESERVE: u32 = 64;
-/// Records that must fit at the start, so that no erase comes in flight: two hours of uplink.
+/// Records that must fit at the start, so that an erase in flight is rare: two hours of uplink.
 pub const ROOM: u32 = 512;
+/// With fewer records left the next half is erased, in the background: eight minutes of uplink, for seconds of work.
+pub const ROOM_IN_FLIGHT: u32 = 32;
 
 /// The settings of a start, and the store that they lie in.
 #[derive(Debug)]
@@ -27,7 +29,7 @@ pub struct Ledger<F> {
     first: u32,
 }
 
-impl<F: NorFlash> Ledger<F> {
+impl<F: EraseInBackground> Ledger<F> {
     /// Begins a start: a new session of the front end, and counters of the downlink. Those of the uplink are set aside when the first
     /// packet comes.
     ///
@@ -121,8 +123,17 @@ impl<F: NorFlash> Ledger<F> {
         })
     }
 
+    /// Sees to it that there is room, without ever waiting for an erase. Call it often. While one is under way, nothing can be set aside:
+    /// [`StorageError::Busy`].
+    ///
+    /// # Errors
+    /// As [`Store::tend`].
+    pub fn tend(&mut self) -> Result<(), StorageError<F::Error>> {
+        self.store.tend(ROOM_IN_FLIGHT)
+    }
+
     fn save(&mut self, settings: Settings) -> Result<(), StorageError<F::Error>> {
-        self.store.store(&settings)?;
+        self.store.append(&settings)?;
         self.settings = settings;
         Ok(())
     }

@@ -8,18 +8,23 @@
 //!
 //! What may be used only once, [`Ledger`] sets aside in it.
 //!
+//! An erase takes seconds. [`Store::make_room`] waits for it, before a flight; in flight [`Store::tend`] lets it go on beside everything else and
+//! [`Store::append`] never needs one.
+//!
 //! It works over [`embedded_storage::nor_flash::NorFlash`]: whole words of at most [`SLOT`] bytes that are written once, an
 //! erase that leaves ones. A read that fails (a word whose programming was cut has no valid error correction) is a damaged record like
 //! any other.
 
+mod erase;
 mod error;
 mod ledger;
 mod record;
 mod settings;
 mod store;
 
+pub use erase::EraseInBackground;
 pub use error::{RecordError, StorageError};
-pub use ledger::{DOWNLINK_RESERVE, Ledger, ROOM, UPLINK_RESERVE};
+pub use ledger::{DOWNLINK_RESERVE, Ledger, ROOM, ROOM_IN_FLIGHT, UPLINK_RESERVE};
 pub use record::{SLOT, VERSION};
 pub use settings::{Mount, Settings};
 pub use store::Store;

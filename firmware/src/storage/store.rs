@@ -1,5 +1,7 @@
 //! Finding the newest record, and writing the next.
 
+use core::ops::Range;
+
 use embedded_storage::nor_flash::NorFlash;
 
 use super::error::{RecordError, StorageError};
@@ -18,10 +20,23 @@ enum Slot {
     Refused(RecordError),
 }
 
+/// What is known of the half that is not written to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Spare {
+    /// Old records, or what an erase left that the power cut short.
+    Used,
+    /// The flash erases the sector at this offset, and may not be asked for anything.
+    Erasing { sector: u32 },
+    /// Erased since the start.
+    Blank,
+    /// It cannot be erased.
+    Worn,
+}
+
 /// Records in a flash memory.
 #[derive(Debug)]
 pub struct Store<F> {
-    flash: F,
+    pub(super) flash: F,
     /// Bytes of a half.
     half: u32,
     /// Offset of the next slot to write; at the end of a half when that is full.
@@ -32,6 +47,7 @@ pub struct Store<F> {
     newest_at: Option<u32>,
     blank: bool,
     refused: u32,
+    pub(super) spare: Spare,
 }
 
 impl<F: NorFlash> Store<F> {
@@ -58,6 +74,7 @@ impl<F: NorFlash> Store<F> {
             newest_at: None,
             blank: true,
             refused: 0,
+            spare: Spare::Used,
         };
         store.look_through();
         Ok(store)
@@ -101,11 +118,34 @@ impl<F: NorFlash> Store<F> {
         self.store(&settings)
     }
 
-    /// Stores settings. On an error the settings before are still there.
+    /// Stores settings, and waits for an erase when there is no room: seconds. On an error the settings before are still there.
     ///
     /// # Errors
     /// [`StorageError::Flash`], [`StorageError::Worn`].
     pub fn store(&mut self, settings: &Settings) -> Result<(), StorageError<F::Error>> {
+        match self.append(settings) {
+            Err(StorageError::Busy) => {}
+            stored => return stored,
+        }
+        let half = self.spare_half()?;
+        self.flash
+            .erase(half.start, half.end)
+            .map_err(StorageError::Flash)?;
+        self.spare = Spare::Blank;
+        match self.append(settings) {
+            Err(StorageError::Busy) => Err(StorageError::Worn),
+            stored => stored,
+        }
+    }
+
+    /// Stores settings if that takes no erase: what a receiver does that flies. On an error the settings before are still there.
+    ///
+    /// # Errors
+    /// [`StorageError::Busy`] as long as [`Store::tend`] has not made room: try again. [`StorageError::Flash`], [`StorageError::Worn`].
+    pub fn append(&mut self, settings: &Settings) -> Result<(), StorageError<F::Error>> {
+        if matches!(self.spare, Spare::Erasing { .. }) {
+            return Err(StorageError::Busy);
+        }
         let number = self.number.saturating_add(1);
         let slot = record::encode(number, settings);
         for _ in 0..ATTEMPTS {
@@ -133,7 +173,7 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// Offset of a blank slot; the other half is erased when this one has none.
+    /// Offset of a blank slot: in this half, or the first of the other one when that has been erased.
     fn vacant(&mut self) -> Result<u32, StorageError<F::Error>> {
         let end = self.end();
         while self.next < end {
@@ -142,16 +182,25 @@ impl<F: NorFlash> Store<F> {
             }
             self.next += STEP;
         }
-        let other = if end > self.half { 0 } else { self.half };
-        let counts = |at: u32| (other..other + self.half).contains(&at);
-        if self.newest_at.is_some_and(counts) {
-            return Err(StorageError::Worn);
+        match self.spare {
+            Spare::Blank => {
+                self.next = self.spare_half()?.start;
+                self.spare = Spare::Used;
+                Ok(self.next)
+            }
+            Spare::Worn => Err(StorageError::Worn),
+            Spare::Used | Spare::Erasing { .. } => Err(StorageError::Busy),
         }
-        self.flash
-            .erase(other, other + self.half)
-            .map_err(StorageError::Flash)?;
-        self.next = other;
-        Ok(other)
+    }
+
+    /// The half that is not written to. Not when it holds what counts: then this one has no slot that can be written.
+    pub(super) fn spare_half(&self) -> Result<Range<u32>, StorageError<F::Error>> {
+        let start = if self.end() > self.half { 0 } else { self.half };
+        let half = start..start + self.half;
+        match self.newest_at {
+            Some(at) if half.contains(&at) => Err(StorageError::Worn),
+            _ => Ok(half),
+        }
     }
 
     fn look_through(&mut self) {

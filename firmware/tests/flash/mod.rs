@@ -1,5 +1,12 @@
 //! A NOR flash whose power can fail at every byte.
 
+#[allow(dead_code, reason = "each test binary uses its own part of this module")]
+pub(crate) mod slow;
+
+use std::ops::Range;
+use std::task::Poll;
+
+use cslam_firmware::storage::EraseInBackground;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
@@ -54,6 +61,14 @@ impl<const SECTORS: usize> Flash<SECTORS> {
             torn_words_fail: true,
         }
     }
+
+    /// An erase is cut short: what is not erased yet is anything.
+    pub(crate) fn tear(&mut self, range: Range<usize>) {
+        for at in range {
+            self.bytes[at] = self.bytes[at].wrapping_mul(167) ^ at as u8;
+            self.torn[at / WORD] = true;
+        }
+    }
 }
 
 impl<const SECTORS: usize> ErrorType for &mut Flash<SECTORS> {
@@ -88,11 +103,7 @@ impl<const SECTORS: usize> NorFlash for &mut Flash<SECTORS> {
         self.erases += 1;
         for at in from as usize..to as usize {
             if self.power == 0 {
-                // What is not erased yet is anything.
-                for rest in at..to as usize {
-                    self.bytes[rest] = self.bytes[rest].wrapping_mul(167) ^ rest as u8;
-                    self.torn[rest / WORD] = true;
-                }
+                self.tear(at..to as usize);
                 return Err(Fault::Power);
             }
             self.power -= 1;
@@ -124,5 +135,16 @@ impl<const SECTORS: usize> NorFlash for &mut Flash<SECTORS> {
             self.bytes[at] = if self.worn[word] { 0x55 } else { *byte };
         }
         Ok(())
+    }
+}
+
+/// At once.
+impl<const SECTORS: usize> EraseInBackground for &mut Flash<SECTORS> {
+    fn begin_erase(&mut self, sector: u32) -> Result<(), Fault> {
+        self.erase(sector, sector + SECTOR as u32)
+    }
+
+    fn poll_erase(&mut self) -> Poll<Result<(), Fault>> {
+        Poll::Ready(Ok(()))
     }
 }

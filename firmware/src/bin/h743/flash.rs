@@ -2,8 +2,10 @@
 
 use core::arch::asm;
 use core::ptr;
+use core::task::Poll;
 
 use cortex_m::peripheral::SCB;
+use cslam_firmware::storage::EraseInBackground;
 use embassy_stm32::Peri;
 use embassy_stm32::flash::{Blocking, Error, Flash, WRITE_SIZE};
 use embassy_stm32::pac;
@@ -16,6 +18,13 @@ use embedded_storage::nor_flash::{
 pub(crate) const BASE: u32 = 0x0800_0000 + OFFSET;
 const OFFSET: u32 = 0x001c_0000;
 const SECTOR: usize = 128 * 1024;
+/// First address of bank 2 as an offset, and its number.
+const BANK_OFFSET: u32 = 0x0010_0000;
+const BANK: usize = 1;
+const _: () = assert!(
+    OFFSET >= BANK_OFFSET,
+    "the settings are in the bank that the code is not in"
+);
 
 /// What can fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
@@ -85,6 +94,8 @@ impl NorFlash for SettingsFlash {
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
         check_erase(self, from, to)?;
+        // One that goes on in the background ends first.
+        while self.poll_erase().is_pending() {}
         Ok(self.0.blocking_erase(OFFSET + from, OFFSET + to)?)
     }
 
@@ -92,6 +103,56 @@ impl NorFlash for SettingsFlash {
         check_write(self, offset, bytes.len())?;
         Ok(self.0.blocking_write(OFFSET + offset, bytes)?)
     }
+}
+
+/// RM0433, section 4.3: each bank has a controller of its own, and while one erases, reads of the other bank go on: code and constants are
+/// in bank 1 (memory.x). Only an access to bank 2 would wait.
+impl EraseInBackground for SettingsFlash {
+    fn begin_erase(&mut self, sector: u32) -> Result<(), FlashError> {
+        /// What unlocks a controller, in this order (RM0433, FLASH_KEYR2).
+        const KEYS: [u32; 2] = [0x4567_0123, 0xcdef_89ab];
+        check_erase(self, sector, sector.saturating_add(SECTOR as u32))?;
+        let bank = pac::FLASH.bank(BANK);
+        if bank.cr().read().lock() {
+            for key in KEYS {
+                bank.keyr().write_value(key);
+            }
+        }
+        clear_errors();
+        bank.cr().modify(|w| {
+            w.set_ser(true);
+            w.set_snb(((OFFSET - BANK_OFFSET + sector) / SECTOR as u32) as u8);
+        });
+        bank.cr().modify(|w| w.set_start(true));
+        cortex_m::asm::dsb();
+        Ok(())
+    }
+
+    fn poll_erase(&mut self) -> Poll<Result<(), FlashError>> {
+        let bank = pac::FLASH.bank(BANK);
+        let status = bank.sr().read();
+        if status.bsy() || status.qw() {
+            return Poll::Pending;
+        }
+        bank.cr().modify(|w| w.set_ser(false));
+        bank.cr().modify(|w| w.set_lock(true));
+        clear_errors();
+        if status.wrperr() || status.pgserr() || status.incerr() || status.operr() {
+            return Poll::Ready(Err(FlashError::Controller));
+        }
+        Poll::Ready(Ok(()))
+    }
+}
+
+/// Forgets what went wrong before: RM0433 wants that before an erase.
+fn clear_errors() {
+    pac::FLASH.bank(BANK).ccr().write(|w| {
+        w.set_clr_wrperr(true);
+        w.set_clr_pgserr(true);
+        w.set_clr_incerr(true);
+        w.set_clr_operr(true);
+        w.set_clr_eop(true);
+    });
 }
 
 /// A word that may have no valid correction: reading that is a bus fault, which would end the program at every start from then on. So

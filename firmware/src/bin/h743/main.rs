@@ -21,6 +21,7 @@ mod clocks;
 mod fault;
 mod flash;
 mod inertial;
+mod log;
 mod memory;
 mod radio;
 mod receiver;
@@ -35,7 +36,6 @@ use cslam_firmware::fault::FaultRecord;
 use cslam_firmware::front_end::Control;
 use cslam_firmware::icm42688::Icm42688;
 use cslam_firmware::storage::{Ledger, StorageError, Store};
-use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor};
 use embassy_stm32::dcmi::{self, Dcmi};
 use embassy_stm32::gpio::{Level, Output, Speed};
@@ -64,7 +64,7 @@ bind_interrupts!(struct Irqs {
     DMA1_STREAM4 => dma::InterruptHandler<peripherals::DMA1_CH4>;
     DMA1_STREAM5 => dma::InterruptHandler<peripherals::DMA1_CH5>;
     DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;
-    DCMI => dcmi::InterruptHandler<peripherals::DCMI>;
+    DCMI => dcmi::InterruptHandler<peripherals::DCMI>, baseband::PortCalls;
     USART2 => usart::InterruptHandler<peripherals::USART2>;
 });
 
@@ -114,8 +114,8 @@ fn main() -> ! {
     let mut speed = spi::Config::default();
     speed.frequency = Hertz(15_000_000);
     speed.gpio_speed = Speed::High;
-    let imu_bus = OnlyDevice {
-        bus: Spi::new(
+    let imu_bus = OnlyDevice::new(
+        Spi::new(
             chip.SPI4,
             chip.PE12,
             chip.PE14,
@@ -125,10 +125,11 @@ fn main() -> ! {
             Irqs,
             speed,
         ),
-        select: Output::new(chip.PE11, Level::High, Speed::High),
-    };
-    let control_bus = OnlyDevice {
-        bus: Spi::new(
+        Output::new(chip.PE11, Level::High, Speed::High),
+        Delay,
+    );
+    let control_bus = OnlyDevice::new(
+        Spi::new(
             chip.SPI5,
             chip.PF7,
             chip.PF9,
@@ -138,8 +139,9 @@ fn main() -> ! {
             Irqs,
             speed,
         ),
-        select: Output::new(chip.PF6, Level::High, Speed::High),
-    };
+        Output::new(chip.PF6, Level::High, Speed::High),
+        Delay,
+    );
     let sensor = in_sram3!(inertial::Sensor = Inertial::new(Icm42688::new(imu_bus), edge, Delay));
     let control = in_sram3!(Control<OnlyDevice> = Control::new(control_bus));
 

@@ -146,6 +146,7 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
     let mut front_end_due = Some(Instant::now());
     let mut last_frame = Instant::now();
     let mut status_due = Instant::now();
+    let mut reboot = false;
     let mut busy_ns = 0;
     if let Some(record) = left_behind {
         app.announce(Event::Reset(record));
@@ -210,12 +211,22 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
         let now_ns = clock.now_ns();
         inertial_samples(app, now_ns.saturating_sub(HOLD_NS), &mut watch);
         talk(app, now_ns, &mut ledger, &mut watch);
-        if app.request() == Some(Request::Reboot) {
+        if let Err(error) = ledger.tend() {
+            damaged(app, &error);
+        }
+        reboot |= app.request() == Some(Request::Reboot);
+        if reboot {
             let next = app.uplink_counter();
-            if let Err(error) = ledger.close(app.downlink().sender(), next) {
-                defmt::error!("{}", defmt::Display2Format(&error));
+            match ledger.close(app.downlink().sender(), next) {
+                // An erase ends in seconds.
+                Err(StorageError::Busy) => {}
+                closed => {
+                    if let Err(error) = closed {
+                        defmt::error!("{}", defmt::Display2Format(&error));
+                    }
+                    SCB::sys_reset();
+                }
             }
-            SCB::sys_reset();
         }
         busy_ns += clock.now_ns().saturating_sub(began_ns);
         if Instant::now() >= status_due {
@@ -245,8 +256,11 @@ fn inertial_samples(app: &mut Receiver, until_ns: u64, watch: &mut Watch) {
     }
 }
 
-/// Says that the settings' flash does not take what it is given.
+/// Says that the settings' flash does not take what it is given; that it will do so a little later is nothing to say.
 fn damaged(app: &mut Receiver, error: &StorageError<FlashError>) {
+    if matches!(error, StorageError::Busy) {
+        return;
+    }
     defmt::error!("{}", defmt::Display2Format(error));
     app.announce(Event::StorageDamaged(0));
 }

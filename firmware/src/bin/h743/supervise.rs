@@ -7,7 +7,7 @@ use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_time::{Duration, Timer};
 
 use crate::uav_clock::UavClock;
-use crate::{baseband, fault, inertial, radio};
+use crate::{baseband, fault, inertial, log, radio};
 
 /// The receiver goes round.
 pub(crate) static RECEIVER: Progress = Progress::new();
@@ -31,8 +31,8 @@ pub(crate) async fn supervise(mut watchdog: IndependentWatchdog<'static, IWDG1>,
         watched("capture", &baseband::CAPTURE, 400),
         watched("downlink", &radio::SENDING, 400),
         watched("uplink", &radio::RECEIVING, 400),
-        // An erase of the settings' flash takes up to four seconds.
-        watched("receiver", &RECEIVER, 5000),
+        // The end of a sweep takes up to 0.4 s.
+        watched("receiver", &RECEIVER, 2000),
     ];
     let mut supervisor = Supervisor::new(tasks, clock.now_ns());
     watchdog.unleash();
@@ -41,6 +41,7 @@ pub(crate) async fn supervise(mut watchdog: IndependentWatchdog<'static, IWDG1>,
             Ok(()) => watchdog.pet(),
             Err(hung) => fault::hang(hung),
         }
+        log::report_losses();
         Timer::after(ROUND).await;
     }
 }

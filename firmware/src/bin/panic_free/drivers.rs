@@ -4,13 +4,17 @@
 //! that no executor does so.
 
 use core::hint::black_box;
+use core::sync::atomic::AtomicU32;
+use core::task::Poll;
 
 use cslam_core::geometry::Vector3;
 use cslam_core::localization::ImuSample;
 use cslam_core::telemetry::{Key, Sender};
 use cslam_firmware::fault::{FaultRecord, WORDS};
+use cslam_firmware::front_end::{Capture, Look, Port};
 use cslam_firmware::icm42688::{Fifo, Samples, TRANSFER};
-use cslam_firmware::storage::{Ledger, Mount, Store};
+use cslam_firmware::log::Lines;
+use cslam_firmware::storage::{EraseInBackground, Ledger, Mount, Store};
 use cslam_firmware::supervisor::{Progress, Supervisor, Watched};
 use embedded_storage::nor_flash::{self, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
@@ -49,6 +53,38 @@ impl NorFlash for Opaque {
     }
 }
 
+impl EraseInBackground for Opaque {
+    fn begin_erase(&mut self, sector: u32) -> Result<(), NorFlashErrorKind> {
+        black_box(sector);
+        black_box(Ok(()))
+    }
+
+    fn poll_erase(&mut self) -> Poll<Result<(), NorFlashErrorKind>> {
+        black_box(Poll::Pending)
+    }
+}
+
+/// A camera port of which the compiler knows nothing.
+struct OpaquePort;
+
+impl Port for OpaquePort {
+    fn arm(&mut self) {
+        black_box(());
+    }
+
+    fn disarm(&mut self) {
+        black_box(());
+    }
+
+    fn ready(&mut self, high: bool) {
+        black_box(high);
+    }
+
+    fn look(&mut self) -> Look {
+        black_box(Look::default())
+    }
+}
+
 /// Uses all of it.
 pub(crate) fn drive() {
     if let Ok(store) = Store::open(Opaque) {
@@ -60,9 +96,18 @@ pub(crate) fn drive() {
             black_box(ledger.reserve_uplink(black_box(0)));
             black_box(ledger.renew_downlink(&mut sender).is_ok());
             black_box(ledger.next_session().is_ok());
+            black_box(ledger.tend().is_ok());
             black_box(ledger.close(&mut sender, opener.next()).is_ok());
         }
     }
+    let mut capture = Capture::offer(&mut OpaquePort, black_box(0));
+    black_box(capture.step(&mut OpaquePort, black_box(0)));
+    let (write, read) = (AtomicU32::new(black_box(0)), AtomicU32::new(black_box(0)));
+    let mut lines = Lines::new(black_box(&[]), &write, &read);
+    lines.begin();
+    lines.put(black_box(&[]));
+    lines.end();
+    black_box((lines.lost(), lines.room()));
     let mount = Mount::new(black_box([1, 2, 3])).unwrap_or_default();
     black_box(mount.to_body(&black_box(ImuSample {
         time_ns: 0,
