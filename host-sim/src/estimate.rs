@@ -7,7 +7,9 @@
 use cslam_core::array::{Codebook, UavArrays};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction, Frame, Gmt, Matrix3, Rotation, World};
-use cslam_core::ltd::{EstimatedPath, Estimator, EstimatorConfig, PaperEstimator, PathEstimator};
+use cslam_core::ltd::{
+    EstimatedPath, Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays,
+};
 use cslam_core::path::Path;
 use serde::Serialize;
 
@@ -15,19 +17,38 @@ use crate::sigmf::{self, Recording};
 
 /// Which estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum Mode {
     /// Streaming peak search with off-grid scoring: the default of the receiver.
     Best,
-    /// The published low-rank decomposition.
+    /// The published low-rank decomposition, delays on whole taps.
     Paper,
+    /// The same, delays between the taps: the paper does not say which.
+    PaperInterpolated,
+}
+
+impl Mode {
+    /// Every one.
+    pub const ALL: [Self; 3] = [Self::Best, Self::Paper, Self::PaperInterpolated];
+
+    /// Name on the command line and in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Best => "best",
+            Self::Paper => "paper",
+            Self::PaperInterpolated => "paper-interpolated",
+        }
+    }
 }
 
 /// An estimator for 32 channels, 72 beams and nine paths.
 pub fn estimator(mode: Mode, config: &EstimatorConfig) -> Box<dyn PathEstimator<32, 9>> {
     match mode {
         Mode::Best => Box::new(Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(config)),
-        Mode::Paper => Box::new(PaperEstimator::<4, 8, 32, 72, 9>::new(config)),
+        Mode::Paper => Box::new(PaperEstimator::<4, 8, 32, 72, 9>::new(config, TapDelays::Whole)),
+        Mode::PaperInterpolated => {
+            Box::new(PaperEstimator::<4, 8, 32, 72, 9>::new(config, TapDelays::Interpolated))
+        }
     }
 }
 

@@ -19,25 +19,26 @@ use crate::lscn::{AcceptGate, Classifier, PaperClassifier};
 use crate::reflection::{Form, Gates};
 use crate::waveform::Waveform;
 
-/// How the pose is found.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How the pose is found, and with it what a path must be to correct it.
+#[derive(Clone, Copy, Debug)]
 #[expect(
     clippy::large_enum_variant,
     reason = "there is no heap to put the larger one on"
 )]
-pub enum Localization {
-    /// Error-state filter.
+pub enum Localization<'m> {
+    /// Error-state filter. The first path corrects it where length, direction and strength are those of a line of sight.
     Filter(FilterConfig),
-    /// The paper's periodic calibration.
-    Hpc(HpcConfig),
+    /// The paper's periodic calibration. The strongest path corrects it where this network says that the link state is line
+    /// of sight; what the pose says of the path does not count, for nothing tells this pose that it has drifted.
+    Hpc(HpcConfig, PaperClassifier<'m>),
 }
 
-impl Localization {
+impl Localization<'_> {
     /// The filter's gates.
     pub(super) fn gates(&self) -> Option<filter::Gates> {
         match self {
             Self::Filter(config) => Some(config.gates),
-            Self::Hpc(_) => None,
+            Self::Hpc(..) => None,
         }
     }
 }
@@ -144,7 +145,7 @@ pub struct Config<'m> {
     /// The earth's field, for the heading without line of sight; `None` leaves the magnetometer unused.
     pub magnetic_field: Option<MagneticField>,
     /// Pose.
-    pub localization: Localization,
+    pub localization: Localization<'m>,
     /// Direction of departure of the line of sight.
     pub departures: Departures,
     /// Errors that beam squint reckons with.
@@ -254,11 +255,11 @@ impl<'m> Config<'m> {
     }
 
     /// The paper's methods in every stage but path estimation, which is a type: its network on the strongest path, its closed
-    /// form without our gates, its calibration with the strongest subcarrier.
+    /// form without our gates, its calibration with the strongest subcarrier, gated by its network.
     #[must_use]
-    pub fn paper(link_states: LinkStates<'m>) -> Self {
+    pub fn paper(network: PaperClassifier<'m>) -> Self {
         Self {
-            localization: Localization::Hpc(HpcConfig::default()),
+            localization: Localization::Hpc(HpcConfig::default(), network),
             departures: Departures::SquintPick,
             accept: AcceptGate {
                 min_probability: 0.0,
@@ -268,7 +269,7 @@ impl<'m> Config<'m> {
             max_departure_sigma_rad: f32::INFINITY,
             mapped: Mapped::Strongest,
             form: Form::Paper,
-            ..Self::best(link_states)
+            ..Self::best(LinkStates::Paper(network))
         }
     }
 }

@@ -31,10 +31,10 @@ pub(super) enum Localizer<const STATES: usize> {
 }
 
 impl<const STATES: usize> Localizer<STATES> {
-    pub(super) fn new(localization: &Localization) -> Self {
+    pub(super) fn new(localization: &Localization<'_>) -> Self {
         match localization {
             Localization::Filter(config) => Self::Filter(Filter::new(*config, 0)),
-            Localization::Hpc(config) => Self::Hpc(Calibrated::new(*config)),
+            Localization::Hpc(config, _) => Self::Hpc(Calibrated::new(*config)),
         }
     }
 

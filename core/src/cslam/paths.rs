@@ -174,9 +174,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         Some((transmitter, beacon.sweep / beacon.sweeps_per_stop.max(1)))
     }
 
-    /// The paths as a pose sees them, and what they are.
-    pub(super) fn judge(&self, heard: &[Heard], pose: &Pose, gmt: &Transmitter) -> Vec<Judged, PATHS> {
-        let received: Vec<Received, PATHS> = gather(heard.iter().map(|heard| Received {
+    /// The paths in world axes with the clock taken out, as the networks take them.
+    pub(super) fn received(&self, heard: &[Heard], pose: &Pose) -> Vec<Received, PATHS> {
+        gather(heard.iter().map(|heard| Received {
             path: to_world(
                 &heard.estimated,
                 self.localizer.corrected(&heard.estimated.path.aoa),
@@ -184,7 +184,12 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 &self.config.residuals,
             ),
             gain_db: heard.gain_db,
-        }));
+        }))
+    }
+
+    /// The paths as a pose sees them, and what they are.
+    pub(super) fn judge(&self, heard: &[Heard], pose: &Pose, gmt: &Transmitter) -> Vec<Judged, PATHS> {
+        let received = self.received(heard, pose);
         let Ok(ends) = ends(pose, &gmt.position_m) else {
             return Vec::new();
         };

@@ -5,11 +5,15 @@
 //! above and below its beams the GMT is heard through sidelobes of any of them. Without such a pose the path must have
 //! come nearly as strong as through free space and, as soon as the attitude is known, from the direction opposite to
 //! its departure; a start or a re-fix then takes several that agree.
+//!
+//! The paper's calibration has a rule of its own ([`Localization::Hpc`]), which asks its network and not the pose: that pose
+//! does not know when it has drifted, and one that has drifted would refuse every fix that could bring it back.
 
+use super::config::Localization;
 use super::localizer::left;
 use super::paths::{Heard, Judged, Straight};
 use super::receive::length_m;
-use super::{CHANNELS, Cslam, LinkStates, PATHS};
+use super::{CHANNELS, Cslam, PATHS};
 use crate::array::{GmtArrays, half_wave_dipole};
 use crate::bounded::gather;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
@@ -17,7 +21,7 @@ use crate::geometry::{Direction, Gmt, Vector3, World};
 use crate::localization::Pose;
 use crate::localization::bsm::{Expected, Sighting};
 use crate::localization::filter::{FaceDirection, Transmitter};
-use crate::lscn::LinkState;
+use crate::lscn::{LinkState, PaperClassifier};
 use crate::ltd::PathEstimator;
 use crate::path::Departure;
 
@@ -51,13 +55,14 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         time_ns: u64,
     ) -> Option<usize> {
         let pose = self.localizer.expected();
+        if let Localization::Hpc(_, network) = &self.config.localization {
+            return match &pose {
+                Some(pose) => self.classified(network, heard, pose),
+                None => self.unreflected_strongest(heard, time_ns),
+            };
+        }
         let gmt = self.transmitter(time_ns).map(|(gmt, _)| gmt);
         match (pose, judged, gmt) {
-            (Some(_), Some(judged), Some(_)) if matches!(self.config.link_states, LinkStates::Paper(_)) => {
-                // The paper asks its network, and that about the strongest path.
-                let state = judged.first()?.probabilities?.state();
-                (state == LinkState::LineOfSight).then_some(0)
-            }
             (Some(pose), Some(judged), Some(gmt)) if sigma(&pose.position_covariance_m2) < PLACED_M => {
                 let first = first_of(judged.iter().map(|path| f64::from(path.path.c_tau_m)), heard)?;
                 is_direct(judged.get(first)?, &pose, &gmt).then_some(first)
@@ -75,6 +80,21 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 direct.then_some(first)
             }
         }
+    }
+
+    /// The paper's rule: the strongest path, where the link state is line of sight. Of the pose, the network's inputs hold only
+    /// attitude and clock.
+    fn classified(&self, network: &PaperClassifier<'_>, heard: &[Heard], pose: &Pose) -> Option<usize> {
+        let state = network.link(&self.received(heard, pose)).ok()??.state();
+        (state == LinkState::LineOfSight).then_some(0)
+    }
+
+    /// Before the first fix nobody knows how the body is turned, which the network must: the strongest path, where it came nearly
+    /// as strong as through free space. The paper begins with a fix and does not say how.
+    fn unreflected_strongest(&self, heard: &[Heard], time_ns: u64) -> Option<usize> {
+        let strongest = heard.first()?;
+        let length_m = length_m(strongest.estimated.path.c_tau_m, self.clock.offset_m(time_ns)?);
+        self.is_unreflected(strongest, length_m).then_some(0)
     }
 
     /// Whether a path of this length came nearly as strong as through free space.
@@ -131,9 +151,17 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             return Some(sighting);
         };
         let from_gmt = pose.position.vector() - gmt.position_m;
-        let range_m = from_gmt.norm() as f32;
+        let filtered = matches!(self.config.localization, Localization::Filter(_));
+        let range_m = if filtered {
+            from_gmt.norm() as f32
+        } else {
+            // The paper's calibration does not know how far it has drifted; the path does not drift.
+            let c_tau_m = heard.get(index)?.estimated.path.c_tau_m;
+            length_m(c_tau_m, self.clock.offset_m(time_ns)?) as f32
+        };
         // Through a sidelobe any face is heard: the pose knows better which one looks here.
-        if sigma(&pose.position_covariance_m2) < PLACED_M
+        if filtered
+            && sigma(&pose.position_covariance_m2) < PLACED_M
             && let Ok(left) = Direction::<World, f64>::from_vector(from_gmt)
         {
             let left = gmt.attitude.inverse().apply(left);

@@ -167,7 +167,8 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
         let outer = self.meter.enter(Stage::CoarseGrid);
         let mut window = Window::<C, SINGLE>::new();
         window.load(beam.taps, tap, -REACH, REACH, self.template.centre_turns());
-        let delay_taps = vertex(beam.profile, tap);
+        let at = |n: usize| beam.profile[n & (SAMPLES - 1)] as f32;
+        let delay_taps = vertex([at(tap.wrapping_sub(1)), at(tap), at(tap.wrapping_add(1))]);
         let snapshot = window.snapshot(self.template, delay_taps);
         let all: f32 = snapshot.iter().map(|z| z.norm_sqr()).sum();
         let stands_out = all - C as f32 * noise;
@@ -370,10 +371,8 @@ fn candidate<const C: usize>(
     best.map(|tap| (tap, most / paired))
 }
 
-/// Vertex of the parabola through a tap's power and its neighbours', taps from that tap, -0.5..=0.5.
-fn vertex(profile: &[u64; SAMPLES], tap: usize) -> f32 {
-    let at = |n: usize| profile[n & (SAMPLES - 1)] as f32;
-    let (before, here, after) = (at(tap.wrapping_sub(1)), at(tap), at(tap.wrapping_add(1)));
+/// Vertex of the parabola through a peak and its neighbours, steps from the peak, -0.5..=0.5.
+pub(super) fn vertex([before, here, after]: [f32; 3]) -> f32 {
     let bend = before - 2.0 * here + after;
     if bend < 0.0 {
         (0.5 * (before - after) / bend).clamp(-0.5, 0.5)

@@ -52,7 +52,7 @@ pub use estimator::{BeamReport, EstimatedPath, Estimator, EstimatorConfig};
 pub use iq::Iq;
 pub use level::Levelled;
 pub use meter::{Meter, Stage};
-pub use paper::PaperEstimator;
+pub use paper::{PaperEstimator, TapDelays};
 pub use stages::{Channel, FoldedChannel};
 pub use tables::bin_at;
 pub use taps::BeamTaps;

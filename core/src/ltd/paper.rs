@@ -10,18 +10,21 @@
 //! around each beam's own strongest tap, not around that of the sweep, which is known only at its end.
 //!
 //! What it cannot do is published here as well: delays are whole taps (1.22 m), angles grid points, and singular vectors
-//! are orthogonal, which paths are not. Its covariance is that of the grid.
+//! are orthogonal, which paths are not. Its covariance is that of the grid. The paper does not say whether a delay may lie
+//! between two taps, so both are here: [`TapDelays`].
 
 use heapless::Vec;
 use nalgebra::{Complex, Matrix3, Vector3};
 
 use super::PathEstimator;
+use super::beam::vertex;
 use super::correlator::{Correlator, Workspace};
 use super::detector::Detector;
 use super::estimator::{BeamReport, EstimatedPath, EstimatorConfig};
 use super::iq::Iq;
 use super::model::ArrayModel;
 use super::phase::{phasor, round_half_up};
+use super::template::Template;
 use crate::block::BeamBlock;
 use crate::geometry::{Direction, Gmt, Rotation, World};
 use crate::path::{Departure, Path};
@@ -36,6 +39,25 @@ const ELEVATION_STEP_DEG: usize = 2;
 const BINS: usize = 256;
 /// Power iterations for one singular vector.
 const ITERATIONS: usize = 60;
+/// Taps on either side of the strongest one, and steps of half a tap, by which a delay between taps is sought.
+const AROUND: usize = 2;
+const HALF_TAP_STEPS: i32 = 16;
+/// Error of a delay between taps without noise, standard deviation, m: the arrays lie 0.2 m around the body's centre, which
+/// this method does not take out (signal.md section 1).
+const LEVER_ARM_M: f32 = 0.103;
+/// Speed of light over 2 pi times the rms bandwidth, m (signal.md section 1): by the root of twice the SNR of all elements and
+/// subcarriers together it gives the bound of a delay.
+const BAND_M: f32 = 0.828;
+
+/// Where a path's delay lies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TapDelays {
+    /// On the strongest tap, as published.
+    #[default]
+    Whole,
+    /// Between the taps, where the right singular vector fits the band's kernel best.
+    Interpolated,
+}
 
 /// The kept taps of a beam.
 #[derive(Clone, Copy, Debug)]
@@ -57,6 +79,8 @@ pub struct PaperEstimator<
     const K: usize = 9,
 > {
     model: ArrayModel<A, E>,
+    template: Template,
+    delays: TapDelays,
     detector: Detector,
     correlator: Correlator,
     beam_directions: [Option<Direction<Gmt>>; BEAMS],
@@ -75,11 +99,14 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
     /// An estimator with empty state. All tables are computed here.
     pub fn new<const FACES: usize, const X: usize, const Z: usize, const ELEVATIONS: usize>(
         config: &EstimatorConfig<A, E, FACES, X, Z, ELEVATIONS>,
+        delays: TapDelays,
     ) -> Self {
         const { assert!(C == A * E) };
         let tests = BEAMS * config.waveform.active;
         Self {
             model: ArrayModel::new(&config.arrays, &config.waveform),
+            template: Template::new(&config.waveform),
+            delays,
             detector: Detector::new(C, config.false_alarms_per_sweep, tests),
             correlator: Correlator::new(&config.waveform),
             beam_directions: core::array::from_fn(|m| {
@@ -187,20 +214,63 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
         best
     }
 
-    /// Tap, beam and power of the strongest entry of a right singular vector.
-    fn strongest_entry(&self, vector: &[Complex<f32>; C], exponent: i32) -> (usize, usize, f32) {
-        let (mut tap, mut beam, mut most) = (0, 0, 0.0);
-        for (m, n, column) in self.columns(exponent) {
+    /// Entries of the right singular vector that belongs to a left one, with beam and tap.
+    fn entries(
+        &self,
+        vector: &[Complex<f32>; C],
+        exponent: i32,
+    ) -> impl Iterator<Item = (usize, usize, Complex<f32>)> {
+        self.columns(exponent).map(move |(m, n, column)| {
             let mut sum = Complex::new(0.0, 0.0);
             for (v, y) in vector.iter().zip(&column) {
                 sum += v.conj() * y;
             }
+            (m, n, sum)
+        })
+    }
+
+    /// Tap, beam and power of the strongest entry of a right singular vector.
+    fn strongest_entry(&self, vector: &[Complex<f32>; C], exponent: i32) -> (usize, usize, f32) {
+        let (mut tap, mut beam, mut most) = (0, 0, 0.0);
+        for (m, n, sum) in self.entries(vector, exponent) {
             let power = sum.norm_sqr();
             if power > most {
                 (tap, beam, most) = (n & (SAMPLES - 1), m, power);
             }
         }
         (tap, beam, most)
+    }
+
+    /// Where the kernel of the band fits the entries around the strongest one best, in taps from there: -0.5..=0.5.
+    fn between(&self, vector: &[Complex<f32>; C], exponent: i32, tap: usize, beam: usize) -> f32 {
+        let mut around: Vec<(f32, Complex<f32>), { 2 * AROUND + 1 }> = Vec::new();
+        for (_, n, entry) in self.entries(vector, exponent).filter(|(m, ..)| *m == beam) {
+            let place = (n + AROUND).wrapping_sub(tap) & (SAMPLES - 1);
+            if place <= 2 * AROUND {
+                // There is room for all of them.
+                let _fits = around.push((place as f32 - AROUND as f32, entry));
+            }
+        }
+        // Energy that a path at this delay explains. The band's centre turns a tap by a thousandth: left out.
+        let explained = |step: i32| {
+            let delay = 0.5 * step as f32 / HALF_TAP_STEPS as f32;
+            let (mut sum, mut kernel) = (Complex::new(0.0, 0.0), 0.0);
+            for (place, entry) in &around {
+                let [d, _] = self.template.at(place - delay);
+                sum += entry * d;
+                kernel += d * d;
+            }
+            sum.norm_sqr() / kernel
+        };
+        let (mut best, mut most) = (0, -1.0);
+        for step in -HALF_TAP_STEPS..=HALF_TAP_STEPS {
+            let energy = explained(step);
+            if energy > most {
+                (best, most) = (step, energy);
+            }
+        }
+        let vertex = vertex([explained(best - 1), most, explained(best + 1)]);
+        (0.5 * (best as f32 + vertex) / HALF_TAP_STEPS as f32).clamp(-0.5, 0.5)
     }
 
     fn path(&self, vector: &[Complex<f32>; C], exponent: i32) -> Option<EstimatedPath> {
@@ -212,8 +282,15 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
         // Uniform over a cell: its square over 12. A beam's cell is 7 degrees wide (half of the codebook's spacing on either side).
         let uniform = |cell: f32| cell * cell / 12.0;
         let angle = |degrees: usize| uniform((degrees as f32).to_radians());
+        let (delay_taps, delay_variance_m2) = match self.delays {
+            TapDelays::Whole => (0.0, uniform(self.model.metres_per_tap())),
+            TapDelays::Interpolated => (
+                self.between(vector, exponent, tap, beam),
+                LEVER_ARM_M * LEVER_ARM_M + BAND_M * BAND_M * 0.5 * noise / energy.max(f32::MIN_POSITIVE),
+            ),
+        };
         let covariance = Matrix3::from_diagonal(&Vector3::new(
-            uniform(self.model.metres_per_tap()),
+            delay_variance_m2,
             angle(AZIMUTH_STEP_DEG),
             angle(ELEVATION_STEP_DEG),
         ));
@@ -229,7 +306,7 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
         let snr = energy / (C as f32 * self.active * noise.max(f32::MIN_POSITIVE));
         Some(EstimatedPath {
             path: Path {
-                c_tau_m: self.model.metres(tap, 0.0),
+                c_tau_m: self.model.metres(tap, delay_taps),
                 aoa,
                 aod,
                 covariance,

@@ -20,7 +20,7 @@ pub(crate) struct Args {
     /// -20 dB two hundred times
     #[arg(long, value_name = "N", default_value_t = 100)]
     trials: usize,
-    /// Whose estimator; both beside each other when absent
+    /// Whose estimator; all beside each other when absent
     #[arg(long, value_enum)]
     mode: Option<Mode>,
     /// Seed of all draws
@@ -36,8 +36,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let expected = args.check.as_deref().map(read_text).transpose()?;
-    let both = [Mode::Best, Mode::Paper];
-    let modes = args.mode.as_ref().map_or(&both[..], std::slice::from_ref);
+    let modes = args.mode.as_ref().map_or(&Mode::ALL[..], std::slice::from_ref);
     let cases: Vec<Case> = Case::ALL
         .into_iter()
         .filter(|case| args.case.is_none_or(|c| c == *case))

@@ -41,7 +41,30 @@ fn keep(paper: &mut Paper, beam: usize, tap: usize, made: Made, exponent: i32) {
 }
 
 fn paper() -> Paper {
-    Paper::new(&EstimatorConfig::<4, 8, 3, 8, 8, 3>::default())
+    estimator(TapDelays::Whole)
+}
+
+fn estimator(delays: TapDelays) -> Paper {
+    Paper::new(&EstimatorConfig::<4, 8, 3, 8, 8, 3>::default(), delays)
+}
+
+/// Keeps a beam in which the path lies `delay_taps` behind `tap`, as the band spreads it over its neighbours.
+fn keep_between(paper: &mut Paper, beam: usize, tap: usize, delay_taps: f32) {
+    keep(paper, beam, tap, STRONG, -20);
+    let u = *STRONG.aoa().vector();
+    let steps = *paper.model.steps();
+    let kernel: [f32; KEPT] = core::array::from_fn(|t| {
+        paper.template.at(t as f32 - (KEPT / 2) as f32 - delay_taps)[0]
+    });
+    let kept = paper.beams[beam].as_mut().expect("kept");
+    for (channel, row) in kept.taps.iter_mut().enumerate() {
+        let (array, element) = (channel / 8, channel % 8);
+        let s = steering::<8>(steps[array].dot(&u))[element] * phasor(0.37 * array as f32);
+        for (x, d) in row.iter_mut().zip(kernel) {
+            let y = s * (STRONG.amplitude * d);
+            *x = Iq::new(y.re as i16, y.im as i16);
+        }
+    }
 }
 
 const STRONG: Made = Made {
@@ -137,5 +160,32 @@ fn dynamic_range_is_that_of_single_beams() {
         }
         let paths = paper.finish();
         assert_eq!(paths.len(), expected, "{share_db} dB: {paths:?}");
+    }
+}
+
+/// As published, a delay is a whole tap however the path lies between two; interpolated it is the path's, across the period's end
+/// as well.
+#[test]
+fn a_delay_between_taps_is_found_by_the_interpolated_variant_alone() {
+    for tap in [100, 0, SAMPLES - 1] {
+        for delay_taps in [-0.45, -0.2, 0.0, 0.1, 0.3, 0.49] {
+            let found = |delays| {
+                let mut paper = estimator(delays);
+                keep_between(&mut paper, 30, tap, delay_taps);
+                let paths = paper.finish();
+                let path = paths.first().expect("a path").path;
+                let metres = paper.model.metres_per_tap();
+                let truth = paper.model.metres(tap, delay_taps);
+                let period = metres * SAMPLES as f32;
+                let off = libm::remainderf(path.c_tau_m - truth, period) / metres;
+                (off, libm::sqrtf(path.covariance.m11) / metres)
+            };
+            let (literal, _) = found(TapDelays::Whole);
+            assert!((literal + delay_taps).abs() < 1e-3, "{tap} {delay_taps}: {literal}");
+            let (off, sigma) = found(TapDelays::Interpolated);
+            assert!(off.abs() < 0.01, "{tap} {delay_taps}: {off}");
+            // What the arrays' places leave, 0.103 m.
+            assert!((sigma - 0.0845).abs() < 1e-3, "{sigma}");
+        }
     }
 }

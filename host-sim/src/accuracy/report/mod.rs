@@ -155,7 +155,7 @@ impl Rows {
 
     fn add(&mut self, mode: Mode, figures: &impl Serialize, cells: Vec<String>) {
         let case = format!("{:?}", self.case).to_lowercase();
-        let name = format!("{mode:?}").to_lowercase();
+        let name = mode.name();
         let mut line = serde_json::json!({ "case": case, "mode": name });
         if let (Some(line), Ok(Value::Object(figures))) =
             (line.as_object_mut(), serde_json::to_value(figures))
@@ -163,7 +163,7 @@ impl Rows {
             line.extend(figures);
         }
         self.report.lines.push(line);
-        self.report.table.row([name].into_iter().chain(cells));
+        self.report.table.row([name.to_owned()].into_iter().chain(cells));
     }
 
     fn target(&mut self, what: &str, measured: String, met: bool) {

@@ -10,13 +10,14 @@ use cslam_core::cslam::{
 use cslam_core::localization::filter::FilterConfig;
 use cslam_core::localization::hpc;
 use cslam_core::lscn::{Classifier, PaperClassifier, models};
-use cslam_core::ltd::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator};
+use cslam_core::ltd::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays};
 
 use cslam_firmware::app::{AppConfig, Application, Map, VOXELS};
 use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
 use cslam_firmware::sensor_stream::SESSION;
 
 use super::{Args, Config, Flown, Mode};
+use crate::estimate;
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::progress;
@@ -32,7 +33,7 @@ const STAGES: &str = "One stage away from the mode (flights from raw samples)";
 pub(crate) struct Stages {
     /// Path estimation, if not the mode's
     #[arg(long, value_enum, help_heading = STAGES)]
-    pub(crate) estimator: Option<Mode>,
+    pub(crate) estimator: Option<estimate::Mode>,
     /// Link state, if not the mode's
     #[arg(long, value_enum, help_heading = STAGES)]
     pub(crate) link_state: Option<LinkStateChoice>,
@@ -63,7 +64,7 @@ pub(crate) enum LocalizationChoice {
     Filter,
     /// The same without the growth of paths from sweep to sweep
     FilterNoDeltaRanges,
-    /// The paper's periodic calibration, velocity from the fixes
+    /// The paper's periodic calibration, velocity from the fixes, gated by the paper's network
     Hpc,
     /// The same to the letter, velocity running free
     HpcLiteral,
@@ -156,16 +157,20 @@ pub(crate) fn fly(
     };
     let receiver = receiver_config(setup)?;
     let estimation = EstimatorConfig::default();
-    match setup.stages.estimator.unwrap_or(setup.mode) {
-        Mode::Best => {
+    let of_mode = match setup.mode {
+        Mode::Best => estimate::Mode::Best,
+        Mode::Paper => estimate::Mode::Paper,
+    };
+    let delays = match setup.stages.estimator.unwrap_or(of_mode) {
+        estimate::Mode::Best => {
             let estimator = Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&estimation);
-            fly_with(receiver, estimator, world, header, interrupted, swept, sent)
+            return fly_with(receiver, estimator, world, header, interrupted, swept, sent);
         }
-        Mode::Paper => {
-            let estimator = PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation);
-            fly_with(receiver, estimator, world, header, interrupted, swept, sent)
-        }
-    }
+        estimate::Mode::Paper => TapDelays::Whole,
+        estimate::Mode::PaperInterpolated => TapDelays::Interpolated,
+    };
+    let estimator = PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation, delays);
+    fly_with(receiver, estimator, world, header, interrupted, swept, sent)
 }
 
 fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
@@ -210,25 +215,30 @@ fn receiver_config(setup: &Setup) -> anyhow::Result<Receiver<'static>> {
         Mode::Best => LinkStateChoice::Geometric,
         Mode::Paper => LinkStateChoice::Paper,
     };
+    let network = PaperClassifier::new(models::paper()?)?;
     let link_states = match setup.stages.link_state.unwrap_or(of_mode) {
         LinkStateChoice::Geometric => {
             let classifier = Classifier::new(models::geometric()?, models::geometric_without_departure()?)?;
             LinkStates::Geometric(classifier)
         }
-        LinkStateChoice::Paper => LinkStates::Paper(PaperClassifier::new(models::paper()?)?),
+        LinkStateChoice::Paper => LinkStates::Paper(network),
         LinkStateChoice::Rules => LinkStates::Rules(Rules::default()),
     };
     let mut config = match setup.mode {
         Mode::Best => Receiver::best(link_states),
-        Mode::Paper => Receiver::paper(link_states),
+        Mode::Paper => Receiver {
+            link_states,
+            ..Receiver::paper(network)
+        },
     };
     let stages = &setup.stages;
     if let Some(choice) = stages.localization {
         let with = |mode| {
-            Localization::Hpc(HpcConfig {
+            let config = HpcConfig {
                 mode,
                 ..HpcConfig::default()
-            })
+            };
+            Localization::Hpc(config, network)
         };
         config.localization = match choice {
             LocalizationChoice::Filter | LocalizationChoice::FilterNoDeltaRanges => {

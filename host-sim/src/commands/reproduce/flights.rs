@@ -8,6 +8,7 @@ use crate::commands::fly::Mode;
 use crate::commands::fly::raw::{
     DepartureChoice, LinkStateChoice, LocalizationChoice, MappedChoice, Setup, Stages, fly,
 };
+use crate::estimate;
 use crate::evaluation::{Evaluation, FirstOrderPaths, evaluate};
 use crate::flight::FlightConfig;
 use crate::flight_log::FlightLog;
@@ -81,12 +82,26 @@ fn setups(what: What) -> Vec<(&'static str, Setup)> {
     };
     match what {
         What::Losses => vec![("best", of(Mode::Best))],
-        What::Modes => vec![("best", of(Mode::Best)), ("paper", of(Mode::Paper))],
+        What::Modes => {
+            // The kindest reading of what the paper leaves open.
+            let mut kind = of(Mode::Paper);
+            kind.stages.estimator = Some(estimate::Mode::PaperInterpolated);
+            kind.stages.localization = Some(LocalizationChoice::Hpc);
+            vec![
+                ("best", of(Mode::Best)),
+                ("paper", of(Mode::Paper)),
+                ("paper, delays interpolated, velocity of fixes", kind),
+            ]
+        }
         What::Ablation => vec![
             ("ours in every stage", of(Mode::Best)),
             (
                 "paper's path estimation",
-                without(|s| s.estimator = Some(Mode::Paper)),
+                without(|s| s.estimator = Some(estimate::Mode::Paper)),
+            ),
+            (
+                "the same, delays interpolated",
+                without(|s| s.estimator = Some(estimate::Mode::PaperInterpolated)),
             ),
             (
                 "paper's link state",
@@ -107,6 +122,10 @@ fn setups(what: What) -> Vec<(&'static str, Setup)> {
             (
                 "no delta ranges",
                 without(|s| s.localization = Some(LocalizationChoice::FilterNoDeltaRanges)),
+            ),
+            (
+                "paper's HPC",
+                without(|s| s.localization = Some(LocalizationChoice::HpcLiteral)),
             ),
             (
                 "paper's HPC, velocity of fixes",

@@ -14,7 +14,7 @@ use cslam_core::reflection::{Ends, ReflectionPoint, Verdict, solve};
 
 use crate::channel::{Impairments, Instant, Sweep};
 use crate::estimate::{Mode, estimator};
-use crate::paths::Link;
+use crate::paths::{Link, LinkPath};
 
 /// Errors do not make a path shorter than this, m.
 const SHORTEST_M: f64 = -5.0;
@@ -37,14 +37,6 @@ impl Arrays {
             },
             Self::Budget => Impairments::budget(),
         }
-    }
-}
-
-/// Name of a mode in tables.
-pub(super) fn name(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Best => "best",
-        Mode::Paper => "paper",
     }
 }
 
@@ -72,7 +64,7 @@ impl KnownPose {
                 models::geometric()?,
                 models::geometric_without_departure()?,
             )?)),
-            Mode::Paper => Config::paper(LinkStates::Paper(PaperClassifier::new(models::paper()?)?)),
+            Mode::Paper | Mode::PaperInterpolated => Config::paper(PaperClassifier::new(models::paper()?)?),
         };
         Ok(Self { mode, config })
     }
@@ -208,7 +200,7 @@ impl KnownPose {
         if probabilities.state() != LinkState::FirstOrder {
             return Err("not first order");
         }
-        if self.mode == Mode::Paper {
+        if self.mode != Mode::Best {
             return self.solve(perceived, index).ok_or("no solution");
         }
         let gate = &self.config.accept;
@@ -221,29 +213,37 @@ impl KnownPose {
     }
 }
 
+/// Squared distance of a perceived path from a true one in units of 1 m and 3 degrees; `None` beyond either.
+fn apart(received: &Received, truth: &LinkPath) -> Option<f32> {
+    const GATES: [f32; 2] = [1.0, 3.0 * core::f32::consts::PI / 180.0];
+    let truth = crate::measurement::path::<f32>(truth, &crate::measurement::Sigmas::default()).ok()?;
+    let path = &received.path;
+    let parts = [
+        (path.c_tau_m - truth.c_tau_m).abs() / GATES[0],
+        truth.aoa.angle_to_rad(&path.aoa) / GATES[1],
+    ];
+    let near = parts.iter().all(|part| *part < 1.0);
+    near.then_some(parts[0] * parts[0] + parts[1] * parts[1])
+}
+
+/// Place of the least distance.
+fn least(distances: impl Iterator<Item = Option<f32>>) -> Option<usize> {
+    distances
+        .enumerate()
+        .filter_map(|(place, distance)| Some((place, distance?)))
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(place, _)| place)
+}
+
 /// Place of the perceived path that is nearest to a true one, within 1 m and 3 degrees.
 pub(super) fn nearest(perceived: &Perceived, link: &Link, index: usize) -> Option<usize> {
-    const GATES: [f32; 2] = [1.0, 3.0 * core::f32::consts::PI / 180.0];
-    let truth =
-        crate::measurement::path::<f32>(link.paths.get(index)?, &crate::measurement::Sigmas::default());
-    let truth = truth.ok()?;
-    let distance = |received: &Received| {
-        let path = &received.path;
-        let parts = [
-            (path.c_tau_m - truth.c_tau_m).abs() / GATES[0],
-            truth.aoa.angle_to_rad(&path.aoa) / GATES[1],
-        ];
-        parts
-            .iter()
-            .all(|part| *part < 1.0)
-            .then_some(parts[0] * parts[0] + parts[1] * parts[1])
-    };
-    let near = perceived
-        .paths
-        .iter()
-        .enumerate()
-        .filter_map(|(place, received)| Some((place, distance(received)?)));
-    near.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(place, _)| place)
+    let truth = link.paths.get(index)?;
+    least(perceived.paths.iter().map(|received| apart(received, truth)))
+}
+
+/// Place of the true path that is nearest to a perceived one, within 1 m and 3 degrees.
+pub(super) fn truth_of(received: &Received, link: &Link) -> Option<usize> {
+    least(link.paths.iter().map(|truth| apart(received, truth)))
 }
 
 /// Distance of a point from where the wave was reflected last, m.

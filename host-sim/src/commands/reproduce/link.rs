@@ -7,7 +7,7 @@ use cslam_core::geometry::Rotation;
 use cslam_core::ltd::WorkLimit;
 use serde::Serialize;
 
-use super::known_pose::{Arrays, KnownPose, Perceived, error_m, name, nearest};
+use super::known_pose::{Arrays, KnownPose, Perceived, error_m, nearest};
 use crate::channel::{ChannelConfig, Instant, Simulator};
 use crate::estimate::Mode;
 use crate::input::InputError;
@@ -105,7 +105,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let tree = tracer.transmitter(tx);
     let mut link = tree.to_link(rx, &tree.trace(rx));
     link.paths.truncate(args.paths);
-    let results = [Mode::Best, Mode::Paper]
+    let results = Mode::ALL
         .into_iter()
         .map(|mode| heard(args, mode, &link))
         .collect::<anyhow::Result<Vec<Result>>>()?;
@@ -138,7 +138,7 @@ fn heard(args: &Args, mode: Mode, link: &Link) -> anyhow::Result<Result> {
         .collect();
     let probabilities = perceived.probabilities.first().copied().flatten();
     Ok(Result {
-        mode: name(mode),
+        mode: mode.name(),
         probabilities: probabilities.map(|p| p.to_array()),
         paths: (0..perceived.paths.len())
             .map(|place| estimate(&receiver, &perceived, link, &truths, place))

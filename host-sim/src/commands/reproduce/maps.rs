@@ -12,7 +12,7 @@ use cslam_core::reflection::ReflectionPoint;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::known_pose::{Arrays, KnownPose, Perceived, name};
+use super::known_pose::{Arrays, KnownPose, Perceived};
 use super::map_plot;
 use crate::commands::threads::Threads;
 use crate::estimate::Mode;
@@ -80,7 +80,7 @@ fn all(args: &Args) -> anyhow::Result<()> {
         .map_err(|e| InputError::in_file(&args.out, format!("cannot be made: {e}")))?;
     let modes = args
         .mode
-        .map_or_else(|| vec![Mode::Best, Mode::Paper], |mode| vec![mode]);
+        .map_or_else(|| Mode::ALL.to_vec(), |mode| vec![mode]);
     let mut table = Table::new([
         "map",
         "sweeps",
@@ -102,7 +102,7 @@ fn all(args: &Args) -> anyhow::Result<()> {
         let mut logs = fly(args, scene_name, &scene, &receivers)?;
         for (log, receiver) in logs.iter_mut().zip(&receivers) {
             let evaluation = evaluate(log, Some(&scene));
-            let mode = name(receiver.mode);
+            let mode = receiver.mode.name();
             write(args, &scene, log, &format!("{scene_name}-{mode}"))?;
             let row = Row {
                 scene: scene_name,
@@ -209,7 +209,7 @@ struct Flight {
 impl Flight {
     fn new(args: &Args, scene: &str, world: &World<'_>, receiver: &KnownPose) -> Self {
         let header = Header {
-            mode: name(receiver.mode).into(),
+            mode: receiver.mode.name().into(),
             scene: scene.into(),
             seed: args.seed,
             planned_sweeps: world.sweeps() as usize,

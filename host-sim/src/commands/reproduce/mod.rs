@@ -2,14 +2,18 @@
 
 mod attacks;
 mod bsm;
+mod complexity;
 mod flights;
 mod known_pose;
+mod lines;
 mod link;
 mod localization;
 mod lscn;
 mod map_plot;
 mod maps;
+mod pattern;
 mod points;
+mod selected;
 mod telemetry;
 mod training;
 
@@ -32,6 +36,10 @@ enum What {
     /// alone, with calibration errors, beside a ground bounce; and the range of large arrays in their near field.
     /// docs/beam-squint.md holds the tables.
     Bsm(bsm::Args),
+    /// Cost of a reflection point: the closed forms beside iteration and search
+    ///
+    /// Evaluations and time for one point at several precisions, as a table and a plot; the time is this machine's.
+    Complexity(complexity::Args),
     /// One link: its 25 strongest paths, and what estimator, networks and closed form make of them
     ///
     /// The paper's worked example, on a link like the paper's unless others are given. From raw samples with the
@@ -57,6 +65,11 @@ enum What {
     /// Flies through each scene with every error of the budget but those of the pose, estimates, classifies, solves and maps as
     /// each mode does, and compares with the truth. Writes the maps as point clouds and as plots.
     Maps(maps::Args),
+    /// Beam patterns of the arrays at both ends, and of beam squint, as tables and a plot
+    ///
+    /// Transmit beams of the GMT in azimuth and elevation, directivity of the UAV's arrays, and where the subcarriers of a squint
+    /// symbol look. Arrays without errors.
+    Pattern(pattern::Args),
     /// Reflection points: the paper's table of errors over 10 000 links of first order
     ///
     /// Experiment 2 solves the points from true delays and angles; experiment 1 from raw samples: int16 blocks of 72 beams with
@@ -78,11 +91,13 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     match &args.what {
         What::Attacks(args) => attacks::run(args),
         What::Bsm(args) => bsm::run(args),
+        What::Complexity(args) => complexity::run(args),
         What::Flights(args) => flights::run(args),
         What::Localization(args) => localization::run(args),
         What::Link(args) => link::run(args),
         What::Lscn(args) => lscn::run(args),
         What::Maps(args) => maps::run(args),
+        What::Pattern(args) => pattern::run(args),
         What::Points(args) => points::run(args),
         What::Telemetry(args) => telemetry::run(args),
         What::Training(args) => training::run(args),

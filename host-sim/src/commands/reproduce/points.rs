@@ -3,14 +3,15 @@
 use std::io::Write;
 
 use cslam_core::geometry::{Real, Rotation};
-use cslam_core::ltd::{PathEstimator, WorkLimit};
+use cslam_core::ltd::WorkLimit;
 use cslam_core::reflection::{Form, Gates};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::known_pose::{Arrays, KnownPose, error_m, name, nearest};
+use super::known_pose::{Arrays, KnownPose};
 use super::lscn::links;
-use crate::channel::{ChannelConfig, Instant, Simulator};
+use super::selected::{Believed, FAR_M, Measured, measure};
+use crate::channel::{ChannelConfig, Simulator};
 use crate::commands::threads::Threads;
 use crate::estimate::Mode;
 use crate::lscn::protocol::SetName;
@@ -30,7 +31,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = 10_000,
           value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=200_000))]
     states: usize,
-    /// Whose methods; both beside each other when absent
+    /// Whose methods; all beside each other when absent
     #[arg(long, value_enum)]
     mode: Option<Mode>,
     /// Errors of the arrays
@@ -88,17 +89,6 @@ fn first_order_links(states: usize, seed: u64) -> anyhow::Result<Vec<Link>> {
     Ok(all)
 }
 
-/// What one mode made of one link.
-#[derive(Clone, Copy, Debug, Default)]
-struct Measured {
-    /// Error of the point of the path that was strongest in truth, m, when it was found.
-    error_m: Option<f64>,
-    /// Whether the strongest estimate is that path.
-    strongest: bool,
-    /// Error of the point that enters the map from the strongest true path, m.
-    accepted_m: Option<f64>,
-}
-
 /// A row of the table.
 #[derive(Serialize)]
 struct Row {
@@ -106,6 +96,10 @@ struct Row {
     what: String,
     states: usize,
     points: usize,
+    /// Points of paths that were not reflected once; `None` where the truth has chosen the path.
+    wrong_order: Option<usize>,
+    /// Points more than [`FAR_M`] off.
+    far: usize,
     median_m: Option<f64>,
     p95_m: Option<f64>,
     rmse_m: Option<f64>,
@@ -115,6 +109,16 @@ struct Row {
 }
 
 impl Row {
+    /// Of points that the receiver believes.
+    fn believed(what: String, states: usize, points: &[Believed]) -> Self {
+        let errors_m: Vec<f64> = points.iter().map(|point| point.error_m).collect();
+        let wrong = points.iter().filter(|point| !point.first_order).count();
+        Self {
+            wrong_order: Some(wrong),
+            ..Self::of(1, what, states, &errors_m)
+        }
+    }
+
     fn of(experiment: u8, what: impl Into<String>, states: usize, errors_m: &[f64]) -> Self {
         let half = |parity: usize| {
             rms(&errors_m
@@ -129,6 +133,8 @@ impl Row {
             what: what.into(),
             states,
             points: errors_m.len(),
+            wrong_order: None,
+            far: errors_m.iter().filter(|error_m| **error_m > FAR_M).count(),
             median_m: quantile(errors_m, 0.5),
             p95_m: quantile(errors_m, 0.95),
             rmse_m: rms(errors_m),
@@ -143,12 +149,14 @@ fn table(args: &Args) -> anyhow::Result<()> {
     let mut rows = exact(&states);
     let modes = args
         .mode
-        .map_or_else(|| vec![Mode::Best, Mode::Paper], |mode| vec![mode]);
+        .map_or_else(|| Mode::ALL.to_vec(), |mode| vec![mode]);
     rows.extend(measured(args, &states, &modes)?);
     let mut table = Table::new([
         "reflection points",
         "states",
         "points",
+        "wrong order",
+        "over 1 m",
         "median m",
         "p95 m",
         "RMSE m",
@@ -165,6 +173,8 @@ fn table(args: &Args) -> anyhow::Result<()> {
             format!("{}: {}", row.experiment, row.what),
             row.states.to_string(),
             row.points.to_string(),
+            row.wrong_order.map_or_else(|| "-".into(), |wrong| wrong.to_string()),
+            row.far.to_string(),
             metres(row.median_m),
             metres(row.p95_m),
             metres(row.rmse_m),
@@ -272,7 +282,7 @@ fn measured(args: &Args, states: &[Link], modes: &[Mode]) -> anyhow::Result<Vec<
                         .collect::<Vec<_>>()
                 },
                 |estimators, (place, link)| {
-                    one(
+                    measure(
                         &simulator,
                         &receivers,
                         estimators,
@@ -293,59 +303,20 @@ fn measured(args: &Args, states: &[Link], modes: &[Mode]) -> anyhow::Result<Vec<
         let of = |pick: &dyn Fn(&Measured) -> Option<f64>| -> Vec<f64> {
             results.iter().filter_map(|all| pick(all.get(which)?)).collect()
         };
-        let mode = name(receiver.mode);
-        let found = of(&|m| m.error_m);
-        rows.push(Row::of(
-            1,
-            format!("{mode}, every one that was found"),
-            states.len(),
-            &found,
-        ));
-        let strongest = of(&|m| m.error_m.filter(|_| m.strongest));
-        rows.push(Row::of(
-            1,
-            format!("{mode}, strongest estimate"),
-            states.len(),
-            &strongest,
-        ));
-        let accepted = of(&|m| m.accepted_m);
-        rows.push(Row::of(
-            1,
-            format!("{mode}, taken into the map"),
-            states.len(),
-            &accepted,
-        ));
+        let mode = receiver.mode.name();
+        let count = states.len();
+        let mut by_truth = |what: &str, errors_m: &[f64]| {
+            rows.push(Row::of(1, format!("{mode}, by truth: {what}"), count, errors_m));
+        };
+        by_truth("found", &of(&|m| m.error_m));
+        by_truth("strongest estimate", &of(&|m| m.error_m.filter(|_| m.strongest)));
+        by_truth("in the map", &of(&|m| m.accepted_m));
+        let mine = || results.iter().filter_map(|all| all.get(which));
+        let judged: Vec<Believed> = mine().filter_map(|m| m.judged).collect();
+        let what = format!("{mode}, by receiver: strongest estimate, judged first order");
+        rows.push(Row::believed(what, count, &judged));
+        let mapped: Vec<Believed> = mine().flat_map(|m| m.mapped.clone()).collect();
+        rows.push(Row::believed(format!("{mode}, by receiver: in the map"), count, &mapped));
     }
     Ok(rows)
-}
-
-fn one(
-    simulator: &Simulator,
-    receivers: &[KnownPose],
-    estimators: &mut [Box<dyn PathEstimator<32, 9>>],
-    link: &Link,
-    index: u32,
-) -> anyhow::Result<Vec<Measured>> {
-    let instant = Instant::at_rest();
-    let sweep = simulator
-        .sweep(link, &instant, index)
-        .map_err(|e| anyhow::anyhow!("link {index}: {e}"))?;
-    let truth_m = link.paths.first().and_then(|path| path.last_vertex);
-    let mut all = Vec::with_capacity(receivers.len());
-    for (receiver, estimator) in receivers.iter().zip(estimators) {
-        let mut blocks = sweep.clone();
-        let perceived = receiver.perceive(estimator.as_mut(), &mut blocks, link, &instant)?;
-        let place = nearest(&perceived, link, 0);
-        let error = |point: Option<cslam_core::reflection::ReflectionPoint>| {
-            point
-                .zip(truth_m)
-                .map(|(point, truth_m)| error_m(&point, truth_m))
-        };
-        all.push(Measured {
-            error_m: place.and_then(|place| error(receiver.solve(&perceived, place))),
-            strongest: place == Some(0),
-            accepted_m: place.and_then(|place| error(receiver.outcome(&perceived, place).ok())),
-        });
-    }
-    Ok(all)
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
+use super::lines;
 use super::lscn::links;
 use crate::commands::threads::Threads;
 use crate::input::InputError;
@@ -83,13 +84,8 @@ fn train(args: &Args) -> anyhow::Result<()> {
     })
     .map_err(InputError::new)?;
     bar.finish_and_clear();
-    if let Some(parent) = args.out.parent().filter(|p| !p.as_os_str().is_empty()) {
-        std::fs::create_dir_all(parent)
-            .map_err(|e| InputError::in_file(parent, format!("cannot be made: {e}")))?;
-    }
     let title = format!("the paper's network, K = 9, {} links", training.len());
-    std::fs::write(&args.out, curves::svg(&title, &trained.curve)?)
-        .map_err(|e| InputError::in_file(&args.out, format!("cannot be written: {e}")))?;
+    lines::write(&args.out, &curves::svg(&title, &trained.curve)?)?;
     print(args, &trained.curve)
 }
 
