@@ -10,7 +10,7 @@ use super::known::holding;
 use super::paths::Heard;
 use super::receive::ends;
 use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
-use super::{CHANNELS, Cslam, PATHS, count};
+use super::{CHANNELS, Cslam, LinkStates, PATHS, count};
 use crate::bounded::gather;
 use crate::localization::bsm::{Bearing, Refusal};
 use crate::localization::filter::{Counters, FaceDirection, SweepMeasurement, SweepVerdict, Transmitter};
@@ -196,6 +196,13 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             let squint = bearing.filter(|_| line == open.sighted).map(face_direction);
             self.line_measurement(path, squint, gmt, open.time_ns)
         });
+        let contrary = match (line, &self.config.link_states) {
+            (Some(_), _) | (_, LinkStates::Paper(_)) => None,
+            _ => self.contrary(heard, open.time_ns),
+        };
+        let contrary = contrary
+            .and_then(|index| heard.get(index))
+            .and_then(|path| self.line_measurement(path, None, gmt, open.time_ns));
         let departure = line_of_sight.and_then(|path| path.departure);
         let proven = line
             .and_then(|index| heard.get(index))
@@ -225,6 +232,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         }
         let planes = holding(self.planes.surfaces(), &self.mirrors, &self.supposed);
         let before = self.localizer.counters();
+        let confirmed = self.localizer.is_confirmed();
         let verdict = self.localizer.sweep(
             open.sweep,
             &SweepMeasurement {
@@ -233,6 +241,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 stop,
                 line_of_sight,
                 proven,
+                contrary,
                 level_yaw: level.map(|(_, yaw)| yaw),
                 reflections: &reflections,
                 double_reflections: &double_reflections,
@@ -241,6 +250,10 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             },
         );
         self.imu.set_errors(self.localizer.imu_errors());
+        if verdict == SweepVerdict::Refixed && line.is_none() && !confirmed {
+            // Whatever that pose has put into the map lies elsewhere.
+            self.clear_map();
+        }
         let joint = line_of_sight.map(|path| if path.departure.is_some() { 5 } else { 3 });
         Localized {
             line,

@@ -20,6 +20,7 @@
 mod ahead;
 mod beacon;
 mod config;
+mod contrary;
 mod covariance;
 mod delta_range;
 mod gate;
@@ -51,6 +52,7 @@ pub use row::{ROW_CAPACITY, Row};
 pub use scalar::TimingVerdict;
 pub use sweep::{SweepMeasurement, SweepVerdict};
 
+use self::contrary::{Doubt, Magnetic};
 use self::delta_range::Lengths;
 use self::gate::Innovation;
 use self::level::Level;
@@ -114,6 +116,8 @@ pub struct Filter<T: Real, const N: usize> {
     last_line_ns: u64,
     last_aid_ns: u64,
     suspect_clock: Option<(u64, f64)>,
+    doubt: Doubt,
+    magnetic: Option<Magnetic>,
     resets: u32,
     health: Health,
     counters: Counters,
@@ -152,6 +156,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
             last_line_ns: time_ns,
             last_aid_ns: time_ns,
             suspect_clock: None,
+            doubt: Doubt::default(),
+            magnetic: None,
             resets: 0,
             health: Health {
                 starting: true,

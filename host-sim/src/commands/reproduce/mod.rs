@@ -1,5 +1,6 @@
 //! `cslam reproduce`: the paper's figures and tables, ours beside the printed values. One file a name.
 
+mod attacks;
 mod bsm;
 mod flights;
 mod known_pose;
@@ -23,6 +24,8 @@ pub(crate) struct Args {
 
 #[derive(Subcommand, Debug)]
 enum What {
+    /// Hostile surroundings: what they make of the pose
+    Attacks(attacks::Args),
     /// Beam squint localization alone: fit, parabola and peak subcarrier beside the Cramer-Rao bound
     ///
     /// Seeded trials through channel, 12-bit converter, path estimation and exactly the code that flies: line of sight
@@ -73,6 +76,7 @@ enum What {
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     match &args.what {
+        What::Attacks(args) => attacks::run(args),
         What::Bsm(args) => bsm::run(args),
         What::Flights(args) => flights::run(args),
         What::Localization(args) => localization::run(args),

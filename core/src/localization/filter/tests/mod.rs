@@ -1,5 +1,6 @@
 //! Tests of the filter's parts against independent arithmetic, and of the whole on made-up flights.
 
+mod contrary;
 mod covariance;
 mod flight;
 mod level;
