@@ -59,6 +59,8 @@ pub enum Source {
     RadioOutliers,
     /// Errors of mapped planes.
     MappedPlanes,
+    /// Where a jammer is, and what it sends.
+    Jammer,
 }
 
 /// A seeded generator of uniform and normal numbers: a [`Stream`] of its own for every source.

@@ -4,14 +4,17 @@
 //! the channel what the front end makes of these. Each sweep depends on the world and its number only, so sweeps may be
 //! made in any order, on any thread.
 
-use cslam_core::array::SquintScheme;
+use cslam_core::array::{SquintScheme, half_wave_dipole};
+use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{GeometryError, Rotation};
+use cslam_core::waveform::Waveform;
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::channel::{ChannelConfig, Instant, Simulator, Sweep};
 use crate::flight::{FlightConfig, FlightPlan};
 use crate::input::InputError;
-use crate::paths::Link;
+use crate::paths::{Link, LinkPath};
 use crate::scene::Scene;
 use crate::sensors::{SensedFlight, SensorsConfig, Truth};
 use crate::tracer::{DEFAULT_MAX_ORDER, Tracer};
@@ -92,13 +95,16 @@ impl<'s> World<'s> {
         let rx_m: [f64; 3] = truth.uav.position_m.into();
         let link = tree.to_link(rx_m, &tree.trace(rx_m));
         let instant = instant(&truth).map_err(|e| failed(e.to_string()))?;
+        let shift_m = self.flight.wrong_fix_m(sweep);
+        let elsewhere = (shift_m != Vector3::zeros()).then(|| seen_from(&link, shift_m));
+        let heard = elsewhere.as_ref().unwrap_or(&link);
         let beams = self
             .simulator
-            .sweep(&link, &instant, sweep)
+            .sweep(heard, &instant, sweep)
             .map_err(|e| failed(e.to_string()))?;
         let squint = self
             .simulator
-            .squint(&link, &instant, sweep, SquintScheme::Sequential)
+            .squint(heard, &instant, sweep, SquintScheme::Sequential)
             .map_err(|e| failed(e.to_string()))?;
         Ok(HeardSweep {
             number: sweep,
@@ -107,6 +113,37 @@ impl<'s> World<'s> {
             truth,
             link,
         })
+    }
+}
+
+/// A link whose line of sight, there or not, is that of a UAV `shift_m` away, through free space.
+fn seen_from(link: &Link, shift_m: Vector3<f64>) -> Link {
+    let way = Vector3::from(link.rx) + shift_m - Vector3::from(link.tx);
+    let length_m = way.norm().max(f64::MIN_POSITIVE);
+    let left = way / length_m;
+    let zenith_rad = |u: &Vector3<f64>| libm::acos(u.z.clamp(-1.0, 1.0));
+    let azimuth_rad = |u: &Vector3<f64>| libm::atan2(u.y, u.x);
+    let wavelength_m = SPEED_OF_LIGHT_M_PER_S / Waveform::default().carrier_hz;
+    let dipoles = half_wave_dipole(&left) * half_wave_dipole(&-left);
+    let gain = wavelength_m / (4.0 * core::f64::consts::PI * length_m) * dipoles;
+    let path = LinkPath {
+        order: Some(0),
+        delay_s: length_m / SPEED_OF_LIGHT_M_PER_S,
+        aoa_zenith_rad: zenith_rad(&-left),
+        aoa_azimuth_rad: azimuth_rad(&-left),
+        aod_zenith_rad: Some(zenith_rad(&left)),
+        aod_azimuth_rad: Some(azimuth_rad(&left)),
+        gain: Some([gain, 0.0]),
+        first_vertex: None,
+        last_vertex: None,
+        snr_db: None,
+        covariance: None,
+        confirmed: None,
+    };
+    let others = link.paths.iter().filter(|path| path.order != Some(0)).cloned();
+    Link {
+        paths: core::iter::once(path).chain(others).collect(),
+        ..link.clone()
     }
 }
 
@@ -129,6 +166,7 @@ pub fn instant(truth: &Truth) -> Result<Instant, GeometryError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sensors::faults::WrongFix;
 
     /// Two seconds in a small room: four sweeps.
     fn short() -> WorldConfig {
@@ -175,6 +213,31 @@ mod tests {
         let instant = instant(&truth).expect("sound");
         assert!((instant.attitude.matrix() - truth.uav.attitude.matrix()).norm() < 1e-12);
         assert!((instant.gmt_attitude.matrix() - truth.gmt_attitude.matrix()).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_wrong_fix_is_heard_in_its_sweeps_and_the_truth_stays() {
+        let scene = Scene::load("outdoor").expect("built in");
+        let sound = World::new(&scene, short(), 3).expect("a flight");
+        let mut config = short();
+        config.sensors.faults.fix.push(WrongFix {
+            sweep: 2,
+            sweeps: 1,
+            distance_m: 20.0,
+        });
+        let wrong = World::new(&scene, config, 3).expect("a flight");
+        let [told, lied] = [&sound, &wrong].map(|world| world.sweep(2).expect("sound"));
+        assert_eq!((&told.link, told.truth), (&lied.link, lied.truth));
+        assert_ne!(told.beams, lied.beams);
+        assert_ne!(told.squint, lied.squint);
+        let [before, after] = [&sound, &wrong].map(|world| world.sweep(1).expect("sound").beams);
+        assert_eq!(before, after);
+        let shift_m = wrong.flight().wrong_fix_m(2);
+        let heard = seen_from(&lied.link, shift_m);
+        let direct: Vec<_> = heard.paths.iter().filter(|path| path.order == Some(0)).collect();
+        let length_m = (lied.truth.uav.position_m + shift_m - lied.truth.gmt_position_m).norm();
+        assert_eq!(direct.len(), 1);
+        assert!((direct[0].delay_s * SPEED_OF_LIGHT_M_PER_S - length_m).abs() < 1e-9);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::localization::filter::{
     Transmitter, range_of_delay_m, wrap_delay_m,
 };
 use crate::localization::hpc::{Hpc, Start};
-use crate::localization::imu::{Alignment, ImuStep, Motion, Turn};
+use crate::localization::imu::{Alignment, ImuStep, MagneticField, Motion, Turn};
 use crate::localization::{ClockEstimate, ImuErrors, Pose};
 
 /// Nanoseconds in a second.
@@ -78,6 +78,21 @@ impl<const STATES: usize> Localizer<STATES> {
     pub(super) fn heading(&mut self, time_ns: u64, yaw_rad: f32, sigma_rad: f32) {
         if let Self::Filter(filter) = self {
             let _counted = filter.heading(time_ns, f64::from(yaw_rad), f64::from(sigma_rad));
+        }
+    }
+
+    /// Takes note of the magnetic field.
+    pub(super) fn magnetic(&mut self, time_ns: u64, field: &MagneticField, seen_ut: &Vector3<f32>) {
+        if let Self::Filter(filter) = self {
+            filter.magnetic(time_ns, field, seen_ut);
+        }
+    }
+
+    /// Whether the pose has been told from an image of it.
+    pub(super) fn is_confirmed(&self) -> bool {
+        match self {
+            Self::Filter(filter) => filter.is_confirmed(),
+            Self::Hpc(_) => true,
         }
     }
 

@@ -176,10 +176,15 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         }
     }
 
-    /// A sample of the magnetometer, uT in body axes. The filter uses its heading only after a while without line of sight.
+    /// A sample of the magnetometer, uT in body axes. Its heading must agree with a start; a running
+    /// filter uses it only after a while without line of sight.
     pub fn magnetometer(&mut self, time_ns: u64, field_ut: &Vector3<f32>) {
         self.elapse(time_ns);
-        let (Some(field), Some(pose)) = (&self.config.magnetic_field, self.localizer.expected()) else {
+        let Some(field) = &self.config.magnetic_field else {
+            return;
+        };
+        self.localizer.magnetic(time_ns, field, field_ut);
+        let Some(pose) = self.localizer.expected() else {
             return;
         };
         let tilt_sigma_rad = libm::sqrtf(
@@ -216,7 +221,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     pub fn sweep(&mut self, time_ns: u64, sweep: u32) {
         self.elapse(time_ns);
         // The pose of the sweep needs the motion up to here, not up to the end of some step before.
-        if let Some(step) = self.imu.finish_step() {
+        if let Some(step) = self.imu.finish_step_at(time_ns) {
             self.localizer.step(&step);
         }
         if self.open.is_some() {

@@ -27,6 +27,7 @@ use crate::path::Departure;
 
 /// Without a position: a path may have lost this much more than through free space, dB. A reflection costs 8 dB at normal
 /// incidence (docs/signal-model.md, "Waveform and link budget") and less the more it grazes; near the edge of the beams the gain is known to 5 dB.
+/// Nor can it be so much stronger: the ground's bounce adds 6 dB at most.
 const UNREFLECTED_DB: f32 = 7.0;
 /// Paths within this of the first one are one with it: images that the arrays' errors make, the ground bounce, m. The
 /// strongest is taken.
@@ -97,7 +98,18 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         self.is_unreflected(strongest, length_m).then_some(0)
     }
 
-    /// Whether a path of this length came nearly as strong as through free space.
+    /// Index of the path that speaks against the pose, of a sweep without line of sight: the first one, when it came as strong as
+    /// through free space.
+    pub(super) fn contrary(&self, heard: &[Heard], time_ns: u64) -> Option<usize> {
+        self.localizer.expected()?;
+        let offset_m = self.clock.offset_m(time_ns)?;
+        let length_m = |path: &Heard| length_m(path.estimated.path.c_tau_m, offset_m);
+        let first = first_of(heard.iter().map(length_m), heard)?;
+        let path = heard.get(first)?;
+        self.is_unreflected(path, length_m(path)).then_some(first)
+    }
+
+    /// Whether a path of this length came nearly as strong as through free space, and no stronger.
     pub(super) fn is_unreflected(&self, path: &Heard, length_m: f64) -> bool {
         let Some((departure, gain_db)) = path.estimated.path.aod.zip(path.gain_db) else {
             return false;
@@ -107,7 +119,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let wavelength_m = (SPEED_OF_LIGHT_M_PER_S / self.config.waveform.carrier_hz) as f32;
         let spread = wavelength_m / (4.0 * core::f32::consts::PI * (length_m as f32).max(1.0));
         let free_space_db = 20.0 * libm::log10f((spread * dipoles).max(f32::MIN_POSITIVE));
-        gain_db > free_space_db - UNREFLECTED_DB
+        (gain_db - free_space_db).abs() < UNREFLECTED_DB
     }
 
     /// Whether a path proves by itself that it is the line of sight: it has lost no more than through free space, and it comes,

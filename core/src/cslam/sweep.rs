@@ -10,7 +10,7 @@ use super::known::holding;
 use super::paths::Heard;
 use super::receive::ends;
 use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
-use super::{CHANNELS, Cslam, PATHS, count};
+use super::{CHANNELS, Cslam, LinkStates, PATHS, count};
 use crate::bounded::gather;
 use crate::localization::bsm::{Bearing, Refusal};
 use crate::localization::filter::{Counters, FaceDirection, SweepMeasurement, SweepVerdict, Transmitter};
@@ -206,6 +206,13 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             let squint = bearing.filter(|_| line == open.sighted).map(face_direction);
             self.line_measurement(path, squint, gmt, open.time_ns)
         });
+        let contrary = match (line, &self.config.link_states) {
+            (Some(_), _) | (_, LinkStates::Paper(_)) => None,
+            _ => self.contrary(heard, open.time_ns),
+        };
+        let contrary = contrary
+            .and_then(|index| heard.get(index))
+            .and_then(|path| self.line_measurement(path, None, gmt, open.time_ns));
         let departure = line_of_sight.and_then(|path| path.departure);
         let proven = line
             .and_then(|index| heard.get(index))
@@ -235,6 +242,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         }
         let planes = holding(self.planes.surfaces(), &self.mirrors, &self.supposed);
         let before = self.localizer.counters();
+        let confirmed = self.localizer.is_confirmed();
         let verdict = self.localizer.sweep(
             open.sweep,
             &SweepMeasurement {
@@ -243,6 +251,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 stop,
                 line_of_sight,
                 proven,
+                contrary,
                 level_yaw: level.map(|(_, yaw)| yaw),
                 reflections: &reflections,
                 double_reflections: &double_reflections,
@@ -256,6 +265,10 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             self.clock.confirm();
         } else if after.timing_refuted != before.timing_refuted {
             self.clock.refute();
+        }
+        if verdict == SweepVerdict::Refixed && line.is_none() && !confirmed {
+            // Whatever that pose has put into the map lies elsewhere.
+            self.clear_map();
         }
         let joint = line_of_sight.map(|path| if path.departure.is_some() { 5 } else { 3 });
         Localized {

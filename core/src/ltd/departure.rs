@@ -28,6 +28,9 @@ const SLOPE_RAD: f32 = 0.002;
 const ITERATIONS: usize = 12;
 /// A step shorter than this ends a descent: a hundredth of the best standard deviation there is.
 const STILL_RAD: f32 = 1e-5;
+/// Share of the product of its diagonal above which a Hessian's determinant is one: sums of [`LOOKS`] terms round by 24 x 6e-8 of
+/// each product at most.
+const LEAST_DETERMINANT: f32 = 3e-6;
 
 /// Where a beam looks.
 #[derive(Clone, Copy, Debug)]
@@ -150,7 +153,7 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
             (best, hessian) = self.descend(&looks, best, &start);
         }
         let (best, [h11, h12, h22]) = self.reconsider(&mut looks, &variances, best, hessian)?;
-        let variance = 0.5 * (h11 + h22) / (h11 * h22 - h12 * h12);
+        let variance = mean_variance(h11, h12, h22);
         (variance > 0.0).then(|| (best, libm::sqrtf(variance)))
     }
 
@@ -307,6 +310,20 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
             out.hessian[2] += w * s2 * s2;
         }
         out
+    }
+}
+
+/// Mean of the variances along both tangents by a Hessian, rad^2: at most that of the prior, and never infinite. Two looks tell one
+/// number, and then the determinant is the difference of two nearly equal products: rounding, of either sign or zero. What
+/// the fit says of the other direction is the prior. NaN when an entry is.
+fn mean_variance(h11: f32, h12: f32, h22: f32) -> f32 {
+    let (sum, product) = (h11 + h22, h11 * h22);
+    let determinant = product - h12 * h12;
+    if determinant > LEAST_DETERMINANT * product {
+        0.5 * sum / determinant
+    } else {
+        // The larger eigenvalue is the sum, as near as it can be known.
+        0.5 * (1.0 / sum + PRIOR_RAD * PRIOR_RAD)
     }
 }
 

@@ -123,6 +123,7 @@ pub fn run<R: Read, T: Real, const N: usize>(
                     line_of_sight: sweep.line_of_sight,
                     proven: false,
                     level_yaw: None,
+                    contrary: None,
                     reflections: &sweep.reflections,
                     double_reflections: &sweep.double_reflections,
                     heard: &[],

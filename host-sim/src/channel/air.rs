@@ -3,13 +3,13 @@
 use cslam_core::array::phasor;
 use cslam_core::geometry::Direction;
 
-use super::config::Jammer;
+use super::config::{Jammer, JammerKind};
 use super::mix::{Gain, mix};
 use super::noise::Gaussian;
 use super::rays::{Instant, Ray};
 use super::simulator::{Block, CHANNELS, Reception, Simulator};
 use super::transmit::BeamField;
-use super::waves::{Plane, Wave};
+use super::waves::{Plane, Wave, WaveMaker};
 use super::{ARRAYS, C64, ELEMENTS};
 use crate::random::Stream;
 
@@ -23,6 +23,7 @@ pub(super) fn stream(index: u32, symbol: usize, kind: u64) -> u64 {
 }
 pub(super) const NOISE: u64 = 0;
 const PER_BEAM: u64 = 1;
+const JAMMED: u64 = 2;
 
 /// What a sweep keeps between its beams.
 pub(super) struct SweepState<'a> {
@@ -43,6 +44,29 @@ pub(super) struct SweepState<'a> {
     gaussian: Gaussian,
 }
 
+/// White noise of mean power one.
+fn noise(gaussian: &mut Gaussian) -> Wave {
+    let mut value = Plane::new();
+    gaussian.add_to(&mut value.re, std::f32::consts::FRAC_1_SQRT_2);
+    gaussian.add_to(&mut value.im, std::f32::consts::FRAC_1_SQRT_2);
+    Wave {
+        value,
+        slope: Plane::new(),
+    }
+}
+
+/// Silences a block that begins at `time_s` between the jammer's pulses.
+fn keep_pulses(wave: &mut Wave, jammer: &Jammer, maker: &WaveMaker, time_s: f64) {
+    let sample_s = 1.0 / maker.waveform().sample_rate_hz;
+    let samples = wave.value.re.iter_mut().zip(&mut wave.value.im);
+    for (n, (re, im)) in samples.enumerate() {
+        let pulses = (time_s + n as f64 * sample_s) / jammer.pulse_interval_s;
+        if pulses - pulses.floor() >= jammer.duty {
+            (*re, *im) = (0.0, 0.0);
+        }
+    }
+}
+
 impl<'a> SweepState<'a> {
     pub(super) fn new(simulator: &'a Simulator, rays: &'a [Ray], instant: &'a Instant, index: u32) -> Self {
         let impairments = &simulator.config.impairments;
@@ -50,7 +74,7 @@ impl<'a> SweepState<'a> {
             let (zenith, azimuth) = (jammer.zenith_deg.to_radians(), jammer.azimuth_deg.to_radians());
             let world = Direction::from_zenith_azimuth(zenith, azimuth).ok()?;
             let body = instant.attitude.inverse().apply(world);
-            Some((jammer.clone(), simulator.reception(&body, 0.0)))
+            Some((jammer.clone(), simulator.reception(&body, jammer.delay_s)))
         });
         let receptions: Vec<_> = rays
             .iter()
@@ -103,6 +127,7 @@ impl<'a> SweepState<'a> {
             for (ray, r) in self.rays.iter().zip(&self.receptions) {
                 waves.push(maker.wave(r.delay_s[j] + clock_s, ray.doppler_hz + cfo_hz));
             }
+            // Any but a tone is made anew in every slot.
             waves.extend(
                 self.jammer
                     .iter()
@@ -110,6 +135,39 @@ impl<'a> SweepState<'a> {
             );
         }
         self.made_at_s = clock_s;
+    }
+
+    /// What the jammer sends in a slot, if that is not always the same.
+    fn jam(&mut self, slot: usize) {
+        let Some((jammer, reception)) = &self.jammer else {
+            return;
+        };
+        let maker = &self.simulator.maker;
+        let heard: [Wave; ARRAYS] = match jammer.kind {
+            JammerKind::Tone => return,
+            JammerKind::Noise | JammerKind::Pulsed => {
+                self.gaussian
+                    .restart(self.simulator.seed, stream(self.index, slot, JAMMED));
+                let mut wave = noise(&mut self.gaussian);
+                if jammer.kind == JammerKind::Pulsed {
+                    keep_pulses(&mut wave, jammer, maker, self.time_s(slot));
+                }
+                // The arrays are a fifth of a sample apart: to them it is one noise.
+                std::array::from_fn(|_| wave.clone())
+            }
+            JammerKind::Replay => {
+                let shift_hz = jammer.offset_hz + self.simulator.config.impairments.cfo_hz;
+                let clock_s = self.clock_s(slot);
+                reception
+                    .delay_s
+                    .map(|delay_s| maker.wave(delay_s + clock_s, shift_hz))
+            }
+        };
+        for (waves, wave) in self.waves.iter_mut().zip(heard) {
+            if let Some(last) = waves.last_mut() {
+                *last = wave;
+            }
+        }
     }
 
     /// The field that arrives in a slot (of a beam period) of a transmitter whose field towards each ray is given, into
@@ -131,6 +189,7 @@ impl<'a> SweepState<'a> {
         if (clock_s - self.made_at_s).abs() > REMAKE_AFTER_S {
             self.make_waves(clock_s);
         }
+        self.jam(slot);
         let late_s = clock_s - self.made_at_s;
         let turn = |shift_hz: f64| {
             let turns = shift_hz * time_s;

@@ -84,22 +84,74 @@ pub struct Impairments {
     pub dropped_beams: Vec<u16>,
     /// Channels 0..32 that deliver zeros.
     pub dead_channels: Vec<u8>,
-    /// An in-band tone.
+    /// A jammer in the band.
     pub jammer: Option<Jammer>,
 }
 
-/// A jammer: a tone from one direction.
+/// What a jammer sends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum JammerKind {
+    /// A tone.
+    #[default]
+    Tone,
+    /// White noise over the sampled band.
+    Noise,
+    /// The same in pulses.
+    Pulsed,
+    /// The GMT's symbol with a delay of the jammer's choice, alike in every beam.
+    Replay,
+}
+
+/// A jammer, in one direction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Jammer {
-    /// Power an isotropic antenna at the UAV receives, dBm.
+    /// What it sends.
+    #[serde(default)]
+    pub kind: JammerKind,
+    /// Power an isotropic antenna at the UAV receives while it sends, dBm.
     pub power_dbm: f64,
-    /// Frequency off the carrier, Hz.
+    /// Frequency off the carrier, Hz; of a tone or a replay.
+    #[serde(default)]
     pub offset_hz: f64,
+    /// Time from pulse to pulse, s.
+    #[serde(default = "ten_microseconds")]
+    pub pulse_interval_s: f64,
+    /// Part of it that a pulse lasts, 0..=1.
+    #[serde(default = "a_third")]
+    pub duty: f64,
+    /// Delay of a replay by the GMT's clock, s.
+    #[serde(default)]
+    pub delay_s: f64,
     /// Zenith angle it arrives from, world frame, deg.
     pub zenith_deg: f64,
     /// Azimuth it arrives from, world frame, deg.
     pub azimuth_deg: f64,
+}
+
+fn ten_microseconds() -> f64 {
+    1e-5
+}
+
+fn a_third() -> f64 {
+    1.0 / 3.0
+}
+
+impl Jammer {
+    /// A tone on the carrier from the horizon ahead of the world's x axis.
+    pub fn tone(power_dbm: f64) -> Self {
+        Self {
+            kind: JammerKind::Tone,
+            power_dbm,
+            offset_hz: 0.0,
+            pulse_interval_s: ten_microseconds(),
+            duty: a_third(),
+            delay_s: 0.0,
+            zenith_deg: 90.0,
+            azimuth_deg: 0.0,
+        }
+    }
 }
 
 impl Impairments {
@@ -259,6 +311,9 @@ impl ChannelConfig {
             let ranges = [
                 ("power_dbm", j.power_dbm, -200.0, 60.0),
                 ("offset_hz", j.offset_hz, -122.88e6, 122.88e6),
+                ("pulse_interval_s", j.pulse_interval_s, 1e-8, 1.0),
+                ("duty", j.duty, 0.0, 1.0),
+                ("delay_s", j.delay_s, 0.0, 1e-3),
                 ("zenith_deg", j.zenith_deg, 0.0, 180.0),
                 ("azimuth_deg", j.azimuth_deg, -360.0, 360.0),
             ];
@@ -306,10 +361,11 @@ mod tests {
         };
         config.impairments.dropped_beams = vec![3, 71];
         config.impairments.jammer = Some(Jammer {
-            power_dbm: -70.0,
+            kind: JammerKind::Pulsed,
             offset_hz: 2e6,
             zenith_deg: 80.0,
             azimuth_deg: 10.0,
+            ..Jammer::tone(-70.0)
         });
         let text = toml::to_string(&config).expect("TOML");
         assert_eq!(read(&text).expect("same"), config);

@@ -46,7 +46,7 @@ mod probe;
 mod tests;
 
 pub use calibration::Calibration;
-pub use config::{ChannelConfig, FrontEndConfig, Impairments, Jammer, MotionConfig};
+pub use config::{ChannelConfig, FrontEndConfig, Impairments, Jammer, JammerKind, MotionConfig};
 pub use noise::Gaussian;
 pub use rays::{Instant, Ray, RayError};
 pub use simulator::{Block, CHANNELS, Simulator, Sweep};

@@ -188,6 +188,7 @@ fn sweep<T: Real, const N: usize>(
         line_of_sight: seen.sight,
         proven: false,
         level_yaw: None,
+        contrary: None,
         reflections: &seen.single,
         double_reflections: &seen.double,
         heard: &[],

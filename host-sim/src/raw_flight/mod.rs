@@ -103,6 +103,8 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     let mut reports = Reports::default();
     let mut pose_due_ns = 0;
     let mut now_ns = 0;
+    // The first whose samples have not been taken.
+    let mut next_sweep = 0;
     // Enters a sweep that has ended; whether to go on.
     let mut enter = |reports: &mut Reports, hand: &mut Option<HeardSweep>, logbook: &mut Logbook| {
         let Some(report) = reports.0.take() else {
@@ -133,8 +135,17 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
                 logbook.pose(pose.as_ref(), clock_offset_m, &truth);
             }
             Event::Sweep { sweep } if sweep < sweeps => {
-                let Ok(heard) = ready.recv() else { break };
+                // The samples of a sweep whose beginning was lost are lost with it; one that begins again brings none.
+                if next_sweep > sweep {
+                    continue;
+                }
+                let heard = ready.iter().find(|heard| match heard {
+                    Ok(heard) => heard.number >= sweep,
+                    Err(_) => true,
+                });
+                let Some(heard) = heard else { break };
                 let mut heard = heard?;
+                next_sweep = heard.number + 1;
                 // One that is still open ends now.
                 receiver.end(&mut reports);
                 if !enter(&mut reports, &mut hand, &mut logbook) {
@@ -189,5 +200,72 @@ fn hear<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
             symbol,
         };
         let _used = receiver.capture(capture, reports);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flight::FlightConfig;
+    use crate::scene::Scene;
+    use crate::sensors::faults::{TransportFault, Traveller};
+    use crate::world::WorldConfig;
+
+    /// Flies eight sweeps whose beginnings fare as `fault` says: numbers and times of the sweeps in the log, and the true time of each.
+    fn flown(lost: f64, doubled: f64) -> Vec<(u32, f64, f64)> {
+        let scene = Scene::load("outdoor").expect("built in");
+        let mut config = WorldConfig {
+            flight: FlightConfig {
+                duration_s: 4.0,
+                rest_s: 0.5,
+                ..FlightConfig::default()
+            },
+            ..WorldConfig::default()
+        };
+        config.sensors.faults.transport.push(TransportFault {
+            events: vec![Traveller::Sweep],
+            start_s: 0.0,
+            duration_s: 1e9,
+            lost,
+            doubled,
+            late: 0.0,
+            late_by_s: 0.0,
+        });
+        let world = World::new(&scene, config, 3).expect("a flight");
+        let header = Header {
+            mode: "best".into(),
+            scene: "outdoor".into(),
+            seed: 3,
+            planned_sweeps: 8,
+            sweep_period_s: 0.5,
+            delay_cycle_m: None,
+        };
+        let never = AtomicBool::new(false);
+        let log = with_board_receiver(|receiver| {
+            let (log, _) = fly(&world, receiver, header, &never, |_| (), |_, _| ())?;
+            Ok(log)
+        });
+        let log = log.expect("flown");
+        let sweeps = log.sweeps.iter();
+        sweeps
+            .map(|s| (s.sweep, s.time_s, world.flight().sweep_truth(s.sweep).time_s))
+            .collect()
+    }
+
+    #[test]
+    fn a_sweep_has_its_own_samples_whatever_became_of_those_before() {
+        for (lost, doubled) in [(0.4, 0.0), (0.0, 0.5)] {
+            let sweeps = flown(lost, doubled);
+            let numbers: Vec<u32> = sweeps.iter().map(|s| s.0).collect();
+            assert!(numbers.is_sorted_by(|a, b| a < b), "{numbers:?}");
+            assert_eq!(sweeps.len() == 8, lost == 0.0, "{numbers:?}");
+            assert!(sweeps.len() > 2);
+            for (sweep, heard_s, true_s) in &sweeps {
+                assert!(
+                    (heard_s - true_s).abs() < 1e-9,
+                    "sweep {sweep}: samples of {heard_s} s, began at {true_s} s"
+                );
+            }
+        }
     }
 }

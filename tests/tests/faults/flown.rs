@@ -150,6 +150,7 @@ pub(crate) fn fly(faults: &str, flagged: impl Fn(&LocalizerHealth) -> bool) -> F
                     line_of_sight: sweep.line_of_sight,
                     proven: false,
                     level_yaw: None,
+                    contrary: None,
                     reflections: &sweep.reflections,
                     double_reflections: &sweep.double_reflections,
                     heard: &[],

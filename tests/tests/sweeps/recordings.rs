@@ -116,10 +116,10 @@ fn short_sweeps(recording: &mut Recording) {
         );
     }
     let jammer = Jammer {
-        power_dbm: -70.0,
         offset_hz: 30e6,
         zenith_deg: 80.0,
         azimuth_deg: 20.0,
+        ..Jammer::tone(-70.0)
     };
     let mut jammed = Recorder::new(
         some_beams(Impairments {

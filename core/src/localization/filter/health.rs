@@ -49,6 +49,10 @@ pub struct Counters {
     pub inflations: u32,
     /// Poses set anew.
     pub refixes: u32,
+    /// Sweeps whose first path proves the pose wrong: shorter than the straight way.
+    pub contrary: u32,
+    /// Starts and re-fixes that the magnetic heading contradicts.
+    pub starts_refused: u32,
     /// Clock steps taken over.
     pub clock_steps: u32,
     /// Two-way exchanges rejected.

@@ -80,6 +80,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         let turn = rotation(&Vector3::new(0.0, 0.0, yaw.yaw_rad));
         let attitude = turn * self.nominal.attitude;
+        if !self.heading_allows(&attitude, libm::hypot(level.tilt_sigma_rad, yaw.sigma_rad)) {
+            return false;
+        }
         let towards = attitude * self.model.corrected(&path.aoa, &self.nominal);
         let range_m = range_of_delay_m(path.c_tau_m - self.nominal.clock_offset_m);
         self.nominal.attitude = attitude;
@@ -88,6 +91,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.set_level_covariance(&towards, range_m, path, &level, yaw.sigma_rad);
         self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
         (self.contested, self.held) = (0, 0);
+        self.doubt_anew();
         self.level = None;
         self.running = true;
         true

@@ -21,6 +21,7 @@ mod ahead;
 mod beacon;
 mod claim;
 mod config;
+mod contrary;
 mod covariance;
 mod delta_range;
 mod gate;
@@ -52,6 +53,7 @@ pub use row::{ROW_CAPACITY, Row};
 pub use scalar::TimingVerdict;
 pub use sweep::{SweepMeasurement, SweepVerdict};
 
+use self::contrary::{Doubt, Magnetic};
 use self::delta_range::Lengths;
 use self::gate::Innovation;
 use self::level::Level;
@@ -120,6 +122,8 @@ pub struct Filter<T: Real, const N: usize> {
     last_line_ns: u64,
     last_aid_ns: u64,
     suspect_clock: Option<Suspect>,
+    doubt: Doubt,
+    magnetic: Option<Magnetic>,
     resets: u32,
     health: Health,
     counters: Counters,
@@ -160,6 +164,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
             last_line_ns: time_ns,
             last_aid_ns: time_ns,
             suspect_clock: None,
+            doubt: Doubt::default(),
+            magnetic: None,
             resets: 0,
             health: Health {
                 starting: true,

@@ -252,7 +252,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         true
     }
 
-    fn set_clock(&mut self, offset_m: f64, variance: f64) {
+    pub(super) fn set_clock(&mut self, offset_m: f64, variance: f64) {
         self.nominal.clock_offset_m = wrap_delay_m(offset_m - self.nominal.two_way_bias_m);
         self.covariance
             .reset_to_sum(CLOCK_OFFSET, TWO_WAY_BIAS, T::of(variance));

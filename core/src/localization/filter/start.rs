@@ -64,8 +64,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
         };
         let seen = self.model.corrected(&path.aoa, &self.nominal);
         let [x, z] = departure.sigma;
-        let sigma_m = (place - gmt.position_m).norm() * x.max(z);
-        self.window.push(place, sigma_m, -departed, seen);
+        let sigma_rad = x.max(z);
+        let sigma_m = (place - gmt.position_m).norm() * sigma_rad;
+        self.window.push(place, (sigma_m, sigma_rad), -departed, seen);
     }
 
     /// Starts when the window allows it.
@@ -73,7 +74,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let Some(solution) = self.window.solve(START_FIXES, None) else {
             return false;
         };
-        self.running = self.set_pose(gmt, &solution);
+        self.running = self.is_acceptable(&solution);
+        if self.running {
+            self.set_pose(gmt, &solution);
+        }
         self.running
     }
 
@@ -99,11 +103,12 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     fn refix(&mut self, gmt: &Transmitter, solution: &Solution) -> bool {
-        let set = self.set_pose(gmt, solution);
-        if set {
+        let acceptable = self.is_acceptable(solution);
+        if acceptable {
+            self.set_pose(gmt, solution);
             self.count_refix();
         }
-        set
+        acceptable
     }
 
     /// Fixes position and velocity anew when the last `fixes` sweeps agree with each other and with the attitude.
@@ -141,12 +146,16 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
     }
 
-    /// Sets the pose, if its attitude is not one that would be lost at once.
-    fn set_pose(&mut self, gmt: &Transmitter, solution: &Solution) -> bool {
-        if libm::sqrt(3.0) * solution.attitude_sigma_rad >= self.gates().attitude_lost_rad {
-            return false;
-        }
+    /// Whether an attitude is not one that would be lost at once, nor contradicted by the magnetic heading.
+    pub(super) fn is_acceptable(&mut self, solution: &Solution) -> bool {
+        libm::sqrt(3.0) * solution.attitude_sigma_rad < self.gates().attitude_lost_rad
+            && self.heading_allows(&solution.attitude, solution.attitude_sigma_rad)
+    }
+
+    /// Sets the pose.
+    pub(super) fn set_pose(&mut self, gmt: &Transmitter, solution: &Solution) {
         self.set_position(gmt, solution);
+        self.doubt_anew();
         self.nominal.attitude = solution.attitude;
         let (_, _, sight) = FIXED_SIGMA;
         let tilt = solution.attitude_sigma_rad;
@@ -156,7 +165,6 @@ impl<T: Real, const N: usize> Filter<T, N> {
         for i in 0..3 {
             self.covariance.reset(ATTITUDE + i, T::of(attitude));
         }
-        true
     }
 
     /// Forgets everything but the time, the gyroscope bias at rest and the history.

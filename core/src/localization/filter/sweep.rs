@@ -33,6 +33,8 @@ pub struct SweepMeasurement<'a> {
     pub line_of_sight: Option<PathMeasurement>,
     /// That it is the line of sight shows in the path itself, whatever the position is thought to be.
     pub proven: bool,
+    /// Without one: the first path, when it is as strong as through free space, but not from where the pose has the GMT.
+    pub contrary: Option<PathMeasurement>,
     /// Yaw of the level attitude ([`Filter::level`]), if something tells it before the start.
     pub level_yaw: Option<LevelYaw>,
     /// Paths of one reflection.
@@ -105,7 +107,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let mut beacon = self.judge_beacon(measurement);
         let verdict = match &measurement.line_of_sight {
             Some(path) => self.line_of_sight(&mut beacon, path, measurement),
-            None => SweepVerdict::NoSight,
+            None => match &measurement.contrary {
+                Some(path) => self.contrary(&beacon.taken, path),
+                None => SweepVerdict::NoSight,
+            },
         };
         self.settle_beacon(&beacon, measurement.time_ns);
         let gmt = beacon.taken;
@@ -114,6 +119,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         let (lengths, moved_m) = self.lengths(&gmt, measurement);
         let sighted = verdict.is_taken();
+        if sighted && measurement.line_of_sight.is_some() {
+            self.sighted(&gmt);
+        }
         if sighted {
             self.last_sight_ns = measurement.time_ns;
             self.last_aid_ns = measurement.time_ns;

@@ -22,6 +22,11 @@ const LONGEST_GAP_S: f64 = 2.6;
 const LINE_TOLERANCE_M: f64 = 0.5;
 /// An angle of arrival further than this from the common attitude is wrong, rad (3 deg: gyro bias within the window).
 const SIGHT_TOLERANCE_RAD: f64 = 0.052;
+/// Scatter of the angles between the two ends of a sight beside what its departure claims, rad per axis: the ground's bounce draws
+/// departures aside, and a gyroscope's bias of 0.5 deg/s turns the body as far in a second.
+const SIGHT_SCATTER_RAD: f64 = 0.008;
+/// Normal deviate that one window in a thousand is beyond.
+const DEVIATE: f64 = 3.09;
 /// Specific force seen from outside and from inside agree up to this, m/s^2.
 const FORCE_TOLERANCE_M_PER_S2: f64 = 2.0;
 /// Scatter of fixes per axis beside what their departures claim, m.
@@ -70,6 +75,8 @@ struct Fix {
     seen: Vector3<f64>,
     /// Variance of the position per axis, m^2: noise, not what all fixes share.
     variance_m2: f64,
+    /// Variance of the angle between both ends of the sight, rad^2 per axis.
+    sight_variance_rad2: f64,
     since_previous: Segment,
 }
 
@@ -125,16 +132,19 @@ impl Window {
         }
     }
 
-    /// Takes in a fix at the end of the motion so far: where the UAV was, to `sigma_m` per axis, the direction to the GMT in world
-    /// axes, and the same direction as the arrays saw it.
+    /// Takes in a fix at the end of the motion so far: where the UAV was, to `sigma` (m, and rad as the GMT sees it) per axis, the
+    /// direction to the GMT in world axes, and the same direction as the arrays saw it.
     pub(super) fn push(
         &mut self,
         position_m: Vector3<f64>,
-        sigma_m: f64,
+        sigma: (f64, f64),
         towards_gmt: Vector3<f64>,
         seen: Vector3<f64>,
     ) {
-        if !((position_m + towards_gmt + seen).iter().all(|c| c.is_finite()) && sigma_m.is_finite()) {
+        let (sigma_m, sigma_rad) = sigma;
+        if !((position_m + towards_gmt + seen).iter().all(|c| c.is_finite())
+            && (sigma_m + sigma_rad).is_finite())
+        {
             return;
         }
         if self.fixes.is_full() {
@@ -145,6 +155,7 @@ impl Window {
             towards_gmt,
             seen,
             variance_m2: FIX_SCATTER_M * FIX_SCATTER_M + sigma_m * sigma_m,
+            sight_variance_rad2: SIGHT_SCATTER_RAD * SIGHT_SCATTER_RAD + sigma_rad * sigma_rad,
             since_previous: self.current,
         };
         let _ = self.fixes.push_back(fix);
@@ -195,13 +206,31 @@ impl Window {
         }
         let slope = slope / times.spread;
         let on_line = |t: f64| mean + slope * (t - times.mean_s);
-        if motion
-            .iter()
-            .any(|entry| (flat(entry) - on_line(entry.0.dt_s)).norm() > LINE_TOLERANCE_M)
-        {
+        // A wave that a wall has turned makes a window of its own, every fix in order: the image of the flight. But what turns to the
+        // left turns to the right in it, against the gyroscope, and the sights part from each other.
+        let (mut misfit, mut sight, mut apart) = (0.0, 0.0, 0.0);
+        for entry in &motion {
+            let beside_m = (flat(entry) - on_line(entry.0.dt_s)).norm();
+            if beside_m > LINE_TOLERANCE_M {
+                return None;
+            }
+            misfit += beside_m * beside_m / entry.1.variance_m2;
+            sight += off(entry).norm_squared() / (2.0 * times.n);
+            apart += (off(entry) - mean_off).norm_squared() / entry.1.sight_variance_rad2;
+        }
+        if apart > chi_square_limit(2.0 * times.n - 2.0) {
             return None;
         }
-        let [position, velocity] = variances(&motion, &times, bend.as_ref());
+        // Of the fixes' three coordinates a line takes two each, and an attitude that comes from their bend one.
+        let fitted = if bend.is_some() { 9.0 } else { 6.0 };
+        let freedom = (3.0 * times.n - fitted).max(1.0);
+        // What the fixes leave over widens what they claim.
+        let excess = (misfit / freedom).max(1.0);
+        let [position, velocity] = variances(&motion, &times, bend.as_ref()).map(|v| v * excess);
+        let attitude_sigma_rad = match known {
+            Some(_) => 0.0,
+            None => libm::sqrt(attitude_sigma_rad * attitude_sigma_rad * excess + sight),
+        };
         Some(Solution {
             position_m: on_line(last.dt_s) + gravity * (0.5 * last.dt_s * last.dt_s) + first * last.position,
             velocity_m_per_s: slope + gravity * last.dt_s + first * last.velocity,
@@ -212,6 +241,13 @@ impl Window {
             velocity_sigma_m_per_s: libm::sqrt(velocity),
         })
     }
+}
+
+/// Chi-square that one in a thousand of `freedom` degrees of freedom is beyond (Wilson and Hilferty).
+fn chi_square_limit(freedom: f64) -> f64 {
+    let ninth = 2.0 / (9.0 * freedom);
+    let root = 1.0 - ninth + DEVIATE * libm::sqrt(ninth);
+    freedom * root * root * root
 }
 
 /// Variances of place and velocity at the last of some fixes by the noise of all, per axis: what each adds to the end of the line

@@ -166,6 +166,33 @@ impl Imu {
         }
     }
 
+    /// Ends the step at `time_ns`, for a measurement of that time. Samples that are missing just before it are bridged as those between
+    /// samples are, by the last one, up to [`ImuConfig::gap_ns`]: a lost sample is no reason to call the motion unknown.
+    pub fn finish_step_at(&mut self, time_ns: u64) -> Option<ImuStep> {
+        let silence_ns = self.timeline.silence_ns(time_ns);
+        if let (Some((rate, force)), Ok(gap_ns)) = (self.last, u32::try_from(silence_ns))
+            && !self.silent
+            && gap_ns > self.config.period_ns
+            && gap_ns <= self.config.gap_ns
+            && let Some(pending) = self
+                .pending
+                .as_mut()
+                .filter(|pending| pending.motion == Motion::Measured)
+        {
+            pending.sum.forget_course();
+            pending.sum.add(&rate, &force, gap_ns as f32 * NS);
+            pending.sum.forget_course();
+            pending.end_ns = time_ns;
+            self.timeline.coasted_to(time_ns);
+            self.counters.missing = self
+                .counters
+                .missing
+                .saturating_add(gap_ns / self.config.period_ns.max(1));
+            self.doubt(gap_ns);
+        }
+        self.finish_step()
+    }
+
     /// Ends the step early; nothing when it is empty.
     pub fn finish_step(&mut self) -> Option<ImuStep> {
         let pending = self.pending.as_mut()?;

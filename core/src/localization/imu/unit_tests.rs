@@ -359,3 +359,47 @@ fn a_step_can_be_ended_early() {
     assert!(imu.finish_step().is_none());
     assert_eq!(imu.newest_ns(), Some(3 * MS));
 }
+
+/// A measurement just after a few lost samples: the motion up to it is bridged, not unknown.
+#[test]
+fn samples_lost_just_before_a_measurement_are_bridged_to_it() {
+    for lost_ms in [0, 1, 4, 49] {
+        let (mut sensor, mut imu) = (Sensor(7), Imu::new(ImuConfig::default()));
+        let mut steps = Vec::new();
+        let mut last_ms = 0;
+        for ms in (0..=1000).filter(|ms| ms + lost_ms < 700 || *ms > 700) {
+            if ms > 700 && last_ms < 700 {
+                // Half a sample after the place of the last one.
+                steps.extend(imu.finish_step_at(700 * MS + MS / 2));
+                let ended = steps.last().map(|step: &ImuStep| step.increment.end_ns);
+                let expected = if lost_ms == 0 { 699 * MS } else { 700 * MS + MS / 2 };
+                assert_eq!(ended, Some(expected), "{lost_ms} lost");
+            }
+            last_ms = ms;
+            steps.extend(imu.push(&sensor.at(ms * MS)));
+        }
+        steps.extend(imu.finish_step());
+        let outcome = Outcome {
+            imu,
+            steps,
+            flagged_ms: None,
+        };
+        let (angle, ..) = outcome.sums();
+        assert!(outcome.is_seamless());
+        assert_eq!(outcome.coasted_ms(), 0, "{lost_ms} lost");
+        assert!((angle - 0.5).abs() < 2e-3, "{lost_ms} lost: {angle}");
+    }
+}
+
+/// Beyond the longest gap the sensor has stopped, whoever asks.
+#[test]
+fn a_stopped_sensor_is_not_bridged_to_a_measurement() {
+    let (mut sensor, mut imu) = (Sensor(7), Imu::new(ImuConfig::default()));
+    for ms in 0..=100 {
+        let _ = imu.push(&sensor.at(ms * MS));
+    }
+    let ended = imu
+        .finish_step_at(100 * MS + 51 * MS)
+        .map(|step| step.increment.end_ns);
+    assert!(ended.is_none_or(|ended| ended <= 100 * MS));
+}

@@ -67,6 +67,55 @@ fn single_look_is_the_beam_and_says_how_little_it_knows() {
     );
 }
 
+/// Two looks are one number: which of all directions that explain it is the right one, they cannot tell, however loud they are.
+/// Amplitudes and variances of a path that a flight through a city has heard.
+#[test]
+fn two_looks_leave_one_direction_to_the_prior() {
+    const GAIN_SIGMA: f32 = 0.035;
+    let departures = Default72::new(&Codebook::<f32>::default(), GAIN_SIGMA);
+    let at = |face: usize, cosines: [f32; 2]| {
+        let near = |aim: &Aim| {
+            let off = [aim.cosines[0] - cosines[0], aim.cosines[1] - cosines[1]];
+            aim.face == face && off[0].abs().max(off[1].abs()) < 1e-3
+        };
+        departures
+            .aims
+            .iter()
+            .position(|aim| aim.as_ref().is_some_and(near))
+    };
+    let look = |cosines, amplitude: f32, variance: f32| Look {
+        beam: at(0, cosines).expect("a beam") as u16,
+        amplitude,
+        // Without the gain's share, which the fit adds.
+        variance: variance - (GAIN_SIGMA * amplitude) * (GAIN_SIGMA * amplitude),
+    };
+    let heard = [
+        look([0.098_110_7, 0.422_618_27], 3.646_338e-4, 1.670_006_4e-10),
+        look([0.741_213_14, 0.207_911_7], 3.589_578e-4, 1.917_180_7e-10),
+    ];
+    for scale in [1.0, 0.999, 1.001, 1.1, 0.7] {
+        let looks = heard.map(|look| Look {
+            amplitude: look.amplitude * if look.beam == heard[0].beam { scale } else { 1.0 },
+            ..look
+        });
+        let (_, sigma_rad) = departures.fit(looks.into_iter()).expect("a direction");
+        assert!((0.08..=PRIOR_RAD).contains(&sigma_rad), "{scale}: {sigma_rad}");
+    }
+}
+
+#[test]
+fn a_hessian_of_rank_one_gives_a_finite_variance_whatever_its_rounding() {
+    // As the flight had it: the determinant is zero in single precision.
+    assert!((libm::sqrtf(mean_variance(2.162_862_6e9, 3.799_327_5e9, 6.673_974_3e9)) - 0.0863).abs() < 1e-3);
+    for nudge in [-3, -1, 1, 3] {
+        let h12 = f32::from_bits(3.799_327_5e9_f32.to_bits().wrapping_add_signed(nudge));
+        let sigma = libm::sqrtf(mean_variance(2.162_862_6e9, h12, 6.673_974_3e9));
+        assert!((sigma - 0.0863).abs() < 1e-3, "{nudge}: {sigma}");
+    }
+    assert_eq!(mean_variance(4.0, 0.0, 2.0), 0.375);
+    assert!(mean_variance(f32::NAN, 0.0, 1.0).is_nan());
+}
+
 /// Amplitudes with noise and gain errors of the stated size: the direction errs as much as it says.
 #[test]
 fn error_is_what_the_fit_says() {

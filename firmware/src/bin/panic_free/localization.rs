@@ -83,6 +83,7 @@ fn sweep(localizer: &mut Localizer<f32, STATES>) -> Option<()> {
         stop: black_box(0),
         line_of_sight: black_box(Some(path)),
         proven: black_box(true),
+        contrary: black_box(Some(path)),
         level_yaw: black_box(Some(LevelYaw {
             yaw_rad: 0.0,
             sigma_rad: 0.0,

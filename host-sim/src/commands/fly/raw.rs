@@ -9,6 +9,7 @@ use cslam_core::cslam::{
 };
 use cslam_core::localization::filter::FilterConfig;
 use cslam_core::localization::hpc;
+use cslam_core::localization::imu::MagneticField;
 use cslam_core::lscn::{Classifier, PaperClassifier, models};
 use cslam_core::ltd::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays};
 
@@ -155,7 +156,13 @@ pub(crate) fn fly(
         sweep_period_s: world.flight().plan().schedule().sweep_period_s,
         delay_cycle_m: Some(cslam_core::localization::filter::DELAY_PERIOD_M),
     };
-    let receiver = receiver_config(setup)?;
+    let mut receiver = receiver_config(setup)?;
+    let earth = &world.flight().config().magnetometer;
+    receiver.magnetic_field = Some(MagneticField::new(
+        earth.field_ut as f32,
+        earth.inclination_deg.to_radians() as f32,
+        earth.declination_deg.to_radians() as f32,
+    ));
     let estimation = EstimatorConfig::default();
     let of_mode = match setup.mode {
         Mode::Best => estimate::Mode::Best,

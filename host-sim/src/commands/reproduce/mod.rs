@@ -28,7 +28,7 @@ pub(crate) struct Args {
 
 #[derive(Subcommand, Debug)]
 enum What {
-    /// Attacks: flights in which the GMT lies
+    /// Attacks: flights in which the GMT lies, starts beside a jammer
     Attacks(attacks::Args),
     /// Beam squint localization alone: fit, parabola and peak subcarrier beside the Cramer-Rao bound
     ///

@@ -67,6 +67,7 @@ pub(super) fn measurement(time_ns: u64, path: PathMeasurement) -> SweepMeasureme
         line_of_sight: Some(path),
         proven: false,
         level_yaw: None,
+        contrary: None,
         reflections: &[],
         double_reflections: &[],
         heard: &[],
@@ -90,9 +91,20 @@ pub(super) fn fly(
     filter: &mut Filter46,
     end_ns: u64,
     late_ns: u64,
+    change: impl FnMut(u64, &mut Filter46, &mut SweepMeasurement<'static>),
+) {
+    fly_from(filter, 0, end_ns, late_ns, change);
+}
+
+/// The same from a time on.
+pub(super) fn fly_from(
+    filter: &mut Filter46,
+    start_ns: u64,
+    end_ns: u64,
+    late_ns: u64,
     mut change: impl FnMut(u64, &mut Filter46, &mut SweepMeasurement<'static>),
 ) {
-    for now in (STEP_NS..=end_ns).step_by(STEP_NS as usize) {
+    for now in (start_ns + STEP_NS..=end_ns).step_by(STEP_NS as usize) {
         filter.increment(&increment(now - STEP_NS));
         if now % SWEEP_NS == SWEEP_NS / 2 {
             let _ = filter.two_way(now, truth(now).clock_offset_m);

@@ -1,6 +1,7 @@
 //! Tests of the filter's parts against independent arithmetic, and of the whole on made-up flights.
 
 mod attack;
+mod contrary;
 mod covariance;
 mod flight;
 mod level;

@@ -61,7 +61,7 @@ fn poor_window(steps: &[u32], sigma_m: f64, disturb: impl Fn(u32, Vector3<f64>) 
         let t = f64::from(now) * 0.01;
         let towards = (G - position(t)).normalize();
         let seen = attitude(t).tr_mul(&towards);
-        window.push(disturb(step, position(t)), sigma_m, towards, seen);
+        window.push(disturb(step, position(t)), (sigma_m, 0.0), towards, seen);
     }
     window
 }
@@ -188,4 +188,57 @@ fn too_few_fixes_or_too_far_apart_give_nothing() {
             .is_none()
     );
     assert_eq!(WINDOW, 6);
+}
+
+#[test]
+fn fixes_that_scatter_more_than_they_claim_widen_the_pose() {
+    let solve = |size_m: f64| {
+        let scattered = |step: u32, p: Vector3<f64>| {
+            let side = if step.is_multiple_of(2) { size_m } else { -size_m };
+            p + Vector3::new(side, 0.0, 0.0)
+        };
+        window(&[0, 1, 2, 3, 4, 5], scattered)
+            .solve(6, None)
+            .expect("within the tolerance")
+    };
+    let (sound, scattered) = (solve(0.0), solve(0.3));
+    for (claimed, sound) in [
+        (scattered.position_sigma_m, sound.position_sigma_m),
+        (scattered.velocity_sigma_m_per_s, sound.velocity_sigma_m_per_s),
+        (scattered.attitude_sigma_rad, sound.attitude_sigma_rad),
+    ] {
+        assert!(claimed > 1.5 * sound, "{claimed} beside {sound}");
+    }
+    let off_m = (scattered.position_m - position(2.5)).norm();
+    assert!(
+        off_m < 3.0 * libm::sqrt(3.0) * scattered.position_sigma_m,
+        "{off_m}"
+    );
+}
+
+/// The flight as a wall shows it: every fix mirrored, each sight from the image of the GMT.
+#[test]
+fn the_image_of_a_flight_that_turns_about_the_gmt_gives_no_pose() {
+    let mirrored = |v: Vector3<f64>| Vector3::new(v.x, 60.0 - v.y, v.z);
+    let seen_off_a_wall = |image: bool| {
+        let mut window = Window::new();
+        for k in 0..=250_u32 {
+            let t = f64::from(k) * 0.01;
+            if k.is_multiple_of(50) {
+                let (place, from) = if image {
+                    (mirrored(position(t)), mirrored(G))
+                } else {
+                    (position(t), G)
+                };
+                let seen = attitude(t).tr_mul(&(from - position(t)).normalize());
+                window.push(place, (0.1, 0.003), (G - place).normalize(), seen);
+            }
+            if k < 250 {
+                window.advance(&increment(t));
+            }
+        }
+        window.solve(6, None)
+    };
+    assert!(seen_off_a_wall(false).is_some());
+    assert_eq!(seen_off_a_wall(true), None);
 }

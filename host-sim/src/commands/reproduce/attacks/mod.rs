@@ -1,6 +1,7 @@
 //! `cslam reproduce attacks`: what hostile or broken surroundings do to a flight. One file a name.
 
 mod beacons;
+mod jamming;
 
 use clap::Subcommand;
 
@@ -17,10 +18,15 @@ enum What {
     ///
     /// Flights with every error of the budget, wrong paths, and no map. docs/localization.md holds the table.
     Beacons(beacons::Args),
+    /// Starts beside a jammer: four kinds of it over a grid of powers
+    ///
+    /// Flights from raw samples, cut off after the start. docs/localization.md holds the table.
+    Jamming(jamming::Args),
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     match &args.what {
         What::Beacons(args) => beacons::run(args),
+        What::Jamming(args) => jamming::run(args),
     }
 }
