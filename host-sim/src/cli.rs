@@ -2,10 +2,11 @@
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::commands;
 use crate::input::InputError;
+use crate::progress;
 
 /// A UAV that sees with radio: simulate its world, fly its receiver, look at its map.
 ///
@@ -13,6 +14,9 @@ use crate::input::InputError;
 #[derive(Parser, Debug)]
 #[command(name = "cslam", version, max_term_width = 100)]
 struct Cli {
+    /// Say nothing but results, warnings and errors: no progress bars, no notes
+    #[arg(short, long, global = true)]
+    quiet: bool,
     #[command(subcommand)]
     command: Option<Command>,
 }
@@ -31,8 +35,16 @@ enum Command {
     ///
     /// The models that come with the program, exactly as they fly: integer networks over features of the measured paths.
     /// A path is accepted for the map when one reflection is probable and its point passes the gates. A link without a path
-    /// is an outage, state 0. Where the file knows the orders, the summary compares with them.
+    /// is an outage, state 0. Prints a line a path, and a summary; where the file knows the orders, it compares with them.
     Classify(commands::classify::Args),
+    /// Print what a shell needs to complete the command line
+    ///
+    /// bash: cslam completions bash > ~/.local/share/bash-completion/completions/cslam
+    ///
+    /// zsh: cslam completions zsh > DIR/_cslam, with DIR in $fpath
+    ///
+    /// fish: cslam completions fish > ~/.config/fish/completions/cslam.fish
+    Completions(commands::completions::Args),
     /// Make a data set for the link-state classifier: ray-traced links as NumPy columns
     ///
     /// Every transmitter with every free point of a receiver grid, or a seeded sample of these links. The paper's
@@ -47,8 +59,10 @@ enum Command {
     /// Fly: measure, solve, map and send (the default)
     ///
     /// The UAV hears the GMT on one link after the other, solves the reflection point of each path, judges it, and
-    /// sends what it found to the ground. Every measurement has errors of the stated size; the receiver never sees the
-    /// truth. With --scene it gets nothing but raw samples and sensors, and finds its own pose. Writes point clouds, trajectories, packets, an MCAP recording, report.json and report.html.
+    /// sends what it found to the ground. Every simulated measurement has errors of the stated size; the receiver never sees
+    /// the truth. With --scene it gets nothing but raw samples and sensors, and finds its own pose. With --paths it flies over a
+    /// list of paths; your own measured ones are taken as they are. Writes point clouds, trajectories, packets, an MCAP
+    /// recording, report.json and report.html.
     Fly(commands::fly::Args),
     /// Ground station: hear UAVs, merge their maps, show them live in a browser
     ///
@@ -66,6 +80,10 @@ enum Command {
     /// Every packet between a UAV and the ground is signed with the key of that UAV. A key file holds the number of the UAV and
     /// its key; whoever reads it can speak for the UAV and to it. Nothing prints a key. docs/telemetry.md
     Key(commands::key::Args),
+    /// Print the manual page, or write those of all subcommands
+    ///
+    /// After cslam man --out ~/.local/share/man/man1 there are `man cslam`, `man cslam-fly` and so on.
+    Man(commands::manual::Args),
     /// Quantise a float network: the int8 model file that flies
     ///
     /// Reads a network that `cslam train` or PyTorch wrote, sets the scales of its integers by calibration samples, writes the
@@ -106,16 +124,21 @@ enum Command {
 /// Runs the command line. Exit code 0 on success, 1 on an internal failure, 2 on bad input.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
+    if cli.quiet {
+        progress::be_quiet();
+    }
     let result = match cli.command {
         Some(Command::Accuracy(args)) => commands::accuracy::run(&args),
         Some(Command::Bench(args)) => commands::bench::run(&args),
         Some(Command::Classify(args)) => commands::classify::run(&args),
+        Some(Command::Completions(args)) => commands::completions::run(&args, Cli::command()),
         Some(Command::Dataset(args)) => commands::dataset::run(&args),
         Some(Command::Estimate(args)) => commands::estimate::run(&args),
         #[cfg(feature = "ground")]
         Some(Command::Ground(args)) => commands::ground::run(&args),
         Some(Command::Imu(args)) => commands::imu::run(&args),
         Some(Command::Key(args)) => commands::key::run(&args),
+        Some(Command::Man(args)) => commands::manual::run(&args, Cli::command()),
         Some(Command::Quantize(args)) => commands::quantize::run(&args),
         Some(Command::Record(args)) => commands::record::run(&args),
         Some(Command::Replay(args)) => commands::replay::run(&args),

@@ -71,6 +71,11 @@ pub struct Estimate {
     /// Position of the UAV, world frame, m, where the recording has it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rx: Option<[f64; 3]>,
+    /// Always true: the paths have their errors, whoever reads them adds none.
+    pub measured: bool,
+    /// Attitude of the UAV [w, x, y, z], body to world, where the recording has it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uav_quaternion_wb: Option<[f64; 4]>,
     /// Axes of `aoa_zenith_rad`, `aoa_azimuth_rad` and of the covariance.
     pub frame: Axes,
     /// Estimator.
@@ -151,6 +156,8 @@ pub fn estimate(recording: &mut Recording, mode: Mode, gmt_heading_rad: f64) -> 
     Ok(Estimate {
         tx: recording.gmt_position_m,
         rx: recording.uav_position_m,
+        measured: true,
+        uav_quaternion_wb: recording.uav_quaternion_wb,
         frame: if attitude.is_some() {
             Axes::World
         } else {

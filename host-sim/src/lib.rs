@@ -27,6 +27,7 @@ pub mod random;
 pub mod raw_flight;
 pub mod recording;
 pub mod report;
+pub mod result_directory;
 pub mod scene;
 pub mod seeded;
 pub mod sensors;

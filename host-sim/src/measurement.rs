@@ -71,7 +71,7 @@ pub fn ends<T: Real>(link: &Link, sigmas: &Sigmas) -> Result<Ends<T>, InputError
     })
 }
 
-/// A path of the file as a measured path, with its own covariance where it has one.
+/// A path of the file as a measured path, with its own covariance and standard deviation of departure where it has them.
 ///
 /// Angles become unit vectors in f64 and are rounded once.
 ///
@@ -81,7 +81,7 @@ pub fn path<T: Real>(path: &LinkPath, sigmas: &Sigmas) -> Result<Path<World, T>,
     let departure = match (path.aod_zenith_rad, path.aod_azimuth_rad) {
         (Some(zenith), Some(azimuth)) => Some(Departure {
             direction: direction(zenith, azimuth)?,
-            sigma_rad: T::of(sigmas.aod_deg.to_radians()),
+            sigma_rad: T::of(path.aod_sigma_rad.unwrap_or(sigmas.aod_deg.to_radians())),
         }),
         _ => None,
     };

@@ -1,7 +1,9 @@
 //! The paths format: one link a line, JSON, strongest path first.
 //!
 //! Links come from a ray tracer (with interaction vertices, order and complex gain) or from measurements (without).
-//! World frame; angles as everywhere in this project (zenith from +z, azimuth from +x).
+//! World frame; angles as everywhere in this project (zenith from +z, azimuth from +x). docs/paths.md has the keys.
+
+mod measured;
 
 use std::path::Path;
 
@@ -9,13 +11,24 @@ use serde::{Deserialize, Serialize};
 
 use crate::input::{InputError, read_text, unpack};
 
+pub use measured::are_measured;
+
 /// One transmitter heard by one receiver: a line of the file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Link {
     /// Transmitter (GMT) position, m.
     pub tx: [f64; 3],
     /// Receiver (UAV) position, m.
     pub rx: [f64; 3],
+    /// Whether the paths were measured: then they have their errors already. One such line makes the whole list measured.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub measured: bool,
+    /// When the link was heard, s from the start of the flight.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
+    /// Attitude of the UAV [w, x, y, z], body (FLU) to world.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uav_quaternion_wb: Option<[f64; 4]>,
     /// Paths, strongest first; empty when nothing arrives.
     pub paths: Vec<LinkPath>,
 }
@@ -38,6 +51,9 @@ pub struct LinkPath {
     /// Azimuth of departure, rad.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub aod_azimuth_rad: Option<f64>,
+    /// Standard deviation of the departure along any tangent, rad.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub aod_sigma_rad: Option<f64>,
     /// Complex amplitude [re, im] for vertical half-wave dipoles, carrier phase excluded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain: Option<[f64; 2]>,
@@ -84,34 +100,58 @@ pub fn parse(file: &Path, text: &str) -> Result<Vec<Link>, InputError> {
         if line.trim().is_empty() {
             continue;
         }
-        let link: Link = serde_json::from_str(line).map_err(|e| {
-            InputError::at_line(file, index + 1, format!("not a link of the paths format: {e}"))
-        })?;
-        check_frame(line).map_err(|message| InputError::at_line(file, index + 1, message))?;
-        for (path, p) in link.paths.iter().enumerate() {
-            if p.aod_zenith_rad.is_some() != p.aod_azimuth_rad.is_some() {
-                let message = format!("path {path}: aod_zenith_rad and aod_azimuth_rad must come together");
-                return Err(InputError::at_line(file, index + 1, message));
-            }
-        }
+        let link = parse_line(line).map_err(|message| InputError::at_line(file, index + 1, message))?;
         links.push(link);
     }
     Ok(links)
 }
 
-/// Angles of arrival are in the world frame; a line that names its frame must name that one. Lines of measurements without
-/// an attitude name the body's.
-fn check_frame(line: &str) -> Result<(), String> {
+/// Parses a line; what is wrong with it in words.
+fn parse_line(line: &str) -> Result<Link, String> {
+    let mut link: Link = serde_json::from_str(line)
+        .map_err(|e| missing_end(line).unwrap_or_else(|| format!("not a link of the paths format: {e}")))?;
+    for (path, p) in link.paths.iter().enumerate() {
+        if p.aod_zenith_rad.is_some() != p.aod_azimuth_rad.is_some() {
+            return Err(format!(
+                "path {path}: aod_zenith_rad and aod_azimuth_rad must come together"
+            ));
+        }
+    }
+    measured::check(&link)?;
+    if is_in_body_axes(line)? {
+        measured::turn_into_world(&mut link)?;
+    }
+    Ok(link)
+}
+
+/// What to add to a line that is whole but for the place of an end, as `cslam estimate` writes it of a recording that does not
+/// know its places.
+fn missing_end(line: &str) -> Option<String> {
+    let keys: serde_json::Map<String, serde_json::Value> = serde_json::from_str(line).ok()?;
+    keys.get("paths")?;
+    let missing = |key: &str, whose: &str, recorded: &str| {
+        (!keys.contains_key(key)).then(|| {
+            format!(
+                "`{key}` is missing: add the {whose}'s position, \"{key}\":[x,y,z] in m, world frame \
+                 (`cslam estimate` takes it from `{recorded}` of a recording)"
+            )
+        })
+    };
+    missing("rx", "receiver (UAV)", "cslam:uav_position_m")
+        .or_else(|| missing("tx", "transmitter (GMT)", "cslam:gmt_position_m"))
+}
+
+/// Whether the angles of arrival of a line are in body axes. Without a word they are in the world's.
+fn is_in_body_axes(line: &str) -> Result<bool, String> {
     #[derive(Deserialize)]
     struct Named {
         frame: Option<String>,
     }
     let named: Named = serde_json::from_str(line).map_err(|e| format!("`frame`: {e}"))?;
     match named.frame.as_deref() {
-        None | Some("world") => Ok(()),
-        Some(frame) => Err(format!(
-            "`frame` is \"{frame}\", expected \"world\": the recording had no attitude"
-        )),
+        None | Some("world") => Ok(false),
+        Some("body") => Ok(true),
+        Some(frame) => Err(format!("`frame` is \"{frame}\", expected \"world\" or \"body\"")),
     }
 }
 

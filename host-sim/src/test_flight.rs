@@ -64,7 +64,7 @@ pub(crate) fn sweep(number: u32, uav_m: [f64; 3]) -> SweepRecord {
             link: Some(Link {
                 tx: [0.0; 3],
                 rx: uav_m,
-                paths: Vec::new(),
+                ..Link::default()
             }),
             matches: Vec::new(),
         },
@@ -80,6 +80,7 @@ pub(crate) fn true_path(order: u8, length_m: f64, aoa_rad: [f64; 2]) -> LinkPath
         aoa_azimuth_rad: aoa_rad[1],
         aod_zenith_rad: None,
         aod_azimuth_rad: None,
+        aod_sigma_rad: None,
         gain: Some([1e-4, 0.0]),
         first_vertex: None,
         last_vertex: None,

@@ -79,7 +79,7 @@ fn fly(scene: &Scene, seed: u64, tally: &mut Tally) {
         let tree = tracer.transmitter(plan.gmt().at(time_s).0.into());
         let traced = tree.trace(uav.into());
         let link = tree.to_link(uav.into(), &traced);
-        let heard = measure(sweep, &link, &errors, seed, false).expect("sound");
+        let heard = measure(sweep, &link, &errors, seed).expect("sound");
         for (truth, path) in traced.iter().zip(&heard.paths) {
             if sweep > SWEEPS / 2 && truth.order() > 0 {
                 let match_ = planes.associate(&heard.ends, path);

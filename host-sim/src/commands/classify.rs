@@ -6,16 +6,18 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use cslam_core::geometry::Position;
 use cslam_core::lscn::{
-    AcceptGate, Acceptance, Classifier, LinkGeometry, LinkState, PaperClassifier, Probabilities, Received,
+    AcceptGate, Acceptance, Classifier, LinkState, PaperClassifier, Probabilities, Received,
 };
 use cslam_core::reflection::{Bounds, Ends, Form, Gates, Verdict, solve};
 use serde::Serialize;
 
 use crate::input::InputError;
+use crate::lscn::judge::{Judge, received};
 use crate::lscn::model_file::ModelFile;
 use crate::lscn::shipped::Shipped;
 use crate::measurement::{self, Sigmas};
 use crate::paths::{self, Link};
+use crate::progress;
 use crate::table::Table;
 
 /// Arguments of `cslam classify`.
@@ -55,7 +57,7 @@ pub(crate) struct Args {
     /// Standard deviation of the angle of arrival, deg, for paths without covariance
     #[arg(long, value_name = "DEG", default_value_t = Sigmas::default().aoa_deg)]
     angle_sigma_deg: f64,
-    /// Standard deviation of the angle of departure, deg
+    /// Standard deviation of the angle of departure, deg, for paths without aod_sigma_rad
     #[arg(long, value_name = "DEG", default_value_t = Sigmas::default().aod_deg)]
     aod_sigma_deg: f64,
     /// Standard deviation of the UAV's position along each axis, m
@@ -86,15 +88,12 @@ struct Line {
 #[derive(Serialize)]
 struct PathLine {
     path: usize,
+    /// For people; a line of JSON has the state of the link.
+    #[serde(skip)]
+    state: Option<LinkState>,
     /// None where the file's numbers are no measurement of a path.
     first_order: Option<f32>,
     accepted: bool,
-}
-
-/// Either classifier.
-enum Judge<'m> {
-    Best(Classifier<'m>),
-    Paper(PaperClassifier<'m>),
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
@@ -132,6 +131,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     };
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
     let mut tally = Tally::default();
+    if !args.json {
+        print_header(&mut out)?;
+    }
     for (index, link) in links.iter().enumerate() {
         let line = classify(index, link, &judge, &gate, &sigmas, args.ignore_aod)
             .map_err(|why| InputError::in_file(&args.paths, format!("link {index}: {why}")))?;
@@ -139,15 +141,16 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         if args.json {
             serde_json::to_writer(&mut out, &line)?;
             writeln!(out)?;
+        } else {
+            print(&mut out, &line)?;
         }
     }
-    out.flush()?;
-    drop(out);
     if args.json {
-        eprintln!("{tally}");
+        progress::note(&tally);
     } else {
-        writeln!(std::io::stdout(), "{tally}")?;
+        writeln!(out, "\n{tally}")?;
     }
+    out.flush()?;
     Ok(())
 }
 
@@ -184,65 +187,37 @@ fn classify(
     ignore_aod: bool,
 ) -> Result<Line, String> {
     let ends: Ends = measurement::ends(link, sigmas).map_err(|e| e.to_string())?;
-    let received = link.paths.iter().enumerate().map(|(j, path)| {
+    let paths = link.paths.iter().enumerate().map(|(j, path)| {
         let mut measured = measurement::path(path, sigmas).map_err(|e| format!("path {j}: {e}"))?;
         if ignore_aod {
             measured.aod = None;
         }
-        let gain_db = path.gain_db();
-        Ok(Received {
-            path: measured,
-            // A path without any power has no gain to speak of.
-            gain_db: gain_db.filter(|g| g.is_finite()).map(|g| g as f32),
-        })
+        Ok(received(measured, path))
     });
-    let received: Vec<Received> = received.collect::<Result<_, String>>()?;
-    if received.is_empty() {
-        return Ok(Line {
-            link: index,
-            state: LinkState::Outage as u8,
-            probabilities: None,
-            paths: Vec::new(),
+    let paths: Vec<Received> = paths.collect::<Result<_, String>>()?;
+    let judged = judge.link(&ends, &paths)?;
+    let lines = judged
+        .paths
+        .iter()
+        .zip(&paths)
+        .enumerate()
+        .map(|(path, (p, received))| PathLine {
+            path,
+            state: p.map(|p| p.state()),
+            first_order: p.map(|p| p.first_order),
+            accepted: p.is_some_and(|p| match judge {
+                Judge::Best(_) => {
+                    matches!(gate.judge(&ends, &received.path, &p), Ok(Acceptance::Accepted(_)))
+                }
+                // The paper maps the strongest path of a first-order link, and knows nothing of the others.
+                Judge::Paper(_) => p.state() == LinkState::FirstOrder && has_point(&ends, received),
+            }),
         });
-    }
-    let geometry = LinkGeometry::new(&ends, &received).map_err(|e| e.to_string())?;
-    let (of_link, paths) = match judge {
-        Judge::Best(classifier) => {
-            let of_paths: Vec<Option<Probabilities>> = received
-                .iter()
-                .map(|path| classifier.path(&geometry, path).ok())
-                .collect();
-            let lines = of_paths
-                .iter()
-                .zip(&received)
-                .enumerate()
-                .map(|(path, (p, received))| PathLine {
-                    path,
-                    first_order: p.map(|p| p.first_order),
-                    accepted: p.is_some_and(|p| {
-                        matches!(gate.judge(&ends, &received.path, &p), Ok(Acceptance::Accepted(_)))
-                    }),
-                });
-            // The strongest path that is a measurement stands for the link.
-            (of_paths.iter().copied().flatten().next(), lines.collect())
-        }
-        // The paper maps the strongest path of a first-order link, and knows nothing of the others.
-        Judge::Paper(classifier) => {
-            let p = classifier.link(&received).map_err(|e| e.to_string())?;
-            let first = p.is_some_and(|p| p.state() == LinkState::FirstOrder);
-            let lines = received.iter().enumerate().map(|(path, received)| PathLine {
-                path,
-                first_order: p.filter(|_| path == 0).map(|p| p.first_order),
-                accepted: path == 0 && first && has_point(&ends, received),
-            });
-            (p, lines.collect())
-        }
-    };
     Ok(Line {
         link: index,
-        state: of_link.map_or(LinkState::Outage, |p| p.state()) as u8,
-        probabilities: of_link.map(Probabilities::to_array),
-        paths,
+        state: judged.link.map_or(LinkState::Outage, |p| p.state()) as u8,
+        probabilities: judged.link.map(Probabilities::to_array),
+        paths: lines.collect(),
     })
 }
 
@@ -252,6 +227,36 @@ fn has_point(ends: &Ends, received: &Received) -> bool {
         solve(ends, &received.path, Form::Vector, &Gates::open()),
         Ok(Verdict::Accepted(_))
     )
+}
+
+/// What stands over the lines of [`print`].
+fn print_header(out: &mut impl Write) -> std::io::Result<()> {
+    writeln!(
+        out,
+        "{:>5} {:>4}  {:<13}  {:>16}  map",
+        "link", "path", "state", "P(first order)"
+    )
+}
+
+/// A link for people: a line a path, or one for an outage.
+fn print(out: &mut impl Write, line: &Line) -> std::io::Result<()> {
+    let link = line.link;
+    if line.paths.is_empty() {
+        return writeln!(out, "{link:>5} {:>4}  {:<13}  {:>16}  -", "-", STATES[0], "-");
+    }
+    for path in &line.paths {
+        let state = path.state.map_or("-", |state| STATES[state as usize]);
+        let probability = path
+            .first_order
+            .map_or_else(|| "-".to_owned(), |p| format!("{p:.3}"));
+        let map = if path.accepted { "accepted" } else { "-" };
+        writeln!(
+            out,
+            "{link:>5} {:>4}  {state:<13}  {probability:>16}  {map}",
+            path.path
+        )?;
+    }
+    Ok(())
 }
 
 const STATES: [&str; 4] = ["outage", "line of sight", "first order", "higher order"];

@@ -3,13 +3,16 @@
 pub(crate) mod accuracy;
 pub(crate) mod bench;
 pub(crate) mod classify;
+pub(crate) mod completions;
 pub(crate) mod dataset;
 pub(crate) mod estimate;
 pub(crate) mod fly;
 #[cfg(feature = "ground")]
 pub(crate) mod ground;
 pub(crate) mod imu;
+mod interrupt;
 pub(crate) mod key;
+pub(crate) mod manual;
 pub(crate) mod quantize;
 pub(crate) mod record;
 pub(crate) mod replay;

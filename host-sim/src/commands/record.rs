@@ -1,13 +1,16 @@
 //! `cslam record`: a flight on disk, everything the receiver is given and the truth beside it.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 
 use rayon::prelude::*;
 
+use super::interrupt;
 use crate::input::{InputError, read_text};
 use crate::paths::Link;
 use crate::progress;
 use crate::recording::{self, Manifest};
+use crate::result_directory::ResultDirectory;
 use crate::scene::Scene;
 use crate::sigmf::{self, Codebook, Recording};
 use crate::world::{HeardSweep, World, WorldConfig};
@@ -33,7 +36,8 @@ pub(crate) struct Args {
     /// Leave out the sample blocks: 6.9 MB for each sweep
     #[arg(long)]
     no_samples: bool,
-    /// Directory for the recording, made when missing
+    /// Directory for the recording, made when missing. It holds one recording: an older one in it is replaced whole when the
+    /// new one is there; a directory with anything else in it is refused, and nothing in it is touched
     #[arg(long, value_name = "DIR", default_value = "recording")]
     out: PathBuf,
     /// Print the description of the recording as one JSON object on standard output
@@ -56,12 +60,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     if args.json {
         println!("{}", serde_json::to_string(&manifest)?);
     }
-    eprintln!(
+    progress::note(format_args!(
         "recorded {} sweeps of {} to {}",
         world.sweeps(),
         args.scene,
         args.out.display()
-    );
+    ));
     Ok(())
 }
 
@@ -73,29 +77,31 @@ pub(super) fn read_config(file: Option<&Path>) -> Result<WorldConfig, InputError
 }
 
 fn write(world: &World<'_>, args: &Args) -> anyhow::Result<Manifest> {
-    std::fs::create_dir_all(&args.out)
-        .map_err(|e| InputError::in_file(&args.out, format!("cannot be made a directory: {e}")))?;
+    let out = ResultDirectory::open(&args.out, recording::KIND)?;
+    let interrupted = interrupt::flag();
     if !args.no_samples {
         let bar = progress::bar(u64::from(world.sweeps()), "recording");
         // Sweeps do not depend on each other. Their links come back in order whatever the threads do.
         let links: Vec<Link> = (0..world.sweeps())
             .into_par_iter()
             .map(|sweep| {
+                if interrupted.load(Ordering::Relaxed) {
+                    anyhow::bail!("interrupted, nothing was recorded");
+                }
                 let heard = world.sweep(sweep)?;
-                write_samples(&args.out, sweep, &heard)?;
+                write_samples(out.path(), sweep, &heard)?;
                 bar.inc(1);
                 Ok(heard.link)
             })
-            .collect::<Result<_, InputError>>()?;
+            .collect::<anyhow::Result<_>>()?;
         bar.finish_and_clear();
-        write_links(&args.out.join("truth_paths.jsonl"), &links)?;
+        write_links(&out.path().join("truth_paths.jsonl"), &links)?;
     }
-    recording::write(
-        &args.out,
-        &args.scene,
-        world.flight(),
-        |_, _| Ok(!args.no_samples),
-    )
+    let manifest = recording::write(out.path(), &args.scene, world.flight(), |_, _| {
+        Ok(!args.no_samples)
+    })?;
+    out.commit()?;
+    Ok(manifest)
 }
 
 /// The blocks of a sweep and of the beam squint symbols after it. Where the UAV was is the truth's to say, and where the

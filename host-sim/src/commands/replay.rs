@@ -1,12 +1,13 @@
 //! `cslam replay`: reads a recorded flight as a receiver would be given it, and checks it whole on the way.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 use crate::input::InputError;
 use crate::progress;
 use crate::recording;
+use crate::result_directory::ResultDirectory;
 use crate::sensors::Event;
 use crate::sigmf::{self, Codebook};
 use crate::table::Table;
@@ -17,7 +18,8 @@ pub(crate) struct Args {
     /// Directory of the recording
     #[arg(value_name = "DIR")]
     directory: PathBuf,
-    /// Write what was read to another directory: the same bytes, truth left out
+    /// Write what was read to another directory: the same bytes, truth left out. An older recording in it is replaced whole; a
+    /// directory with anything else in it is refused
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print the counts as one JSON object on standard output
@@ -49,10 +51,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         duration_s: manifest.duration_s,
         ..Counts::default()
     };
-    if let Some(out) = &args.out {
-        std::fs::create_dir_all(out)
-            .map_err(|e| InputError::in_file(out, format!("cannot be made a directory: {e}")))?;
-    }
+    let out = args.out.as_deref();
+    let out = out
+        .map(|out| ResultDirectory::open(out, recording::KIND))
+        .transpose()?;
+    let to = out.as_ref().map(ResultDirectory::path);
     let bar = progress::bar(recording.events().len() as u64, "replay");
     for stamped in recording.events() {
         match stamped.event {
@@ -63,16 +66,17 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
             Event::Sweep { sweep } => {
                 counts.sweeps += 1;
                 if manifest.samples {
-                    counts.beam_blocks += blocks(args, sweep, Codebook::Beams)?;
-                    counts.squint_blocks += blocks(args, sweep, Codebook::SquintSequential)?;
+                    counts.beam_blocks += blocks(args, to, sweep, Codebook::Beams)?;
+                    counts.squint_blocks += blocks(args, to, sweep, Codebook::SquintSequential)?;
                 }
             }
         }
         bar.inc(1);
     }
     bar.finish_and_clear();
-    if let Some(out) = &args.out {
-        recording::write_events(out, manifest.clone(), recording.events().iter().copied())?;
+    if let Some(out) = out {
+        recording::write_events(out.path(), manifest.clone(), recording.events().iter().copied())?;
+        out.commit()?;
     }
     if args.json {
         println!("{}", serde_json::to_string(&counts)?)
@@ -83,7 +87,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 /// Reads the blocks of a sweep, and writes them again where that is asked for; their number.
-fn blocks(args: &Args, sweep: u32, expected: Codebook) -> Result<u64, InputError> {
+fn blocks(args: &Args, out: Option<&Path>, sweep: u32, expected: Codebook) -> Result<u64, InputError> {
     let base = match expected {
         Codebook::Beams => recording::sweep_base,
         _ => recording::squint_base,
@@ -98,7 +102,7 @@ fn blocks(args: &Args, sweep: u32, expected: Codebook) -> Result<u64, InputError
         );
         return Err(InputError::in_file(&sigmf::files(&name).0, message));
     }
-    if let Some(out) = &args.out {
+    if let Some(out) = out {
         sigmf::write(&base(out, sweep), &samples)?;
     }
     Ok(samples.blocks.len() as u64)

@@ -11,6 +11,7 @@ use serde::Serialize;
 use crate::input::InputError;
 use crate::measurement::Sigmas;
 use crate::paths::{self, Link};
+use crate::progress;
 use crate::solve::{Comparison, Settings, Solved, solve_all};
 use crate::statistics::{quantile, rms};
 use crate::table::Table;
@@ -54,7 +55,7 @@ pub(crate) struct Args {
     /// Standard deviation of the angle of arrival, deg, for paths without covariance
     #[arg(long, value_name = "DEG", default_value_t = Sigmas::default().aoa_deg)]
     angle_sigma_deg: f64,
-    /// Standard deviation of the angle of departure, deg
+    /// Standard deviation of the angle of departure, deg, for paths without aod_sigma_rad
     #[arg(long, value_name = "DEG", default_value_t = Sigmas::default().aod_deg)]
     aod_sigma_deg: f64,
     /// Standard deviation of the UAV's position along each axis, m
@@ -141,9 +142,9 @@ fn solve_and_print<T: Real + Serialize>(args: &Args, links: &[Link]) -> anyhow::
     out.flush()?;
     drop(out);
     if args.json {
-        eprintln!("\n{}", summary(&comparison))
+        progress::note(format_args!("\n{}", summary(&comparison)));
     } else {
-        println!("\n{}", summary(&comparison))
+        println!("\n{}", summary(&comparison));
     }
     Ok(())
 }

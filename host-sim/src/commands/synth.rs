@@ -124,11 +124,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         }
     } else {
         let blocks: usize = written.iter().map(|w| w.blocks).sum();
-        eprintln!(
+        progress::note(format_args!(
             "{} recording(s), {blocks} blocks, seed {}",
             written.len(),
             args.seed
-        );
+        ));
     }
     Ok(())
 }

@@ -13,10 +13,13 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use anyhow::Context;
+use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 use crate::evaluation::Evaluation;
 use crate::flight_log::FlightLog;
 use crate::report::{Report, page};
+use crate::result_directory::Kind;
 use crate::scene::Scene;
 use ply::Encoding;
 
@@ -35,7 +38,27 @@ pub struct Outputs<'a> {
     pub packets: &'a [u8],
 }
 
+/// What every `report.json` has.
+#[derive(Deserialize)]
+#[allow(dead_code, reason = "that the keys are there is what counts")]
+struct Described {
+    mode: String,
+    scene: String,
+    seed: u64,
+    sweeps: u64,
+    map: IgnoredAny,
+    telemetry: IgnoredAny,
+}
+
 impl Outputs<'_> {
+    /// How a directory of them is known again: `report.json` has what every report of ours has.
+    pub const KIND: Kind = Kind {
+        what: "flight",
+        description: "report.json",
+        describes: |text| serde_json::from_str::<Described>(text).is_ok(),
+        writes: |name| Self::NAMES.contains(&name.strip_suffix(".part").unwrap_or(name)),
+    };
+
     /// Names of the files that [`write`](Self::write) makes.
     pub const NAMES: [&'static str; 9] = [
         "map.ply",

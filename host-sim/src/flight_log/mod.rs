@@ -202,6 +202,7 @@ mod tests {
             tx: [0.0; 3],
             rx: [1.0; 3],
             paths: paths.to_vec(),
+            ..crate::paths::Link::default()
         };
         assert_eq!(link_state_of(&link(&paths)), Some(2));
         paths[2].gain = Some([0.0, 2e-4]);

@@ -10,6 +10,7 @@ pub mod curves;
 pub mod dataset;
 pub mod errors;
 pub mod float_model;
+pub mod judge;
 pub mod links;
 pub mod model_file;
 pub mod npy;

@@ -1,12 +1,16 @@
-//! A flight over a path list: what a receiver with the error budget would measure on each link.
+//! A flight over a path list: what a receiver with the error budget would measure on each link, or what one did measure.
 //!
-//! One link is one sweep: the UAV at `rx` hears the GMT at `tx`. Delay, angles and the UAV's own position get normal
-//! errors, drawn from a stream of their own per sweep; the receiver sees only the erroneous values and knows only their
-//! standard deviations.
+//! One link is one sweep: the UAV at `rx` hears the GMT at `tx`. Of a traced list delay, angles and the UAV's own position get
+//! normal errors, drawn from a stream of their own per sweep; the receiver sees only the erroneous values and knows only their
+//! standard deviations. A [measured](crate::paths::are_measured) list is taken as it is.
 
 mod log;
+mod receiver;
+mod times;
 
-pub use log::log;
+pub use log::{Flown, log};
+pub use receiver::{Answer, Answered, ListMap, ListReceiver, Methods};
+pub use times::Times;
 
 use cslam_core::geometry::{Direction, Matrix3, Position, Vector3, World};
 use cslam_core::path::{Departure, Path};
@@ -27,19 +31,24 @@ pub struct Sweep {
     pub paths: Vec<Path<World>>,
 }
 
-/// Measures one link.
-///
-/// `strongest_only` keeps the first path, as the paper does.
+/// Takes one measured link as it is. `sigmas` say how sure that is which the list does not.
 ///
 /// # Errors
 /// [`InputError`] when the path list itself holds an impossible number.
-pub fn measure(
-    index: u32,
-    link: &Link,
-    errors: &Sigmas,
-    seed: u64,
-    strongest_only: bool,
-) -> Result<Sweep, InputError> {
+pub fn as_measured(index: u32, link: &Link, sigmas: &Sigmas) -> Result<Sweep, InputError> {
+    let paths = link.paths.iter().map(|path| measurement::path(path, sigmas));
+    Ok(Sweep {
+        link: index,
+        ends: measurement::ends(link, sigmas)?,
+        paths: paths.collect::<Result<_, _>>()?,
+    })
+}
+
+/// Measures one traced link.
+///
+/// # Errors
+/// [`InputError`] when the path list itself holds an impossible number.
+pub fn measure(index: u32, link: &Link, errors: &Sigmas, seed: u64) -> Result<Sweep, InputError> {
     let mut stream = Stream::new(seed, u64::from(index));
     let exact = measurement::ends::<f64>(link, errors)?;
     let shift = normal_vector(&mut stream) * errors.position_m;
@@ -49,12 +58,8 @@ pub fn measure(
         uav_covariance: exact.uav_covariance.map(|c| c as f32),
         gmt: Position::from_vector(exact.gmt.vector().map(|c| c as f32))?,
     };
-    let kept = if strongest_only {
-        link.paths.len().min(1)
-    } else {
-        link.paths.len()
-    };
-    let paths = link.paths[..kept]
+    let paths = link
+        .paths
         .iter()
         .map(|path| measure_path(path, errors, &mut stream));
     Ok(Sweep {
@@ -107,13 +112,11 @@ mod tests {
         let links = bundled().expect("sound");
         let index = links.iter().position(|l| l.paths.len() > 2).expect("a rich link");
         let at = |index: u32, seed| {
-            measure(index, &links[index as usize], &Sigmas::default(), seed, false).expect("sound")
+            measure(index, &links[index as usize], &Sigmas::default(), seed).expect("sound")
         };
         let index = index as u32;
         assert_eq!(at(index, 1).paths, at(index, 1).paths);
         assert_ne!(at(index, 1).paths, at(index, 2).paths);
-        let strongest = measure(index, &links[index as usize], &Sigmas::default(), 1, true).expect("sound");
-        assert_eq!(strongest.paths[..], at(index, 1).paths[..1]);
     }
 
     #[test]
@@ -122,7 +125,7 @@ mod tests {
         let errors = Sigmas::default();
         let (mut range, mut angle, mut place) = (vec![], vec![], vec![]);
         for (index, link) in links.iter().enumerate() {
-            let sweep = measure(index as u32, link, &errors, 9, false).expect("sound");
+            let sweep = measure(index as u32, link, &errors, 9).expect("sound");
             for (exact, measured) in link.paths.iter().zip(&sweep.paths) {
                 let exact = measurement::path::<f64>(exact, &errors).expect("sound");
                 range.push(f64::from(measured.c_tau_m) - exact.c_tau_m);

@@ -25,6 +25,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::result_directory::Kind;
+
 pub use read::{Recording, read};
 pub use write::{write, write_events};
 
@@ -44,6 +46,8 @@ const EVENT_FILES: [&str; 5] = [
     "sweeps.csv",
     "beacons.jsonl",
 ];
+/// Files of the truth.
+const TRUTH_FILES: [&str; 2] = ["truth.csv", "truth_paths.jsonl"];
 /// First lines of the text files with columns, by the rank of the event; empty for the others.
 const HEADERS: [&str; 5] = [
     "",
@@ -87,6 +91,32 @@ pub struct FileEntry {
     pub bytes: u64,
     /// CRC-32 (ISO-HDLC) of the content.
     pub crc32: u32,
+}
+
+/// How a directory with a recording is known again: by the format in its description. A damaged one, whose description is cut
+/// short, is not.
+pub const KIND: Kind = Kind {
+    what: "recording",
+    description: MANIFEST,
+    describes: |text| serde_json::from_str::<Manifest>(text).is_ok_and(|manifest| manifest.format == FORMAT),
+    writes: is_name,
+};
+
+/// Whether a recording has files of this name.
+fn is_name(name: &str) -> bool {
+    let samples = |prefix: &str| {
+        let number = name.strip_prefix(prefix).and_then(|rest| rest.split_once('.'));
+        number.is_some_and(|(number, extension)| {
+            number.len() >= 4
+                && number.bytes().all(|digit| digit.is_ascii_digit())
+                && ["sigmf-meta", "sigmf-data"].contains(&extension)
+        })
+    };
+    name == MANIFEST
+        || EVENT_FILES.contains(&name)
+        || TRUTH_FILES.contains(&name)
+        || samples("sweep-")
+        || samples("squint-")
 }
 
 /// Where the sample blocks of a sweep lie: the name that [`crate::sigmf`] appends `.sigmf-meta` and `.sigmf-data` to.

@@ -63,6 +63,7 @@ impl TracedPath {
             aoa_azimuth_rad: self.arrival_rad[1],
             aod_zenith_rad: Some(self.departure_rad[0]),
             aod_azimuth_rad: Some(self.departure_rad[1]),
+            aod_sigma_rad: None,
             gain: Some(self.gain()),
             first_vertex: self.vertices().first().copied(),
             last_vertex: self.vertices().last().copied(),

@@ -208,6 +208,7 @@ impl<'t> ImageTree<'t> {
             tx: self.tx.into(),
             rx: rx_m,
             paths: paths.iter().map(TracedPath::to_link_path).collect(),
+            ..Link::default()
         }
     }
 

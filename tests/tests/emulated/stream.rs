@@ -13,7 +13,7 @@ pub(crate) fn records() -> Vec<[u8; LENGTH]> {
     let links = paths::bundled().expect("the bundled paths are sound");
     let mut records = Vec::new();
     for (index, link) in (0_u32..).zip(&links) {
-        let sweep = path_flight::measure(index, link, &Sigmas::default(), SEED, false).expect("sound paths");
+        let sweep = path_flight::measure(index, link, &Sigmas::default(), SEED).expect("sound paths");
         for (path, measured) in (0_u8..).zip(&sweep.paths) {
             let record = PathRecord::new(sweep.link, path, &sweep.ends, measured);
             records.push(with_fault(records.len(), record));

@@ -1,19 +1,19 @@
-//! A flight over a path list: what the receiver would measure on each link, drawn from standard deviations instead of samples.
-//! The receiver is exactly the firmware's library half.
+//! A flight over a path list: of a traced one what the receiver would measure on each link, drawn from standard deviations instead
+//! of samples; of a measured one what it says.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use cslam_core::reflection::Form;
+use cslam_core::cslam::{Config as Receiver, LinkStates, Mapped};
+use cslam_core::lscn::{Classifier, PaperClassifier, models};
 use cslam_core::telemetry::{Key, Sender};
-use cslam_firmware::measurement::{PathRecord, Record};
-use cslam_firmware::receiver::{Answer, BoardMap, ReceiveError, Receiver, Step, board_gates};
 
-use super::{Args, Config, Flown, Mode, SWEEP_RATE_HZ};
+use super::{Args, Config, Flown, Mode};
 use crate::evaluation::downlink;
 use crate::flight_log::Header;
 use crate::input::InputError;
-use crate::path_flight::{self, Sweep, measure};
+use crate::lscn::judge::Judge;
+use crate::path_flight::{self, ListMap, ListReceiver, Methods, Times, as_measured, measure};
 use crate::paths::{self, Link};
 use crate::progress;
 use crate::scene::Scene;
@@ -26,6 +26,9 @@ const UAV: u8 = 1;
 
 /// The scene that the bundled path list was traced in.
 const BUNDLED_SCENE: &str = "outdoor_a";
+
+/// Most paths of a link: what a report numbers.
+const MOST_PATHS: usize = 255;
 
 /// Flies over a list.
 pub(super) fn run(
@@ -50,112 +53,102 @@ pub(super) fn run(
     if links.is_empty() {
         return Err(InputError::new("nothing to fly: the path list is empty, or --steps is 0").into());
     }
-    super::make_directory(&args.out)?;
-    let flight = fly(&links, config, args, interrupted)?;
+    let times = Times::new(&links)?;
+    let out = super::result_directory(args)?;
+    if paths::are_measured(&links) {
+        progress::note("a measured list: no errors are added, [errors] stands for what its lines do not say");
+    }
+    let flight = fly(&links, &times, config, args, interrupted)?;
     let heard = downlink::decode(&flight.packets, UAV, &Key::TEST);
     let header = Header {
         mode: args.mode.name().into(),
         scene: list_name,
         seed: args.seed,
         planned_sweeps: links.len(),
-        sweep_period_s: 1.0 / SWEEP_RATE_HZ,
+        sweep_period_s: times.period_s(),
         delay_cycle_m: None,
     };
-    let log = path_flight::log(header, &flight.flown, &flight.answers, heard.traffic, &flight.map);
+    let log = path_flight::log(header, &flight.flown, &times, heard.traffic, &flight.map);
     Ok(Flown {
         log,
         scene,
         packets: flight.packets,
+        out,
     })
 }
 
 /// A flight, or as much of it as was flown before an interrupt.
 struct Flight<'a> {
-    map: Box<BoardMap>,
+    map: Box<ListMap>,
     packets: Vec<u8>,
-    /// What was measured on each link.
-    flown: Vec<(&'a Link, Sweep)>,
-    /// What became of it.
-    answers: Vec<Answer>,
+    flown: Vec<path_flight::Flown<'a>>,
 }
 
 fn fly<'a>(
     links: &'a [Link],
+    times: &Times,
     config: &Config,
     args: &Args,
     interrupted: &AtomicBool,
 ) -> anyhow::Result<Flight<'a>> {
-    let form = if args.mode == Mode::Paper {
-        Form::Paper
-    } else {
-        Form::Vector
-    };
-    let mut map = Box::new(BoardMap::new());
-    let mut receiver = Receiver::new(&mut map, form, board_gates(), Sender::new(UAV, &Key::TEST, 0));
-    let mut packets = Vec::new();
+    let are_measured = paths::are_measured(links);
+    let mut receiver = ListReceiver::new(methods(args.mode)?, Sender::new(UAV, &Key::TEST, 0));
     let bar = progress::bar(links.len() as u64, "flying");
-    let (mut flown, mut answers) = (Vec::with_capacity(links.len()), Vec::new());
+    let mut flown = Vec::with_capacity(links.len());
     for (index, link) in links.iter().enumerate() {
         if interrupted.load(Ordering::Relaxed) {
             bar.abandon();
             break;
         }
-        let sweep = measure(
-            index as u32,
-            link,
-            &config.errors,
-            args.seed,
-            args.mode == Mode::Paper,
-        )
-        .map_err(|e| InputError::new(format!("link {index} of the path list: {e}")))?;
-        for (path, number) in sweep.paths.iter().zip(0..=u8::MAX) {
-            let record = PathRecord::new(sweep.link, number, &sweep.ends, path);
-            if receive(&mut receiver, Record::Path(record), &mut packets)? == Step::Answered {
-                answers.extend(receiver.answer());
-            }
+        let wrong = |why: String| InputError::new(format!("link {index} of the path list: {why}"));
+        if link.paths.len() > MOST_PATHS {
+            return Err(wrong(format!(
+                "{} paths, expected at most {MOST_PATHS}",
+                link.paths.len()
+            ))
+            .into());
         }
-        flown.push((link, sweep));
+        let sweep = if are_measured {
+            as_measured(u32::try_from(index)?, link, &config.errors)
+        } else {
+            measure(u32::try_from(index)?, link, &config.errors, args.seed)
+        };
+        let sweep = sweep.map_err(|e| wrong(e.to_string()))?;
+        // Whole: not negative, and within what a packet holds.
+        let time_ns = (times.of(index) * 1e9) as u64;
+        let answered = receiver.hear(link, &sweep, time_ns).map_err(wrong)?;
+        flown.push(path_flight::Flown {
+            link,
+            sweep,
+            answered,
+        });
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let sent = u32::try_from(answers.len())?;
-    receive(&mut receiver, Record::End { sent }, &mut packets)?;
-    Ok(Flight {
-        map,
-        packets,
-        flown,
-        answers,
+    let (map, packets) = receiver.end()?;
+    Ok(Flight { map, packets, flown })
+}
+
+/// The methods of a mode: those of a flight from raw samples, less what wants a pose to estimate.
+fn methods(mode: Mode) -> anyhow::Result<Methods<'static>> {
+    let (judge, receiver) = match mode {
+        Mode::Best => {
+            let classifier = Classifier::new(models::geometric()?, models::geometric_without_departure()?)?;
+            let receiver = Receiver::best(LinkStates::Geometric(classifier));
+            (Judge::Best(classifier), receiver)
+        }
+        Mode::Paper => {
+            let classifier = PaperClassifier::new(models::paper()?)?;
+            (
+                Judge::Paper(classifier),
+                Receiver::paper(LinkStates::Paper(classifier)),
+            )
+        }
+    };
+    Ok(Methods {
+        judge,
+        accept: receiver.accept,
+        form: receiver.form,
+        strongest_only: receiver.mapped == Mapped::Strongest,
     })
-}
-
-/// Through the bytes of a record, as the chip gets it.
-fn receive<const N: usize>(
-    receiver: &mut Receiver<'_, N>,
-    record: Record,
-    packets: &mut Vec<u8>,
-) -> anyhow::Result<Step> {
-    receiver
-        .receive(&record.encode(), &mut Downlink(packets))
-        .map_err(|e| match e {
-            ReceiveError::Downlink(never) => match never {},
-            other => anyhow::anyhow!("the receiver stopped: {other}"),
-        })
-}
-
-/// A downlink that remembers everything.
-struct Downlink<'a>(&'a mut Vec<u8>);
-
-impl embedded_io::ErrorType for Downlink<'_> {
-    type Error = std::convert::Infallible;
-}
-
-impl embedded_io::Write for Downlink<'_> {
-    fn write(&mut self, bytes: &[u8]) -> Result<usize, Self::Error> {
-        self.0.extend_from_slice(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> Result<(), Self::Error> {
-        Ok(())
-    }
 }

@@ -5,27 +5,24 @@ mod list;
 mod live;
 pub(crate) mod raw;
 
-use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
+use super::interrupt;
 use crate::evaluation::evaluate;
 use crate::flight_files::Outputs;
 use crate::flight_files::ply::Encoding;
 use crate::flight_log::FlightLog;
 use crate::input::{InputError, read_text};
 use crate::measurement::Sigmas;
+use crate::progress;
 use crate::report::{Report, table};
+use crate::result_directory::ResultDirectory;
 use crate::scene::Scene;
 use crate::world::WorldConfig;
-
-/// Sweeps a second (design section 7).
-const SWEEP_RATE_HZ: f64 = 2.0;
 
 /// Scene of a flight that names none.
 const DEFAULT_SCENE: &str = "outdoor";
@@ -37,8 +34,8 @@ pub(crate) struct Args {
     /// --paths: the scene that the list was traced in, to compare the map with its surfaces
     #[arg(long, value_name = "NAME|FILE")]
     scene: Option<String>,
-    /// Fly over a path list (.jsonl or .jsonl.gz), or over the `bundled` one: measured paths with errors of stated size, no
-    /// samples, no pose to estimate
+    /// Fly over a path list (.jsonl or .jsonl.gz), or over the `bundled` one: no samples, no pose to estimate. A list with
+    /// covariances or "measured": true is taken as it is; to a traced one errors of stated size are added
     #[arg(long, value_name = "FILE|bundled")]
     paths: Option<PathBuf>,
     /// Configuration file (TOML); --print-config shows what it may hold
@@ -62,7 +59,8 @@ pub(crate) struct Args {
     #[cfg(feature = "ground")]
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = "127.0.0.1:8080", conflicts_with = "paths")]
     live: Option<std::net::SocketAddr>,
-    /// Directory for the results, made when missing
+    /// Directory for the results, made when missing. It holds one flight: an older one in it is replaced whole when the new
+    /// one is there; a directory with anything else in it is refused, and nothing in it is touched
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
     /// Encoding of the point clouds
@@ -142,6 +140,7 @@ struct Flown {
     log: FlightLog,
     scene: Option<Scene>,
     packets: Vec<u8>,
+    out: ResultDirectory,
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
@@ -151,7 +150,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         return Ok(());
     }
     let start = Instant::now();
-    let interrupted = interrupted_flag();
+    let interrupted = interrupt::flag();
     #[cfg(feature = "ground")]
     let mut shown = None;
     let mut flown = match (&args.paths, &args.scene) {
@@ -183,14 +182,19 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         report: &report,
         packets: &flown.packets,
     };
-    outputs.write(&args.out, args.ply.into())?;
+    outputs.write(flown.out.path(), args.ply.into())?;
+    flown.out.commit()?;
     if args.json {
         println!("{}", serde_json::to_string(&report)?);
-        eprintln!("{}", table(&report));
+        progress::note(table(&report));
     } else {
         println!("{}", table(&report));
     }
-    eprintln!("wrote {} to {}", Outputs::NAMES.join(", "), args.out.display());
+    progress::note(format_args!(
+        "wrote {} to {}",
+        Outputs::NAMES.join(", "),
+        args.out.display()
+    ));
     #[cfg(feature = "ground")]
     if let Some(live) = shown {
         live.wait()?;
@@ -198,18 +202,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Before the flight: a directory that cannot be made must not cost one.
-fn make_directory(out: &Path) -> Result<(), InputError> {
-    fs::create_dir_all(out).map_err(|e| InputError::in_file(out, format!("cannot be made a directory: {e}")))
-}
-
-/// A flag that Ctrl-C raises: the flight ends there, and what was flown is written.
-fn interrupted_flag() -> Arc<AtomicBool> {
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    // A second handler in one process is an error of no consequence here: the first one stays.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
-    interrupted
+/// Before the flight: a directory that cannot be used must not cost one.
+fn result_directory(args: &Args) -> Result<ResultDirectory, InputError> {
+    ResultDirectory::open(&args.out, Outputs::KIND)
 }
 
 fn read_config(file: Option<&Path>) -> Result<Config, InputError> {

@@ -114,7 +114,7 @@ pub(super) fn run(
     if args.steps == Some(0) {
         return Err(InputError::new("nothing to fly: --steps is 0").into());
     }
-    super::make_directory(&args.out)?;
+    let out = super::result_directory(args)?;
     let world = World::new(&scene, config.world.clone(), args.seed)?;
     let setup = Setup {
         mode: args.mode,
@@ -129,6 +129,7 @@ pub(super) fn run(
         log,
         scene: Some(scene),
         packets,
+        out,
     })
 }
 
