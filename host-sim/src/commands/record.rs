@@ -74,7 +74,7 @@ pub(super) fn read_config(file: Option<&Path>) -> Result<WorldConfig, InputError
 
 fn write(world: &World<'_>, args: &Args) -> anyhow::Result<Manifest> {
     std::fs::create_dir_all(&args.out)
-        .map_err(|e| InputError::in_file(&args.out, format!("cannot be made a directory: {e}")))?;
+        .map_err(|e| InputError::unwritable(&args.out, "cannot be made a directory", &e))?;
     if !args.no_samples {
         let bar = progress::bar(u64::from(world.sweeps()), "recording");
         // Sweeps do not depend on each other. Their links come back in order whatever the threads do.
@@ -120,6 +120,5 @@ fn write_links(file: &Path, links: &[Link]) -> anyhow::Result<()> {
         text += &serde_json::to_string(link)?;
         text.push('\n');
     }
-    std::fs::write(file, text)
-        .map_err(|e| InputError::in_file(file, format!("cannot be written: {e}")).into())
+    std::fs::write(file, text).map_err(|e| InputError::unwritable(file, "cannot be written", &e).into())
 }

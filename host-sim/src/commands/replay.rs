@@ -51,7 +51,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     };
     if let Some(out) = &args.out {
         std::fs::create_dir_all(out)
-            .map_err(|e| InputError::in_file(out, format!("cannot be made a directory: {e}")))?;
+            .map_err(|e| InputError::unwritable(out, "cannot be made a directory", &e))?;
     }
     let bar = progress::bar(recording.events().len() as u64, "replay");
     for stamped in recording.events() {

@@ -36,12 +36,12 @@ impl Recording {
     /// overwritten.
     pub fn begin(directory: &Path) -> Result<Self, InputError> {
         fs::create_dir_all(directory)
-            .map_err(|e| InputError::in_file(directory, format!("cannot be made a directory: {e}")))?;
+            .map_err(|e| InputError::unwritable(directory, "cannot be made a directory", &e))?;
         let create = |name: &str| {
             let file = directory.join(name);
             File::create_new(&file)
                 .map(BufWriter::new)
-                .map_err(|e| InputError::in_file(&file, format!("cannot be made: {e}")))
+                .map_err(|e| InputError::unwritable(&file, "cannot be made", &e))
         };
         let packets = create("packets.bin")?;
         let mcap = Recorder::new(create("ground.mcap")?)

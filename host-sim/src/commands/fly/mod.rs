@@ -200,7 +200,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
 
 /// Before the flight: a directory that cannot be made must not cost one.
 fn make_directory(out: &Path) -> Result<(), InputError> {
-    fs::create_dir_all(out).map_err(|e| InputError::in_file(out, format!("cannot be made a directory: {e}")))
+    fs::create_dir_all(out).map_err(|e| InputError::unwritable(out, "cannot be made a directory", &e))
 }
 
 /// A flag that Ctrl-C raises: the flight ends there, and what was flown is written.

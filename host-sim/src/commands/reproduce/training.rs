@@ -84,12 +84,11 @@ fn train(args: &Args) -> anyhow::Result<()> {
     .map_err(InputError::new)?;
     bar.finish_and_clear();
     if let Some(parent) = args.out.parent().filter(|p| !p.as_os_str().is_empty()) {
-        std::fs::create_dir_all(parent)
-            .map_err(|e| InputError::in_file(parent, format!("cannot be made: {e}")))?;
+        std::fs::create_dir_all(parent).map_err(|e| InputError::unwritable(parent, "cannot be made", &e))?;
     }
     let title = format!("the paper's network, K = 9, {} links", training.len());
     std::fs::write(&args.out, curves::svg(&title, &trained.curve)?)
-        .map_err(|e| InputError::in_file(&args.out, format!("cannot be written: {e}")))?;
+        .map_err(|e| InputError::unwritable(&args.out, "cannot be written", &e))?;
     print(args, &trained.curve)
 }
 
