@@ -55,7 +55,7 @@ enum Command {
     /// Ground station: hear UAVs, merge their maps, show them live in a browser
     ///
     /// Takes packets over UDP, from a radio on a serial port or from a file, of several UAVs at once; serves a page that needs
-    /// no network; records, and passes on as MAVLink. Runs until Ctrl-C. docs/ground-station.md
+    /// no network; records, and passes on as MAVLink. Runs until Ctrl-C, or to the end of a file. docs/ground-station.md
     #[cfg(feature = "ground")]
     Ground(commands::ground::Args),
     /// Characterise the simulated IMU: Allan deviation of a run at rest

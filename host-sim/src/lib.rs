@@ -19,6 +19,7 @@ pub mod flight_log;
 #[cfg(feature = "ground")]
 pub mod ground;
 pub mod input;
+mod interrupt;
 pub mod link_key;
 pub mod link_traffic;
 pub mod localization;

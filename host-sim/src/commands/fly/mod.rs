@@ -7,8 +7,6 @@ pub(crate) mod raw;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use clap::ValueEnum;
@@ -19,6 +17,7 @@ use crate::flight_files::Outputs;
 use crate::flight_files::ply::Encoding;
 use crate::flight_log::FlightLog;
 use crate::input::{InputError, read_text};
+use crate::interrupt;
 use crate::measurement::Sigmas;
 use crate::report::{Report, table};
 use crate::scene::Scene;
@@ -151,7 +150,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         return Ok(());
     }
     let start = Instant::now();
-    let interrupted = interrupted_flag();
+    // The flight ends there, and what was flown is written.
+    let interrupted = interrupt::flag();
     #[cfg(feature = "ground")]
     let mut shown = None;
     let mut flown = match (&args.paths, &args.scene) {
@@ -201,15 +201,6 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
 /// Before the flight: a directory that cannot be made must not cost one.
 fn make_directory(out: &Path) -> Result<(), InputError> {
     fs::create_dir_all(out).map_err(|e| InputError::unwritable(out, "cannot be made a directory", &e))
-}
-
-/// A flag that Ctrl-C raises: the flight ends there, and what was flown is written.
-fn interrupted_flag() -> Arc<AtomicBool> {
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    // A second handler in one process is an error of no consequence here: the first one stays.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
-    interrupted
 }
 
 fn read_config(file: Option<&Path>) -> Result<Config, InputError> {
