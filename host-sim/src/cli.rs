@@ -1,12 +1,13 @@
 //! Command line: parsing, dispatch and exit codes.
 
+use std::io::ErrorKind;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::commands;
 use crate::input::InputError;
-use crate::progress;
+use crate::{output, progress};
 
 /// A UAV that sees with radio: simulate its world, fly its receiver, look at its map.
 ///
@@ -67,7 +68,7 @@ enum Command {
     /// Ground station: hear UAVs, merge their maps, show them live in a browser
     ///
     /// Takes packets over UDP, from a radio on a serial port or from a file, of several UAVs at once; serves a page that needs
-    /// no network; records, and passes on as MAVLink. Runs until Ctrl-C. docs/ground-station.md
+    /// no network; records, and passes on as MAVLink. Runs until Ctrl-C, or to the end of a file. docs/ground-station.md
     #[cfg(feature = "ground")]
     Ground(commands::ground::Args),
     /// Characterise the simulated IMU: Allan deviation of a run at rest
@@ -121,13 +122,34 @@ enum Command {
     Train(commands::train::Args),
 }
 
-/// Runs the command line. Exit code 0 on success, 1 on an internal failure, 2 on bad input.
+/// The disk is full, or the file may not grow.
+const DISK_FULL: u8 = 3;
+
+/// Runs the command line. Exit code 0 on success, 1 on an internal failure, 2 on bad input, 3 when the disk is full.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     if cli.quiet {
         progress::be_quiet();
     }
-    let result = match cli.command {
+    match output::catching(|| run(cli.command)) {
+        Ok(()) => ExitCode::SUCCESS,
+        // Whoever reads the output has seen enough, as `head` does.
+        Err(error) if failed(&error, &[ErrorKind::BrokenPipe]) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("cslam: {error:#}");
+            if failed(&error, &FULL) {
+                ExitCode::from(DISK_FULL)
+            } else if error.downcast_ref::<InputError>().is_some() {
+                ExitCode::from(2)
+            } else {
+                ExitCode::FAILURE
+            }
+        }
+    }
+}
+
+fn run(command: Option<Command>) -> anyhow::Result<()> {
+    match command {
         Some(Command::Accuracy(args)) => commands::accuracy::run(&args),
         Some(Command::Bench(args)) => commands::bench::run(&args),
         Some(Command::Classify(args)) => commands::classify::run(&args),
@@ -149,32 +171,25 @@ pub fn main() -> ExitCode {
         Some(Command::Train(args)) => commands::train::run(&args),
         Some(Command::Fly(args)) => commands::fly::run(&args),
         None => commands::fly::run(&commands::fly::Args::default()),
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        // Whoever reads the output has seen enough, as `head` does.
-        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("cslam: {error:#}");
-            if error.downcast_ref::<InputError>().is_some() {
-                ExitCode::from(2)
-            } else {
-                ExitCode::FAILURE
-            }
-        }
     }
 }
 
-fn is_broken_pipe(error: &anyhow::Error) -> bool {
-    let io = error
-        .chain()
-        .find_map(|cause| cause.downcast_ref::<std::io::Error>());
-    // serde_json keeps the kind, not the error itself.
-    let json = error
-        .chain()
-        .find_map(|cause| cause.downcast_ref::<serde_json::Error>());
-    let kind = io
-        .map(std::io::Error::kind)
-        .or(json.and_then(serde_json::Error::io_error_kind));
-    kind == Some(std::io::ErrorKind::BrokenPipe)
+/// What the system calls a full disk, a used-up quota and a file that may not grow.
+const FULL: [ErrorKind; 3] = [
+    ErrorKind::StorageFull,
+    ErrorKind::QuotaExceeded,
+    ErrorKind::FileTooLarge,
+];
+
+/// Whether one of these kinds lies at the bottom of an error, whatever it was wrapped in.
+fn failed(error: &anyhow::Error, kinds: &[ErrorKind]) -> bool {
+    error.chain().any(|cause| {
+        let io = cause.downcast_ref::<std::io::Error>().map(std::io::Error::kind);
+        // These keep the kind, not the error itself.
+        let json = cause
+            .downcast_ref::<serde_json::Error>()
+            .and_then(serde_json::Error::io_error_kind);
+        let input = cause.downcast_ref::<InputError>().and_then(InputError::kind);
+        io.or(json).or(input).is_some_and(|kind| kinds.contains(&kind))
+    })
 }

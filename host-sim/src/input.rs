@@ -1,7 +1,7 @@
 //! Bad input, said in one line: which file, which line or key, what is wrong and what was expected.
 
 use std::fmt;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// An input that cannot be used. The command ends with exit code 2 and prints this as one line.
@@ -10,6 +10,7 @@ pub struct InputError {
     file: Option<PathBuf>,
     line: Option<usize>,
     message: String,
+    kind: Option<io::ErrorKind>,
 }
 
 impl InputError {
@@ -19,6 +20,7 @@ impl InputError {
             file: None,
             line: None,
             message: message.into(),
+            kind: None,
         }
     }
 
@@ -28,7 +30,21 @@ impl InputError {
             file: Some(file.to_owned()),
             line: None,
             message: message.into(),
+            kind: None,
         }
+    }
+
+    /// A file or directory that cannot be written or made, `what` saying which: `cannot be written`.
+    pub fn unwritable(file: &Path, what: &str, error: &io::Error) -> Self {
+        Self {
+            kind: Some(error.kind()),
+            ..Self::in_file(file, format!("{what}: {error}"))
+        }
+    }
+
+    /// What the operating system said, where it was asked to write: a full disk is no bad input.
+    pub fn kind(&self) -> Option<io::ErrorKind> {
+        self.kind
     }
 
     /// One line of a file; lines count from 1.
@@ -37,6 +53,7 @@ impl InputError {
             file: Some(file.to_owned()),
             line: Some(line),
             message: message.into(),
+            kind: None,
         }
     }
 }

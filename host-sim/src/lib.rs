@@ -1,5 +1,9 @@
 //! The world around the receiver, and the `cslam` command that puts the two together.
 
+// First: its macros stand in for those of the standard library in every module below.
+#[macro_use]
+mod output;
+
 pub mod accuracy;
 pub mod allan;
 pub mod bsm;
@@ -15,6 +19,7 @@ pub mod flight_log;
 #[cfg(feature = "ground")]
 pub mod ground;
 pub mod input;
+mod interrupt;
 pub mod link_key;
 pub mod link_traffic;
 pub mod localization;

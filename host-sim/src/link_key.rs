@@ -41,7 +41,7 @@ pub fn create(file: &Path, uav: u8) -> Result<LinkKey, InputError> {
         io::ErrorKind::AlreadyExists => {
             InputError::in_file(file, "is there already; a key is not overwritten")
         }
-        _ => InputError::in_file(file, format!("cannot be written: {e}")),
+        _ => InputError::unwritable(file, "cannot be written", &e),
     };
     let mut new = private(file).map_err(cannot)?;
     write!(new, "{FIRST_LINE}\nuav {uav}\nkey {digits}\n").map_err(cannot)?;

@@ -41,7 +41,7 @@ impl ResultDirectory {
     /// result of this kind; then one such file is named.
     pub fn open(target: &Path, kind: Kind) -> Result<Self, InputError> {
         let cannot =
-            |e: std::io::Error| InputError::in_file(target, format!("cannot be made a directory: {e}"));
+            |e: std::io::Error| InputError::unwritable(target, "cannot be made a directory", &e);
         let made_target = !target.exists();
         fs::create_dir_all(target).map_err(cannot)?;
         let whole = fs::canonicalize(target).map_err(cannot)?;
@@ -56,7 +56,7 @@ impl ResultDirectory {
         }
         let part = beside(&whole, "part");
         fs::create_dir(&part)
-            .map_err(|e| InputError::in_file(&part, format!("cannot be made a directory: {e}")))?;
+            .map_err(|e| InputError::unwritable(&part, "cannot be made a directory", &e))?;
         Ok(Self {
             kind,
             target: whole,

@@ -25,6 +25,14 @@ pub(crate) struct Args {
     #[cfg(feature = "ground")]
     #[arg(long, value_name = "S", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..))]
     seconds: u32,
+    /// Ground station: connections to its page on which nothing is sent
+    #[cfg(feature = "ground")]
+    #[arg(long, value_name = "N", default_value_t = 2000)]
+    idle: usize,
+    /// Ground station: connections to its page on which a request is sent byte by byte
+    #[cfg(feature = "ground")]
+    #[arg(long, value_name = "N", default_value_t = 200)]
+    slow: usize,
     /// Print one JSON object a row on stdout instead of the table
     #[arg(long)]
     json: bool,
@@ -88,7 +96,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
 /// What became of the packets of many UAVs in a ground station of its own process.
 #[cfg(feature = "ground")]
 fn ground(args: &Args) -> anyhow::Result<()> {
-    let figures = crate::ground::load::run(args.uavs, args.seconds)?;
+    let figures = crate::ground::load::run(args.uavs, args.seconds, args.idle, args.slow)?;
     if args.json {
         println!("{}", serde_json::to_string(&figures)?);
     } else {

@@ -7,9 +7,10 @@ use std::path::PathBuf;
 use crate::ground::cloud::Size;
 use crate::ground::decode::Ears;
 use crate::ground::keys::Trust;
-use crate::ground::playback::Playback;
+use crate::ground::playback::{Pace, Playback};
 use crate::ground::{self, Inputs, LISTEN, Options, PAGE};
 use crate::input::InputError;
+use crate::interrupt;
 
 /// Arguments of `cslam ground`.
 #[derive(clap::Args, Debug)]
@@ -28,8 +29,11 @@ pub(crate) struct Args {
     /// With --file: how many times as fast as it was, 0 for at once
     #[arg(long, value_name = "X", default_value_t = 1.0, requires = "file")]
     speed: f64,
+    /// With --file: stay when the file ends, and take what is appended to it
+    #[arg(long, requires = "file")]
+    follow: bool,
     /// With --file: print every message as a JSON line and end
-    #[arg(long, requires = "file", conflicts_with_all = ["http", "record", "mavlink", "speed"])]
+    #[arg(long, requires = "file", conflicts_with_all = ["http", "record", "mavlink", "speed", "follow"])]
     json: bool,
     /// Key file of a UAV, as `cslam key` makes it (may be repeated): packets of other UAVs or with other keys are refused
     #[arg(long, value_name = "FILE", conflicts_with_all = ["unsigned", "test_key"])]
@@ -66,10 +70,12 @@ const FILE_STANDS_ALONE: [&str; 2] = ["listen", "serial"];
 const FILE_STANDS_ALONE: [&str; 1] = ["listen"];
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
+    // Before anything is opened: from then on an end is a clean one.
+    let interrupted = (!args.json).then(interrupt::flag).unwrap_or_default();
     let trust = trust(args)?;
     if let (Some(file), true) = (&args.file, args.json) {
         let mut out = BufWriter::new(io::stdout().lock());
-        Playback::open(file)?.print(&mut Ears::new(trust), file, &mut out)?;
+        Playback::open(file)?.print(&mut Ears::new(trust), &mut out)?;
         out.flush()?;
         return Ok(());
     }
@@ -81,7 +87,13 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         return Err(InputError::new(format!("--speed {}: expected 0 or more", args.speed)).into());
     }
     let inputs = match &args.file {
-        Some(file) => Inputs::File(Playback::open(file)?, args.speed),
+        Some(file) => {
+            let pace = Pace {
+                speed: args.speed,
+                follow: args.follow,
+            };
+            Inputs::File(Playback::open(file)?, pace)
+        }
         None => live(args)?,
     };
     let options = Options {
@@ -95,7 +107,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
             edge_m: args.voxel,
         },
     };
-    ground::run(inputs, &options)
+    ground::run(inputs, &options, &interrupted)
 }
 
 /// What is heard live.

@@ -88,5 +88,5 @@ fn read_mount(text: &str) -> Result<Mount, InputError> {
 fn write(file: &Path, bytes: &[u8]) -> Result<(), InputError> {
     link_key::private(file)
         .and_then(|mut new| new.write_all(bytes))
-        .map_err(|e| InputError::in_file(file, format!("cannot be written as a new file: {e}")))
+        .map_err(|e| InputError::unwritable(file, "cannot be written as a new file", &e))
 }

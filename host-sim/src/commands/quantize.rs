@@ -65,7 +65,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let quantised = Quantised::new(&model, &largest).map_err(unfit)?;
     let file = quantised.to_file().map_err(unfit)?;
     std::fs::write(&args.out, file.bytes())
-        .map_err(|e| InputError::in_file(&args.out, format!("cannot be written: {e}")))?;
+        .map_err(|e| InputError::unwritable(&args.out, "cannot be written", &e))?;
     let labelled = chosen().map(|i| (samples.row(i), samples.states[i]));
     let report = quantise::report(&model, &quantised, labelled);
     print(args, file.bytes().len(), &report)

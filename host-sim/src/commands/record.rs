@@ -126,6 +126,5 @@ fn write_links(file: &Path, links: &[Link]) -> anyhow::Result<()> {
         text += &serde_json::to_string(link)?;
         text.push('\n');
     }
-    std::fs::write(file, text)
-        .map_err(|e| InputError::in_file(file, format!("cannot be written: {e}")).into())
+    std::fs::write(file, text).map_err(|e| InputError::unwritable(file, "cannot be written", &e).into())
 }

@@ -84,7 +84,7 @@ fn trace(tracer: &Tracer<'_>, args: &Args) -> anyhow::Result<()> {
     let mut out: Box<dyn Write + Send> = match &args.out {
         Some(file) => {
             let created = File::create(file);
-            Box::new(created.map_err(|e| InputError::in_file(file, format!("cannot be written: {e}")))?)
+            Box::new(created.map_err(|e| InputError::unwritable(file, "cannot be written", &e))?)
         }
         None => Box::new(std::io::stdout()),
     };

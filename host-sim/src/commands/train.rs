@@ -178,11 +178,10 @@ fn settings(args: &Args, task: Task) -> Result<Settings, InputError> {
 
 fn write(args: &Args, model: &FloatModel, curve: &[Epoch]) -> anyhow::Result<()> {
     let put = |file: &Path, bytes: &[u8]| {
-        std::fs::write(file, bytes).map_err(|e| InputError::in_file(file, format!("cannot be written: {e}")))
+        std::fs::write(file, bytes).map_err(|e| InputError::unwritable(file, "cannot be written", &e))
     };
     if let Some(parent) = args.out.parent().filter(|p| !p.as_os_str().is_empty()) {
-        std::fs::create_dir_all(parent)
-            .map_err(|e| InputError::in_file(parent, format!("cannot be made: {e}")))?;
+        std::fs::create_dir_all(parent).map_err(|e| InputError::unwritable(parent, "cannot be made", &e))?;
     }
     put(&args.out, &model.to_bytes())?;
     let title = match args.kind {

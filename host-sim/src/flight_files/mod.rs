@@ -94,7 +94,7 @@ impl Outputs<'_> {
 }
 
 /// Writes a file under another name and renames it when it is whole.
-fn file(
+pub(crate) fn file(
     out: &Path,
     name: &str,
     content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
@@ -106,5 +106,9 @@ fn file(
         writer.flush()?;
         fs::rename(&part, &whole)
     });
+    if result.is_err() {
+        // Half a file is of no use, and its room is for others.
+        let _left = fs::remove_file(&part);
+    }
     result.with_context(|| format!("{} cannot be written", whole.display()))
 }

@@ -1,9 +1,10 @@
 //! From bytes to what a UAV said.
 //!
-//! Each source has a deframer of its own, each link id an opener with its replay window. Both are bounded: sources by number, the
-//! oldest one being forgotten, and link ids are a byte.
+//! Each stream and each datagram has a deframer of its own, each link id an opener with its replay window. Both are bounded:
+//! streams are the inputs that the station was started with, and link ids are a byte.
 
 use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 
 use cslam_core::telemetry::{self, Deframer, MAX_FRAME, Message as Wire, Opener, Packet, TelemetryError};
 
@@ -11,16 +12,14 @@ use super::inputs::Source;
 use super::keys::Trust;
 use super::model::{Config, Event, Health, Heard, Link, Message, Point, Pose, PoseFlags, Severity, Spread};
 
-/// Sources whose half frames are remembered.
-const MOST_SOURCES: usize = 1024;
+/// What is left of a datagram after its last whole frame.
+const CUT: &str = "the frame is cut by the end of its datagram";
 
-/// A frame of a source in the making.
+/// A frame in the making.
 #[derive(Clone, Debug, Default)]
 struct Stream {
     deframer: Deframer,
     frame: Vec<u8>,
-    /// When it last said something, in chunks.
-    used: u64,
 }
 
 /// What a frame was.
@@ -29,16 +28,15 @@ pub enum Told<'a> {
     /// A packet, and its bytes as they came.
     Packet(&'a Heard, &'a [u8]),
     /// Refused, and why.
-    Refused(TelemetryError),
+    Refused(&'static str),
 }
 
 /// All ears of a station.
 #[derive(Debug)]
 pub struct Ears {
     trust: Trust,
-    streams: HashMap<Source, Stream>,
+    streams: HashMap<Arc<str>, Stream>,
     openers: BTreeMap<u8, Opener>,
-    chunks: u64,
 }
 
 impl Ears {
@@ -48,21 +46,16 @@ impl Ears {
             trust,
             streams: HashMap::new(),
             openers: BTreeMap::new(),
-            chunks: 0,
         }
     }
 
     /// Takes bytes of a source; `tell` gets every frame that ended in them.
     pub fn push(&mut self, source: &Source, bytes: &[u8], mut tell: impl FnMut(Told<'_>)) {
-        self.chunks += 1;
-        if self.streams.len() >= MOST_SOURCES && !self.streams.contains_key(source) {
-            let oldest = self.streams.iter().min_by_key(|(_, stream)| stream.used);
-            if let Some(oldest) = oldest.map(|(source, _)| source.clone()) {
-                self.streams.remove(&oldest);
-            }
-        }
-        let stream = self.streams.entry(source.clone()).or_default();
-        stream.used = self.chunks;
+        let mut new = Stream::default();
+        let stream = match source {
+            Source::Stream(input) => self.streams.entry(Arc::clone(input)).or_default(),
+            Source::Datagram(_) => &mut new,
+        };
         for &byte in bytes {
             // What is longer than any frame is refused, and need not be kept.
             if stream.frame.len() < MAX_FRAME {
@@ -80,12 +73,15 @@ impl Ears {
                 });
                 match opened {
                     Ok(packet) => tell(Told::Packet(&heard(packet), &stream.frame)),
-                    Err(error) => tell(Told::Refused(error)),
+                    Err(error) => tell(Told::Refused(error.as_str())),
                 }
             }
             if byte == 0 {
                 stream.frame.clear();
             }
+        }
+        if matches!(source, Source::Datagram(_)) && !stream.frame.is_empty() {
+            tell(Told::Refused(CUT));
         }
     }
 }

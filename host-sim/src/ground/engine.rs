@@ -20,6 +20,8 @@ pub struct Engine {
     hub: Arc<Hub>,
     ears: Ears,
     recording: Option<Recording>,
+    /// Why nothing is recorded any more.
+    recording_error: Option<io::Error>,
     mavlink: Option<mavlink::Out>,
 }
 
@@ -38,6 +40,7 @@ impl Engine {
             hub,
             ears,
             recording,
+            recording_error: None,
             mavlink,
         }
     }
@@ -72,11 +75,13 @@ impl Engine {
     /// Takes bytes of a source. Returns the last time of a UAV's clock that was in them, s.
     pub fn push(&mut self, source: &Source, bytes: &[u8]) -> Option<f64> {
         let now_s = self.hub.now_s();
+        // First: what is taken below must not be known to anybody while what came long before it can still be lost.
+        self.flush(now_s);
         let mut time_s = None;
         let hub = &self.hub;
         let (recording, mavlink) = (&mut self.recording, &mut self.mavlink);
         let mut trouble = None;
-        hub.station().input(&source.input, bytes.len());
+        hub.station().input(source.input(), bytes.len());
         self.ears.push(source, bytes, |told| match told {
             Told::Packet(heard, frame) => {
                 time_s = heard.message.time_s().or(time_s);
@@ -91,34 +96,46 @@ impl Engine {
                     trouble = Some(error);
                 }
             }
-            Told::Refused(error) => hub.station().refuse(error.as_str()),
+            Told::Refused(reason) => hub.station().refuse(reason),
         });
         if let Some(error) = trouble {
-            self.give_up_recording(&error);
+            self.give_up_recording(error);
         }
         time_s
     }
 
     /// A full disk must not end the flight's picture: the page says that nothing is recorded any more.
-    fn give_up_recording(&mut self, error: &io::Error) {
+    fn give_up_recording(&mut self, error: io::Error) {
         self.recording = None;
         let trouble = format!("ended, cannot be written: {error}");
         eprintln!("cslam: recording {trouble}");
         self.hub.station().trouble(RECORDING, Some(trouble));
+        self.recording_error = Some(error);
     }
 
-    /// Sends what is due.
+    /// Sends and writes what is due; to be called several times a second.
     pub fn elapse(&mut self) {
+        let now_s = self.hub.now_s();
+        self.flush(now_s);
         if let Some(mavlink) = &mut self.mavlink {
-            mavlink.elapse(self.hub.now_s());
+            mavlink.elapse(now_s);
+        }
+    }
+
+    fn flush(&mut self, now_s: f64) {
+        if let Some(Err(error)) = self.recording.as_mut().map(|r| r.elapse(now_s)) {
+            self.give_up_recording(error);
         }
     }
 
     /// Closes the recording.
     ///
     /// # Errors
-    /// Those of its files.
+    /// Those of its files, also when they ended it before.
     pub fn finish(self) -> anyhow::Result<()> {
+        if let Some(error) = self.recording_error {
+            return Err(anyhow::Error::new(error).context("the recording ended before the station"));
+        }
         if let Some(recording) = self.recording {
             let time_ns = self.hub.unix_ns(self.hub.now_s());
             let cloud = self.hub.station().cloud().clone();

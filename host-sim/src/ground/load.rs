@@ -15,6 +15,7 @@ use cslam_core::telemetry::Key;
 use serde::Serialize;
 use serde_json::Value;
 
+use super::crowd::Crowd;
 use super::flock::MadeUpUav;
 
 /// How long the station may take to count what has come.
@@ -45,6 +46,16 @@ pub struct Figures {
     pub map_points: u64,
     /// Bytes that went to the open page.
     pub page_bytes: u64,
+    /// Connections to the page on which nothing is sent.
+    pub idle: usize,
+    /// Connections to the page on which a request is sent byte by byte.
+    pub slow: usize,
+    /// Times that the page was asked for beside them.
+    pub page_answers: usize,
+    /// Median time until the page was there, s.
+    pub page_median_s: f64,
+    /// Longest time until the page was there, s.
+    pub page_longest_s: f64,
     /// Largest lag of the sender behind real time, s.
     pub lag_s: f64,
     /// Most memory that the station held after a sixth of the time, MiB; `None` where it is not known.
@@ -84,6 +95,12 @@ impl fmt::Display for Figures {
             self.points, self.map_points
         )?;
         writeln!(f, "bytes to the open page        {}", self.page_bytes)?;
+        writeln!(f, "connections idle, slow        {}, {}", self.idle, self.slow)?;
+        writeln!(
+            f,
+            "page there after, s           {:.3} (median of {}), {:.3} (longest)",
+            self.page_median_s, self.page_answers, self.page_longest_s
+        )?;
         writeln!(f, "sender behind real time, s    {:.2}", self.lag_s)?;
         writeln!(
             f,
@@ -109,9 +126,10 @@ impl Drop for Station {
 ///
 /// # Errors
 /// When the station does not start or does not answer.
-pub fn run(uavs: u8, seconds: u32) -> anyhow::Result<Figures> {
+pub fn run(uavs: u8, seconds: u32, idle: usize, slow: usize) -> anyhow::Result<Figures> {
     let (station, page, udp) = start()?;
     let page_bytes = watch(page)?;
+    let crowd = Crowd::gather(page, idle, slow)?;
     let mut flock: Vec<MadeUpUav> = (1..=uavs)
         .map(|id| MadeUpUav::new(id, &Key::TEST, 1, f64::INFINITY))
         .collect();
@@ -141,6 +159,7 @@ pub fn run(uavs: u8, seconds: u32) -> anyhow::Result<Figures> {
     }
     bar.finish_and_clear();
     let status = settle(page, sent)?;
+    let answers_s = crowd.leave()?;
     let of_uavs = |pointer: &str| -> u64 {
         let uavs = status["uavs"].as_array().into_iter().flatten();
         uavs.filter_map(|uav| uav.pointer(pointer)?.as_u64()).sum()
@@ -158,6 +177,11 @@ pub fn run(uavs: u8, seconds: u32) -> anyhow::Result<Figures> {
         points: of_uavs("/points"),
         map_points: status["map"]["points"].as_u64().unwrap_or_default(),
         page_bytes: page_bytes.load(Ordering::Relaxed),
+        idle,
+        slow,
+        page_answers: answers_s.len(),
+        page_median_s: answers_s.get(answers_s.len() / 2).copied().unwrap_or_default(),
+        page_longest_s: answers_s.last().copied().unwrap_or_default(),
         lag_s,
         early_rss_mib,
         peak_rss_mib: peak_rss_mib(station.0.id()),

@@ -5,6 +5,7 @@
 //! [`hub`], from which a web server ([`page`]) on another thread tells every open page what has changed.
 
 pub mod cloud;
+mod crowd;
 pub mod decode;
 pub mod engine;
 pub mod flock;
@@ -26,6 +27,7 @@ use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::thread::{self, JoinHandle};
 
@@ -35,7 +37,7 @@ use engine::Engine;
 use hub::Hub;
 use inputs::{Said, Udp};
 use keys::Trust;
-use playback::Playback;
+use playback::{Pace, Playback};
 use record::Recording;
 use station::Station;
 
@@ -58,8 +60,8 @@ pub enum Inputs {
         #[cfg(unix)]
         serial: Vec<inputs::Serial>,
     },
-    /// A recorded file and how many times as fast as it was it is played.
-    File(Playback, f64),
+    /// A recorded file and how it is played.
+    File(Playback, Pace),
 }
 
 /// Everything else about a station.
@@ -93,7 +95,7 @@ impl Default for Options {
     }
 }
 
-/// A running station.
+/// A running station. When it is dropped, it ends, and its recording is closed.
 #[derive(Debug)]
 pub struct Running {
     /// Its state.
@@ -146,29 +148,42 @@ impl Running {
     ///
     /// # Errors
     /// Those of its threads.
-    pub fn stop(self) -> anyhow::Result<()> {
+    pub fn stop(mut self) -> anyhow::Result<()> {
+        self.end()
+    }
+
+    /// Waits for every thread, whatever the others say: the first error.
+    fn end(&mut self) -> anyhow::Result<()> {
         self.hub.stop();
-        for thread in self.threads {
-            thread
-                .join()
-                .map_err(|_| anyhow::anyhow!("a thread of the station panicked"))??;
+        let mut result = Ok(());
+        for thread in self.threads.drain(..) {
+            let panicked = |_| Err(anyhow::anyhow!("a thread of the station panicked"));
+            result = result.and(thread.join().unwrap_or_else(panicked));
         }
-        Ok(())
+        result
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // Whoever wants to know stops it.
+        let _ended = self.end();
     }
 }
 
 fn start_inputs(inputs: Inputs, engine: Engine, hub: &Arc<Hub>) -> Vec<JoinHandle<anyhow::Result<()>>> {
     let mut threads = Vec::new();
     match inputs {
-        Inputs::File(playback, speed) => {
+        Inputs::File(mut playback, pace) => {
             hub.station().input(playback.name(), 0);
             let hub = Arc::clone(hub);
             threads.push(thread::spawn(move || {
                 let mut engine = engine;
-                playback.play(&mut engine, &hub, speed);
-                let (_nobody, said) = inputs::queue();
-                // The page stays after the last packet.
-                engine.run(&said)
+                let played = playback.play(&mut engine, &hub, pace);
+                let finished = engine.finish();
+                // With the file ends the station.
+                hub.stop();
+                played.and(finished)
             }));
         }
         Inputs::Live {
@@ -215,21 +230,18 @@ fn edges(scene: &Scene) -> String {
     serde_json::json!({"edges": numbers}).to_string()
 }
 
-/// Runs a station until Ctrl-C. Prints the address of its page on standard output, everything else on standard error.
+/// Runs a station until it is interrupted or its file ends. Prints the address of its page on standard output, everything else on standard error.
 ///
 /// # Errors
 /// [`InputError`](crate::input::InputError) naming what cannot be used.
-pub fn run(inputs: Inputs, options: &Options) -> anyhow::Result<()> {
+pub fn run(inputs: Inputs, options: &Options, interrupted: &AtomicBool) -> anyhow::Result<()> {
     let running = Running::start(inputs, options)?;
     println!("http://{}/", running.page);
     eprintln!("cslam ground: {}", options.trust.words());
     for name in running.hub.station().inputs().keys() {
         eprintln!("cslam ground: hears {name}");
     }
-    let hub = Arc::clone(&running.hub);
-    // A second handler in one process is an error of no consequence here: the first one stays.
-    let _ = ctrlc::set_handler(move || hub.stop());
-    while !running.hub.is_stopped() {
+    while !(interrupted.load(Ordering::Relaxed) || running.hub.is_stopped()) {
         thread::sleep(std::time::Duration::from_millis(50));
     }
     running.stop()

@@ -1,10 +1,11 @@
 //! A recorded stream of packets: played at the speed of its UAV's clock, or printed message by message.
 
 use std::collections::BTreeMap;
-use std::fs;
-use std::io::Write;
-use std::path::Path;
+use std::fs::File;
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::json;
@@ -18,33 +19,51 @@ use crate::input::InputError;
 /// Longest pause in a recording that is played as it was, s.
 const LONGEST_PAUSE_S: f64 = 5.0;
 
+/// Time between two looks at the wish to end, and at a file that may have grown.
+const PATIENCE: Duration = Duration::from_millis(50);
+
 /// A file that was read.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Playback {
+    path: PathBuf,
+    /// At the end of what was read.
+    file: File,
     bytes: Vec<u8>,
     source: Source,
+}
+
+/// How a file is played.
+#[derive(Clone, Copy, Debug)]
+pub struct Pace {
+    /// How many times as fast as it was; 0 for at once.
+    pub speed: f64,
+    /// Whether what is appended to the file is played as well, until the station is stopped.
+    pub follow: bool,
 }
 
 impl Playback {
     /// Reads a file.
     ///
     /// # Errors
-    /// [`InputError`] naming the file when it cannot be read or is empty.
-    pub fn open(file: &Path) -> Result<Self, InputError> {
-        let bytes = fs::read(file).map_err(|e| InputError::in_file(file, format!("cannot be read: {e}")))?;
-        if bytes.is_empty() {
-            return Err(InputError::in_file(file, "is empty, expected packets"));
-        }
-        let source = Source {
-            input: format!("file {}", file.display()).into(),
-            peer: None,
-        };
-        Ok(Self { bytes, source })
+    /// [`InputError`] naming the file when it cannot be read.
+    pub fn open(path: &Path) -> Result<Self, InputError> {
+        let mut bytes = Vec::new();
+        let read = File::open(path).and_then(|mut file| {
+            file.read_to_end(&mut bytes)?;
+            Ok(file)
+        });
+        let file = read.map_err(|e| InputError::in_file(path, format!("cannot be read: {e}")))?;
+        Ok(Self {
+            path: path.to_owned(),
+            file,
+            bytes,
+            source: Source::Stream(format!("file {}", path.display()).into()),
+        })
     }
 
     /// Name of the input.
     pub fn name(&self) -> &Arc<str> {
-        &self.source.input
+        self.source.input()
     }
 
     /// Frames, each with its closing zero; what follows the last zero is one as well.
@@ -52,8 +71,24 @@ impl Playback {
         self.bytes.split_inclusive(|byte| *byte == 0)
     }
 
-    /// Plays it, `speed` times as fast as it was, at once when `speed` is 0, until the hub is stopped.
-    pub fn play(&self, engine: &mut Engine, hub: &Hub, speed: f64) {
+    /// Plays it until its end, or until the hub is stopped.
+    ///
+    /// # Errors
+    /// [`InputError`] naming the file when it ended and nothing in it could be taken; those of reading what was appended.
+    pub fn play(&mut self, engine: &mut Engine, hub: &Hub, pace: Pace) -> anyhow::Result<()> {
+        self.play_read(engine, hub, pace.speed);
+        if pace.follow {
+            return self.play_appended(engine, hub);
+        }
+        let station = hub.station();
+        if station.uavs().is_empty() && !hub.is_stopped() {
+            return Err(self.nothing_taken(station.refused()).into());
+        }
+        Ok(())
+    }
+
+    /// Plays what was read when it was opened.
+    fn play_read(&self, engine: &mut Engine, hub: &Hub, speed: f64) {
         let mut due: Option<(Instant, f64)> = None;
         for frame in self.frames() {
             if hub.is_stopped() {
@@ -68,13 +103,40 @@ impl Playback {
             }
             // Several UAVs have several clocks; a jump of more than a pause begins anew.
             let (start, start_s) = *due.get_or_insert((Instant::now(), time_s));
-            let ahead_s = (time_s - start_s) / speed - start.elapsed().as_secs_f64();
-            if ahead_s.abs() > LONGEST_PAUSE_S {
+            let ahead_s = || (time_s - start_s) / speed - start.elapsed().as_secs_f64();
+            if ahead_s().abs() > LONGEST_PAUSE_S {
                 due = None;
-            } else if ahead_s > 0.0 {
-                std::thread::sleep(Duration::from_secs_f64(ahead_s));
+                continue;
+            }
+            while ahead_s() > 0.0 && !hub.is_stopped() {
+                thread::sleep(PATIENCE.min(Duration::from_secs_f64(ahead_s().max(0.0))));
+                engine.elapse();
             }
         }
+    }
+
+    /// Plays what somebody appends.
+    fn play_appended(&mut self, engine: &mut Engine, hub: &Hub) -> anyhow::Result<()> {
+        let mut chunk = vec![0; 1 << 16];
+        while !hub.is_stopped() {
+            let length = self.file.read(&mut chunk)?;
+            if length == 0 {
+                thread::sleep(PATIENCE);
+            } else {
+                engine.push(&self.source, chunk.get(..length).unwrap_or_default());
+            }
+            engine.elapse();
+        }
+        Ok(())
+    }
+
+    /// What was wrong with the frames, most of all.
+    fn nothing_taken(&self, refused: &BTreeMap<&'static str, u64>) -> InputError {
+        let most = refused.iter().max_by_key(|(_, count)| **count);
+        let why = most.map_or("there is no whole frame".into(), |(reason, count)| {
+            format!("{count} frames, {reason}")
+        });
+        InputError::in_file(&self.path, format!("holds no packet that can be taken ({why})"))
     }
 
     /// Prints every message as a line of JSON.
@@ -82,7 +144,7 @@ impl Playback {
     /// # Errors
     /// [`InputError`] naming the file and what was wrong with the first frame, when there is no packet in it that can be taken;
     /// those of the output.
-    pub fn print(&self, ears: &mut Ears, file: &Path, out: &mut impl Write) -> anyhow::Result<()> {
+    pub fn print(&self, ears: &mut Ears, out: &mut impl Write) -> anyhow::Result<()> {
         let mut packets = 0_u64;
         let mut refused: BTreeMap<&'static str, u64> = BTreeMap::new();
         let mut result = Ok(());
@@ -95,16 +157,11 @@ impl Playback {
                         .and_then(|()| Ok(writeln!(out)?));
                 }
             }
-            Told::Refused(error) => *refused.entry(error.as_str()).or_default() += 1,
+            Told::Refused(reason) => *refused.entry(reason).or_default() += 1,
         });
         result?;
         if packets == 0 {
-            let most = refused.iter().max_by_key(|(_, count)| **count);
-            let why = most.map_or("there is no whole frame".into(), |(reason, count)| {
-                format!("{count} frames, {reason}")
-            });
-            let message = format!("holds no packet that can be taken ({why})");
-            return Err(InputError::in_file(file, message).into());
+            return Err(self.nothing_taken(&refused).into());
         }
         eprintln!("{}", json!({"packets": packets, "refused": refused}));
         Ok(())

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use super::cloud::Cloud;
 use super::model::{Heard, Message, Point};
 use super::page::ply;
+use crate::flight_files;
 use crate::flight_files::recording::{Recorder, geometry};
 use crate::flight_log::{MapVoxel, PointRecord};
 use crate::input::InputError;
@@ -17,7 +18,13 @@ pub struct Recording {
     directory: PathBuf,
     packets: BufWriter<File>,
     mcap: Recorder<BufWriter<File>>,
+    /// Time of the station at which everything was given to the system, s.
+    flushed_s: f64,
 }
+
+/// Time after which what came is given to the system, which keeps it whatever becomes of this process, s. A second is promised:
+/// half of it leaves as much for a thread that has to wait for its processor.
+const FLUSH_S: f64 = 0.5;
 
 impl std::fmt::Debug for Recording {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -36,21 +43,40 @@ impl Recording {
     /// overwritten.
     pub fn begin(directory: &Path) -> Result<Self, InputError> {
         fs::create_dir_all(directory)
-            .map_err(|e| InputError::in_file(directory, format!("cannot be made a directory: {e}")))?;
+            .map_err(|e| InputError::unwritable(directory, "cannot be made a directory", &e))?;
         let create = |name: &str| {
             let file = directory.join(name);
             File::create_new(&file)
                 .map(BufWriter::new)
-                .map_err(|e| InputError::in_file(&file, format!("cannot be made: {e}")))
+                .map_err(|e| InputError::unwritable(&file, "cannot be made", &e))
         };
         let packets = create("packets.bin")?;
-        let mcap = Recorder::new(create("ground.mcap")?)
-            .map_err(|e| InputError::in_file(&directory.join("ground.mcap"), e.to_string()))?;
+        let mcap = Recorder::new(create("ground.mcap")?).and_then(|mut mcap| {
+            // Even a recording that is killed at once can be opened.
+            mcap.flush()?;
+            Ok(mcap)
+        });
+        let unwritable =
+            |e| InputError::unwritable(&directory.join("ground.mcap"), "cannot be written", &io_error(e));
         Ok(Self {
             directory: directory.to_owned(),
             packets,
-            mcap,
+            mcap: mcap.map_err(unwritable)?,
+            flushed_s: 0.0,
         })
+    }
+
+    /// Gives what came to the system when it is time to, `now_s` being the time of the station, s.
+    ///
+    /// # Errors
+    /// Those of the files.
+    pub fn elapse(&mut self, now_s: f64) -> io::Result<()> {
+        if now_s - self.flushed_s < FLUSH_S {
+            return Ok(());
+        }
+        self.flushed_s = now_s;
+        self.packets.flush()?;
+        self.mcap.flush().map_err(io_error)
     }
 
     /// Writes a packet, `frame` being its bytes as they came.
@@ -59,7 +85,7 @@ impl Recording {
     /// Those of the file.
     pub fn hear(&mut self, heard: &Heard, frame: &[u8], time_ns: u64) -> io::Result<()> {
         self.packets.write_all(frame)?;
-        self.record(heard, time_ns).map_err(io::Error::other)
+        self.record(heard, time_ns).map_err(io_error)
     }
 
     fn record(&mut self, heard: &Heard, time_ns: u64) -> Result<(), mcap::McapError> {
@@ -96,8 +122,10 @@ impl Recording {
     /// Writes the merged map and the recording's index.
     ///
     /// # Errors
-    /// Those of the files.
-    pub fn finish(mut self, cloud: &Cloud, time_ns: u64) -> io::Result<()> {
+    /// Those of the files; all that came has been written before.
+    pub fn finish(mut self, cloud: &Cloud, time_ns: u64) -> anyhow::Result<()> {
+        self.packets.flush()?;
+        self.mcap.flush()?;
         let voxels: Vec<MapVoxel> = cloud
             .points()
             .map(|point| MapVoxel {
@@ -108,11 +136,19 @@ impl Recording {
             .collect();
         self.mcap
             .message("/map", time_ns, &geometry::map(&voxels, time_ns))
-            .and_then(|()| self.mcap.finish())
-            .map_err(io::Error::other)?;
-        self.packets.flush()?;
+            .and_then(|()| self.mcap.finish())?;
         let points: Vec<_> = cloud.points().copied().collect();
-        fs::write(self.directory.join("map.ply"), ply::write(&points))
+        flight_files::file(&self.directory, "map.ply", |file| {
+            file.write_all(&ply::write(&points))
+        })
+    }
+}
+
+/// What the system said, where it was the system.
+fn io_error(error: mcap::McapError) -> io::Error {
+    match error {
+        mcap::McapError::Io(error) => error,
+        other => io::Error::other(other),
     }
 }
 

@@ -50,8 +50,7 @@ impl Description {
     /// # Errors
     /// [`InputError`] when it cannot be written, or the directory holds another data set.
     pub fn write(&self, directory: &Path) -> Result<(), InputError> {
-        let cannot =
-            |file: &Path, e: std::io::Error| InputError::in_file(file, format!("cannot be written: {e}"));
+        let cannot = |file: &Path, e: std::io::Error| InputError::unwritable(file, "cannot be written", &e);
         std::fs::create_dir_all(directory).map_err(|e| cannot(directory, e))?;
         let file = directory.join(DESCRIPTION);
         if file.exists() && Self::read(directory)? != *self {
@@ -61,7 +60,7 @@ impl Description {
             ));
         }
         let mut text = serde_json::to_string_pretty(self)
-            .map_err(|e| InputError::in_file(&file, format!("cannot be written: {e}")))?;
+            .map_err(|e| InputError::unwritable(&file, "cannot be written", &e.into()))?;
         text.push('\n');
         std::fs::write(&file, text).map_err(|e| cannot(&file, e))
     }
@@ -106,7 +105,7 @@ pub fn shard_directory(directory: &Path, shard: usize, shards: usize) -> PathBuf
 pub fn write_shard(directory: &Path, shard: usize, shards: usize, links: &Links) -> Result<(), InputError> {
     let last = shard_directory(directory, shard, shards);
     let part = last.with_extension("part");
-    let cannot = |e: std::io::Error| InputError::in_file(&last, format!("cannot be written: {e}"));
+    let cannot = |e: std::io::Error| InputError::unwritable(&last, "cannot be written", &e);
     if last.exists() {
         std::fs::remove_dir_all(&last).map_err(cannot)?;
     }

@@ -166,8 +166,7 @@ impl Links {
     pub fn write(&self, directory: &Path) -> Result<(), InputError> {
         let write = |name: &str, bytes: Vec<u8>| {
             let file = directory.join(name);
-            std::fs::write(&file, bytes)
-                .map_err(|e| InputError::in_file(&file, format!("cannot be written: {e}")))
+            std::fs::write(&file, bytes).map_err(|e| InputError::unwritable(&file, "cannot be written", &e))
         };
         write("index.npy", npy::encode(&self.index, None))?;
         write("tx_m.npy", npy::encode(self.tx_m.as_flattened(), Some(3)))?;

@@ -97,7 +97,7 @@ pub fn write(name: &Path, recording: &Recording) -> Result<(), InputError> {
         annotations: Vec::new(),
     };
     let text = serde_json::to_string_pretty(&meta)
-        .map_err(|e| InputError::in_file(&meta_file, format!("cannot be written: {e}")))?;
+        .map_err(|e| InputError::unwritable(&meta_file, "cannot be written", &e.into()))?;
     put(&data_file, &data)?;
     put(&meta_file, text.as_bytes())
 }
@@ -105,7 +105,7 @@ pub fn write(name: &Path, recording: &Recording) -> Result<(), InputError> {
 fn put(file: &Path, bytes: &[u8]) -> Result<(), InputError> {
     fs::File::create(file)
         .and_then(|mut f| f.write_all(bytes))
-        .map_err(|e| InputError::in_file(file, format!("cannot be written: {e}")))
+        .map_err(|e| InputError::unwritable(file, "cannot be written", &e))
 }
 
 /// Reads a recording by its name or either of its files.

@@ -4,7 +4,6 @@ use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, Command, Stdio};
 use std::thread;
-use std::time::Duration;
 
 use cslam_host_sim::ground::model::{Heard, Message, Point};
 
@@ -84,13 +83,15 @@ fn the_page_shows_flights_and_survives_a_restart() {
                 // Whoever wants the state waits: neither packets nor pages are served.
                 let hub = std::sync::Arc::clone(&station.as_ref().expect("running").running.hub);
                 let (wake, asleep) = std::sync::mpsc::channel::<()>();
+                let (hold, holds) = std::sync::mpsc::channel::<()>();
                 let thread = thread::spawn(move || {
                     let guard = hub.station();
+                    hold.send(()).expect("awaited");
                     // Until the other end is dropped.
                     let _woken = asleep.recv();
                     drop(guard);
                 });
-                thread::sleep(Duration::from_millis(100));
+                holds.recv().expect("it hangs");
                 held = Some((wake, thread));
             }
             "WAKE" => {

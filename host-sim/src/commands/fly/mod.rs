@@ -17,6 +17,7 @@ use crate::flight_files::Outputs;
 use crate::flight_files::ply::Encoding;
 use crate::flight_log::FlightLog;
 use crate::input::{InputError, read_text};
+use crate::interrupt;
 use crate::measurement::Sigmas;
 use crate::progress;
 use crate::report::{Report, table};
@@ -150,6 +151,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         return Ok(());
     }
     let start = Instant::now();
+    // The flight ends there, and what was flown is written.
     let interrupted = interrupt::flag();
     #[cfg(feature = "ground")]
     let mut shown = None;

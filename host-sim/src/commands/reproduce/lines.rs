@@ -33,9 +33,9 @@ pub(super) struct Panel {
 pub(super) fn write(file: &Path, drawing: &str) -> Result<(), InputError> {
     if let Some(parent) = file.parent().filter(|p| !p.as_os_str().is_empty()) {
         std::fs::create_dir_all(parent)
-            .map_err(|e| InputError::in_file(parent, format!("cannot be made: {e}")))?;
+            .map_err(|e| InputError::unwritable(parent, "cannot be made", &e))?;
     }
-    std::fs::write(file, drawing).map_err(|e| InputError::in_file(file, format!("cannot be written: {e}")))
+    std::fs::write(file, drawing).map_err(|e| InputError::unwritable(file, "cannot be written", &e))
 }
 
 /// Panels in two columns.

@@ -17,8 +17,13 @@ pub(crate) struct Recorder<W: Write + Seek> {
 impl<W: Write + Seek> Recorder<W> {
     /// A recording without a message.
     pub(crate) fn new(out: W) -> Result<Self, mcap::McapError> {
-        // The library's name would carry its version, and with it change the bytes.
-        let options = WriteOptions::new().compression(None).profile("").library("cslam");
+        // The library's name would carry its version, and with it change the bytes. Without seeking a chunk is written whole, never
+        // first its beginning: a file that ends anywhere can be read up to there.
+        let options = WriteOptions::new()
+            .compression(None)
+            .profile("")
+            .library("cslam")
+            .disable_seeking(true);
         Ok(Self {
             writer: options.create(out)?,
             channels: BTreeMap::new(),
@@ -61,6 +66,11 @@ impl<W: Write + Seek> Recorder<W> {
             )
         };
         self.put(topic, "json", schema, time_ns, &bytes)
+    }
+
+    /// Closes the chunk and gives it to the system: whatever happens then, a reader finds what was written up to here.
+    pub(crate) fn flush(&mut self) -> Result<(), mcap::McapError> {
+        self.writer.flush()
     }
 
     /// Writes the index; without it a recording can be read from its beginning only.

@@ -7,7 +7,6 @@
 mod serial;
 mod udp;
 
-use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
@@ -18,19 +17,27 @@ pub use udp::Udp;
 /// Chunks of bytes that may wait: at 100 UAVs and full rate, several seconds.
 const MOST_CHUNKS: usize = 16_384;
 
-/// Which stream of bytes a chunk belongs to: frames do not go across streams.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Source {
-    /// Name of the input, for people.
-    pub input: Arc<str>,
-    /// Who sent it, where there are several.
-    pub peer: Option<SocketAddr>,
+/// Which input a chunk of bytes is of, by its name for people, and whether it goes on from the chunk before.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// A stream: frames may be cut anywhere between chunks.
+    Stream(Arc<str>),
+    /// A datagram, which holds whole frames: anybody may have sent the one before.
+    Datagram(Arc<str>),
+}
+
+impl Source {
+    /// Name of the input.
+    pub fn input(&self) -> &Arc<str> {
+        let (Self::Stream(input) | Self::Datagram(input)) = self;
+        input
+    }
 }
 
 /// What an input says.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Said {
-    /// Bytes of a stream.
+    /// A chunk of bytes.
     Bytes(Source, Vec<u8>),
     /// What is wrong with an input, or that it is in order again.
     Trouble(Arc<str>, Option<String>),

@@ -87,10 +87,7 @@ impl Serial {
     /// Passes on what comes until the hub is stopped.
     pub fn run(mut self, hub: &Hub, to: &SyncSender<Said>) {
         let trouble = |what: Option<String>| Said::Trouble(Arc::clone(&self.name), what);
-        let source = Source {
-            input: Arc::clone(&self.name),
-            peer: None,
-        };
+        let source = Source::Stream(Arc::clone(&self.name));
         let mut buffer = [0; 4096];
         while !hub.is_stopped() {
             let said = match read(&mut self.file, &mut buffer) {

@@ -1,4 +1,4 @@
-//! Packets over UDP: a datagram holds whole frames, or pieces of them in their order.
+//! Packets over UDP: a datagram holds whole frames.
 
 use std::io::{self, ErrorKind};
 use std::net::{SocketAddr, UdpSocket};
@@ -63,14 +63,10 @@ impl Udp {
     pub fn run(self, hub: &Hub, to: &SyncSender<Said>) {
         let mut buffer = vec![0; 1 << 16];
         while !hub.is_stopped() {
-            let said = match self.socket.recv_from(&mut buffer) {
-                Ok((length, peer)) => {
+            let said = match self.socket.recv(&mut buffer) {
+                Ok(length) => {
                     let bytes = buffer.get(..length).unwrap_or_default().to_vec();
-                    let source = Source {
-                        input: Arc::clone(&self.name),
-                        peer: Some(peer),
-                    };
-                    Said::Bytes(source, bytes)
+                    Said::Bytes(Source::Datagram(Arc::clone(&self.name)), bytes)
                 }
                 Err(e) if matches!(e.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => continue,
                 // What a peer's machine says about an earlier datagram.

@@ -2,6 +2,7 @@
 
 use std::net::{IpAddr, SocketAddr};
 
+use axum::body::HttpBody;
 use axum::extract::{Request, State};
 use axum::http::header::{CONTENT_SECURITY_POLICY, HOST, ORIGIN, X_CONTENT_TYPE_OPTIONS};
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
@@ -12,8 +13,12 @@ use axum::response::{IntoResponse, Response};
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; connect-src 'self'; \
                       img-src 'self' data: blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// Refuses requests of other sites, and sets the headers that keep the page to itself.
+/// Refuses requests of other sites and those that bring a body, and sets the headers that keep the page to itself.
 pub(super) async fn check(State(address): State<SocketAddr>, request: Request, next: Next) -> Response {
+    // Nothing is ever sent to the station: a body is refused before it is read.
+    if !request.body().is_end_stream() {
+        return (StatusCode::PAYLOAD_TOO_LARGE, "this station takes no body\n").into_response();
+    }
     if !is_ours(request.headers(), address.ip()) {
         return (StatusCode::FORBIDDEN, "this station talks to its own page only\n").into_response();
     }

@@ -5,6 +5,7 @@
 //! state again instead of a queue that grows.
 
 mod assets;
+mod door;
 mod guard;
 mod messages;
 pub(super) mod ply;
@@ -12,15 +13,16 @@ mod socket;
 
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
-use std::sync::atomic::AtomicUsize;
 use std::time::Duration;
 
 use axum::Router;
+use axum::body::Bytes;
 use axum::extract::State;
+use axum::http::StatusCode;
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
-use axum::response::IntoResponse;
+use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use tokio::sync::broadcast;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, broadcast};
 
 use super::hub::Hub;
 use crate::input::InputError;
@@ -28,13 +30,21 @@ use crate::input::InputError;
 /// Updates that a page may lag behind.
 const MOST_UPDATES: usize = 64;
 
+/// Pages that may be open at once.
+const MOST_PAGES: usize = 32;
+
+/// Copies of the map that may be on their way at once: a full one has 38 MB.
+const MOST_DOWNLOADS: usize = 4;
+
 /// What the handlers share.
 #[derive(Clone)]
 struct Page {
     hub: Arc<Hub>,
     updates: broadcast::Sender<axum::extract::ws::Message>,
-    /// Open websockets.
-    open: Arc<AtomicUsize>,
+    /// Places for websockets.
+    places: Arc<Semaphore>,
+    /// Places for copies of the map.
+    downloads: Arc<Semaphore>,
 }
 
 /// Takes the address of the page.
@@ -65,7 +75,8 @@ pub fn serve(listener: TcpListener, hub: Arc<Hub>) -> anyhow::Result<()> {
         let page = Page {
             hub: Arc::clone(&hub),
             updates: broadcast::channel(MOST_UPDATES).0,
-            open: Arc::default(),
+            places: Arc::new(Semaphore::new(MOST_PAGES)),
+            downloads: Arc::new(Semaphore::new(MOST_DOWNLOADS)),
         };
         let ticks = tokio::spawn(socket::tell(page.clone()));
         let router = Router::new()
@@ -82,12 +93,12 @@ pub fn serve(listener: TcpListener, hub: Arc<Hub>) -> anyhow::Result<()> {
                 tokio::time::sleep(Duration::from_millis(50)).await;
             }
         };
-        let result = tokio::select! {
-            served = async { axum::serve(listener, router).await } => served,
-            () = stopped => Ok(()),
-        };
+        tokio::select! {
+            () = door::serve(&listener, router) => {}
+            () = stopped => {}
+        }
         ticks.abort();
-        Ok(result?)
+        Ok(())
     })
 }
 
@@ -105,8 +116,23 @@ async fn scene(State(page): State<Page>) -> impl IntoResponse {
     ([(CONTENT_TYPE, "application/json")], scene)
 }
 
+/// A copy of the map and its place, which is free again when the copy was sent or its connection ended.
+struct Download {
+    bytes: Vec<u8>,
+    _place: OwnedSemaphorePermit,
+}
+
+impl AsRef<[u8]> for Download {
+    fn as_ref(&self) -> &[u8] {
+        &self.bytes
+    }
+}
+
 /// The merged map as a file.
-async fn map(State(page): State<Page>) -> impl IntoResponse {
+async fn map(State(page): State<Page>) -> Response {
+    let Ok(place) = Arc::clone(&page.downloads).try_acquire_owned() else {
+        return (StatusCode::SERVICE_UNAVAILABLE, "too many download the map\n").into_response();
+    };
     // A copy, so that the packets that come in meanwhile need not wait for the writing.
     let points: Vec<_> = page.hub.station().cloud().points().copied().collect();
     let bytes = tokio::task::spawn_blocking(move || ply::write(&points)).await;
@@ -114,5 +140,9 @@ async fn map(State(page): State<Page>) -> impl IntoResponse {
         (CONTENT_TYPE, "application/octet-stream"),
         (CONTENT_DISPOSITION, "attachment; filename=\"map.ply\""),
     ];
-    (headers, bytes.unwrap_or_default())
+    let download = Download {
+        bytes: bytes.unwrap_or_default(),
+        _place: place,
+    };
+    (headers, Bytes::from_owner(download)).into_response()
 }

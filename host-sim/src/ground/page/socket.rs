@@ -1,6 +1,6 @@
 //! The websocket: the whole state first, then what changes.
 
-use std::sync::atomic::Ordering;
+use std::sync::Arc;
 use std::time::Duration;
 
 use axum::extract::State;
@@ -11,9 +11,6 @@ use tokio::sync::broadcast::error::RecvError;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::{Page, messages};
-
-/// Pages that may be open at once.
-const MOST_PAGES: usize = 32;
 
 /// Time between two updates.
 const TICK: Duration = Duration::from_millis(100);
@@ -29,17 +26,17 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 /// A browser wants updates.
 pub(super) async fn open(State(page): State<Page>, upgrade: WebSocketUpgrade) -> Response {
-    if page.open.load(Ordering::Relaxed) >= MOST_PAGES {
+    // Taken before it is promised, and given back with the socket, also by one that never comes about.
+    let Ok(place) = Arc::clone(&page.places).try_acquire_owned() else {
         return (StatusCode::SERVICE_UNAVAILABLE, "too many pages are open\n").into_response();
-    }
+    };
     // A page has nothing to say.
     upgrade
         .max_message_size(1024)
         .on_upgrade(move |socket| async move {
-            page.open.fetch_add(1, Ordering::Relaxed);
             // It has gone: there is nobody to tell.
             let _gone = talk(socket, &page).await;
-            page.open.fetch_sub(1, Ordering::Relaxed);
+            drop(place);
         })
 }
 

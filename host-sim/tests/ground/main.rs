@@ -1,23 +1,21 @@
-//! `cslam ground` as a command: what it refuses and how, what it hears, and what it records.
+//! `cslam ground` as a command: what it refuses and how, what it hears, what it records, and how it ends.
+#![cfg(unix)]
+
+mod crowd;
+mod endings;
+mod recording;
+mod station;
 
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
-use std::net::{SocketAddr, TcpListener, TcpStream, UdpSocket};
+use std::io::Write;
+use std::net::{TcpListener, UdpSocket};
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Output;
 
 use cslam_core::telemetry::Key;
 use cslam_host_sim::ground::flock::MadeUpUav;
 use serde_json::Value;
-
-const PATIENCE: Duration = Duration::from_secs(30);
-
-fn cslam(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_cslam"));
-    command.arg("ground").args(arguments);
-    command
-}
+use station::{Station, TEST_KEY, cslam, received};
 
 /// Runs a command that must refuse: its one line.
 fn refused(arguments: &[&str]) -> String {
@@ -26,85 +24,6 @@ fn refused(arguments: &[&str]) -> String {
     assert_eq!(status.code(), Some(2), "{arguments:?}: {said}");
     assert_eq!(said.lines().count(), 1, "{arguments:?}: {said}");
     said
-}
-
-/// A station that is ended with the test.
-struct Station {
-    child: Child,
-    page: SocketAddr,
-    /// Address of its UDP input, if it has one.
-    udp: Option<SocketAddr>,
-}
-
-impl Station {
-    fn start(arguments: &[&str]) -> Self {
-        let mut child = cslam(arguments)
-            .args(["--http", "127.0.0.1:0"])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("it starts");
-        let mut url = String::new();
-        let stdout = child.stdout.take().expect("piped");
-        BufReader::new(stdout).read_line(&mut url).expect("text");
-        let page = url.trim().trim_start_matches("http://").trim_end_matches('/');
-        let page = page.parse().expect("an address");
-        let stderr = BufReader::new(child.stderr.take().expect("piped"));
-        let heard = stderr.lines().map(|line| line.expect("text")).find_map(|line| {
-            let (_, input) = line.split_once("hears ")?;
-            Some(
-                input
-                    .strip_prefix("udp ")
-                    .map(|udp| udp.parse().expect("an address")),
-            )
-        });
-        let udp = heard.expect("it says what it hears");
-        Self { child, page, udp }
-    }
-
-    fn status(&self) -> Value {
-        let mut stream = TcpStream::connect(self.page).expect("it listens");
-        let page = self.page;
-        write!(
-            stream,
-            "GET /status.json HTTP/1.1\r\nHost: {page}\r\nConnection: close\r\n\r\n"
-        )
-        .expect("sent");
-        let mut answer = String::new();
-        stream.read_to_string(&mut answer).expect("text");
-        let (_, body) = answer.split_once("\r\n\r\n").expect("a body");
-        serde_json::from_str(body).expect("JSON")
-    }
-
-    /// Waits until the status is as wanted.
-    fn wait_for(&self, what: &str, wanted: impl Fn(&Value) -> bool) -> Value {
-        let start = Instant::now();
-        loop {
-            let status = self.status();
-            if wanted(&status) {
-                return status;
-            }
-            assert!(start.elapsed() < PATIENCE, "{what}: {status}");
-            std::thread::sleep(Duration::from_millis(50));
-        }
-    }
-
-    /// Ends it as a service manager does.
-    fn terminate(mut self) {
-        let process = i32::try_from(self.child.id())
-            .ok()
-            .and_then(rustix::process::Pid::from_raw);
-        rustix::process::kill_process(process.expect("a process"), rustix::process::Signal::TERM)
-            .expect("it runs");
-        assert!(self.child.wait().expect("it ends").success());
-    }
-}
-
-impl Drop for Station {
-    fn drop(&mut self) {
-        let _ended = self.child.kill();
-        let _ended = self.child.wait();
-    }
 }
 
 /// Frames of `steps` tenths of a second.
@@ -127,14 +46,6 @@ fn key_file(directory: &Path, uav: u8) -> (Key, String) {
         .expect("a new file");
     write!(new, "cslam-link-key 1\nuav {uav}\nkey {digits}\n").expect("writable");
     (Key::new([uav; Key::LENGTH]), file.display().to_string())
-}
-
-fn received(status: &Value, uav: u64) -> u64 {
-    let uavs = status["uavs"].as_array().into_iter().flatten();
-    let mut of_uav = uavs.filter(|u| u["uav"] == uav);
-    of_uav
-        .next()
-        .map_or(0, |u| u["losses"]["received"].as_u64().expect("a number"))
 }
 
 #[test]
@@ -253,11 +164,7 @@ fn keys_are_per_uav_and_what_is_refused_is_seen() {
         &second_file,
     ]);
     let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
-    let send = |frames: &[Vec<u8>]| {
-        for frame in frames {
-            socket.send_to(frame, station.udp.expect("udp")).expect("sent");
-        }
-    };
+    let send = |frames: &[Vec<u8>]| station.send(&socket, frames);
     let (good, other) = (frames(1, &first, 30), frames(2, &second, 20));
     send(&good);
     send(&other);
@@ -276,43 +183,21 @@ fn keys_are_per_uav_and_what_is_refused_is_seen() {
 }
 
 #[test]
-fn a_recording_is_whole_and_can_be_played_again() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let to = directory.path().join("flight");
-    let folder = to.display().to_string();
-    let station = Station::start(&["--listen", "127.0.0.1:0", "--test-key", "--record", &folder]);
+fn a_damaged_datagram_spoils_no_other() {
+    let station = Station::start(&TEST_KEY);
     let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
-    let frames = frames(4, &Key::TEST, 60);
-    // Frames may be cut anywhere between datagrams.
-    for piece in frames.concat().chunks(97) {
-        socket.send_to(piece, station.udp.expect("udp")).expect("sent");
+    let frames = frames(5, &Key::TEST, 20);
+    for frame in &frames {
+        // Half a frame, as anybody can send it from anywhere, before each whole one.
+        let datagrams = [frame[..frame.len() / 2].to_vec(), frame.clone()];
+        station.send(&socket, &datagrams);
     }
     let all = frames.len() as u64;
-    station.wait_for("all is heard", |status| received(status, 4) == all);
-    station.terminate();
-    assert!(fs::read(to.join("packets.bin")).expect("recorded") == frames.concat());
-    let mcap = fs::read(to.join("ground.mcap")).expect("recorded");
-    let summary = mcap::Summary::read(&mcap).expect("sound").expect("an index");
-    let topics: Vec<&str> = summary.channels.values().map(|c| c.topic.as_str()).collect();
-    for topic in [
-        "/tf",
-        "/uav_4/pose",
-        "/uav_4/points",
-        "/uav_4/link",
-        "/uav_4/health",
-        "/uav_4/event",
-        "/map",
-    ] {
-        assert!(topics.contains(&topic), "{topic} is missing: {topics:?}");
-    }
-    assert!(
-        fs::read(to.join("map.ply"))
-            .expect("recorded")
-            .starts_with(b"ply\n")
+    let status = station.wait_for("all is heard", |status| received(status, 5) == all);
+    assert_eq!(
+        status["refused"]["the frame is cut by the end of its datagram"],
+        all
     );
-    let file = to.join("packets.bin").display().to_string();
-    let again = Station::start(&["--test-key", "--file", &file, "--speed", "0"]);
-    again.wait_for("all is heard again", |status| received(status, 4) == all);
 }
 
 #[cfg(target_os = "linux")]
