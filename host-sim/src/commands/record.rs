@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use crate::input::{InputError, read_text};
+use crate::input::limits::CONFIGURATION;
+use crate::input::{InputError, from_toml, read_text};
 use crate::paths::Link;
 use crate::progress;
 use crate::recording::{self, Manifest};
@@ -69,7 +70,9 @@ pub(super) fn read_config(file: Option<&Path>) -> Result<WorldConfig, InputError
     let Some(file) = file else {
         return Ok(WorldConfig::default());
     };
-    toml::from_str(&read_text(file)?).map_err(|e| InputError::in_file(file, e.message().to_owned()))
+    let config: WorldConfig = from_toml(file, &read_text(file, &CONFIGURATION)?)?;
+    config.check().map_err(|error| error.within(file))?;
+    Ok(config)
 }
 
 fn write(world: &World<'_>, args: &Args) -> anyhow::Result<Manifest> {
@@ -88,7 +91,7 @@ fn write(world: &World<'_>, args: &Args) -> anyhow::Result<Manifest> {
             })
             .collect::<Result<_, InputError>>()?;
         bar.finish_and_clear();
-        write_links(&args.out.join("truth_paths.jsonl"), &links)?;
+        write_links(&args.out.join(recording::TRUTH_PATHS), &links)?;
     }
     recording::write(
         &args.out,

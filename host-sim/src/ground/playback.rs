@@ -1,7 +1,6 @@
 //! A recorded stream of packets: played at the speed of its UAV's clock, or printed message by message.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
@@ -13,7 +12,8 @@ use super::decode::{Ears, Told};
 use super::engine::Engine;
 use super::hub::Hub;
 use super::inputs::Source;
-use crate::input::InputError;
+use crate::input::limits::PACKETS;
+use crate::input::{InputError, read_bytes};
 
 /// Longest pause in a recording that is played as it was, s.
 const LONGEST_PAUSE_S: f64 = 5.0;
@@ -31,7 +31,7 @@ impl Playback {
     /// # Errors
     /// [`InputError`] naming the file when it cannot be read or is empty.
     pub fn open(file: &Path) -> Result<Self, InputError> {
-        let bytes = fs::read(file).map_err(|e| InputError::in_file(file, format!("cannot be read: {e}")))?;
+        let bytes = read_bytes(file, &PACKETS)?;
         if bytes.is_empty() {
             return Err(InputError::in_file(file, "is empty, expected packets"));
         }
