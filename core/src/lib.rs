@@ -18,7 +18,7 @@
 //! - Names carry units where a type does not (`_m`, `_rad`, `_s`, `_hz`, `_db`).
 //!
 //! # What is promised
-//! - `no_std`, no heap, no recursion, no `unsafe` but for one file of assembly (feature `armv7em`); every capacity is a
+//! - `no_std`, no heap, no recursion, no `unsafe` but for one file of assembly (where the target has the DSP instructions of ARM); every capacity is a
 //!   const generic.
 //! - Bad input gives a typed error that names what was wrong; nothing is dropped without a counter.
 //! - Floating point uses only `+ - * /`, square root and [`libm`], so a host and a chip compute the same bits.
@@ -41,7 +41,7 @@ pub mod ltd;
 pub mod map;
 pub mod path;
 pub mod reflection;
-#[cfg(all(target_arch = "arm", feature = "armv7em"))]
+#[cfg(dsp_kernels)]
 mod simd;
 mod sqrt;
 pub mod telemetry;

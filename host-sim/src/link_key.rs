@@ -14,7 +14,8 @@ use std::path::Path;
 
 use cslam_core::telemetry::Key;
 
-use crate::input::InputError;
+use crate::input::limits::KEY;
+use crate::input::{InputError, read_text};
 
 /// First line of a key file.
 const FIRST_LINE: &str = "cslam-link-key 1";
@@ -66,9 +67,8 @@ pub fn read(file: &Path) -> Result<LinkKey, InputError> {
 
 /// Reads a key file for the one place that the bytes themselves are for, the settings of a UAV.
 pub(crate) fn read_bytes(file: &Path) -> Result<(u8, [u8; Key::LENGTH]), InputError> {
-    let text = fs::read_to_string(file)
-        .map_err(|e| InputError::in_file(file, format!("cannot be read as a key file: {e}")))?;
     check_private(file)?;
+    let text = read_text(file, &KEY)?;
     let mut lines = text.lines();
     let mut value = |number: usize, name: &str, what: &str| {
         let line = lines.next().and_then(|line| line.strip_prefix(name));

@@ -1,15 +1,21 @@
 //! The paths format: one link a line, JSON, strongest path first.
 //!
 //! Links come from a ray tracer (with interaction vertices, order and complex gain) or from measurements (without).
-//! World frame; angles as everywhere in this project (zenith from +z, azimuth from +x). docs/paths.md has the keys.
+//! World frame; angles as everywhere in this project (zenith from +z, azimuth from +x). docs/paths.md has the keys. A line may
+//! hold more than a [`Link`] does: what `cslam estimate` and `cslam trace` write besides, and what reference lists say of a
+//! diffraction (`keys`). Any other key is refused.
 
+mod keys;
 mod measured;
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::input::{InputError, read_text, unpack};
+use keys::LinkKeys;
+
+use crate::input::limits::{LINK_PATHS, PATH_LIST, SNR_DB};
+use crate::input::{InputError, from_json_line, lines, read_text, unpack};
 
 pub use measured::are_measured;
 
@@ -87,7 +93,7 @@ impl LinkPath {
 /// # Errors
 /// [`InputError`] naming file and line, and what was expected.
 pub fn read(file: &Path) -> Result<Vec<Link>, InputError> {
-    parse(file, &read_text(file)?)
+    parse(file, &read_text(file, &PATH_LIST)?)
 }
 
 /// Parses the text of a paths file; `file` is for messages only.
@@ -96,63 +102,61 @@ pub fn read(file: &Path) -> Result<Vec<Link>, InputError> {
 /// [`InputError`] naming file and line, and what was expected.
 pub fn parse(file: &Path, text: &str) -> Result<Vec<Link>, InputError> {
     let mut links = Vec::new();
-    for (index, line) in text.lines().enumerate() {
+    for line in lines(file, text, &PATH_LIST) {
+        let (number, line) = line?;
         if line.trim().is_empty() {
             continue;
         }
-        let link = parse_line(line).map_err(|message| InputError::at_line(file, index + 1, message))?;
-        links.push(link);
+        links.push(parse_line(file, number, line)?);
     }
     Ok(links)
 }
 
-/// Parses a line; what is wrong with it in words.
-fn parse_line(line: &str) -> Result<Link, String> {
-    let mut link: Link = serde_json::from_str(line)
-        .map_err(|e| missing_end(line).unwrap_or_else(|| format!("not a link of the paths format: {e}")))?;
+/// Parses a line.
+fn parse_line(file: &Path, number: usize, line: &str) -> Result<Link, InputError> {
+    let what = "a link of the paths format";
+    let at_line = |message| InputError::at_line(file, number, message);
+    let keys: LinkKeys = from_json_line(file, number, line, what)?;
+    if let Some(message) = keys.missing_end() {
+        return Err(at_line(message));
+    }
+    let mut link: Link = from_json_line(file, number, line, what)?;
+    check(&link).map_err(at_line)?;
+    measured::check(&link).map_err(at_line)?;
+    match keys.frame.as_deref() {
+        None | Some("world") => {}
+        Some("body") => measured::turn_into_world(&mut link).map_err(at_line)?,
+        Some(frame) => {
+            return Err(at_line(format!(
+                "`frame` is \"{frame}\", expected \"world\" or \"body\""
+            )));
+        }
+    }
+    Ok(link)
+}
+
+/// What a line must not say, in words.
+fn check(link: &Link) -> Result<(), String> {
+    if link.paths.len() > LINK_PATHS {
+        return Err(format!(
+            "`paths` has {} paths, expected at most {LINK_PATHS}",
+            link.paths.len()
+        ));
+    }
     for (path, p) in link.paths.iter().enumerate() {
         if p.aod_zenith_rad.is_some() != p.aod_azimuth_rad.is_some() {
             return Err(format!(
                 "path {path}: aod_zenith_rad and aod_azimuth_rad must come together"
             ));
         }
+        if let Some(snr_db) = p.snr_db.filter(|snr_db| snr_db.abs() > SNR_DB) {
+            return Err(format!(
+                "path {path}: `snr_db` is {snr_db}, expected {} to {SNR_DB}",
+                -SNR_DB
+            ));
+        }
     }
-    measured::check(&link)?;
-    if is_in_body_axes(line)? {
-        measured::turn_into_world(&mut link)?;
-    }
-    Ok(link)
-}
-
-/// What to add to a line that is whole but for the place of an end, as `cslam estimate` writes it of a recording that does not
-/// know its places.
-fn missing_end(line: &str) -> Option<String> {
-    let keys: serde_json::Map<String, serde_json::Value> = serde_json::from_str(line).ok()?;
-    keys.get("paths")?;
-    let missing = |key: &str, whose: &str, recorded: &str| {
-        (!keys.contains_key(key)).then(|| {
-            format!(
-                "`{key}` is missing: add the {whose}'s position, \"{key}\":[x,y,z] in m, world frame \
-                 (`cslam estimate` takes it from `{recorded}` of a recording)"
-            )
-        })
-    };
-    missing("rx", "receiver (UAV)", "cslam:uav_position_m")
-        .or_else(|| missing("tx", "transmitter (GMT)", "cslam:gmt_position_m"))
-}
-
-/// Whether the angles of arrival of a line are in body axes. Without a word they are in the world's.
-fn is_in_body_axes(line: &str) -> Result<bool, String> {
-    #[derive(Deserialize)]
-    struct Named {
-        frame: Option<String>,
-    }
-    let named: Named = serde_json::from_str(line).map_err(|e| format!("`frame`: {e}"))?;
-    match named.frame.as_deref() {
-        None | Some("world") => Ok(false),
-        Some("body") => Ok(true),
-        Some(frame) => Err(format!("`frame` is \"{frame}\", expected \"world\" or \"body\"")),
-    }
+    Ok(())
 }
 
 /// The path list that comes with the program: five GMT positions, each heard at 200 places of an outdoor scene.
@@ -162,7 +166,7 @@ fn is_in_body_axes(line: &str) -> Result<bool, String> {
 pub fn bundled() -> Result<Vec<Link>, InputError> {
     let packed = include_bytes!("../fixtures/outdoor_a.jsonl.gz");
     let name = Path::new("bundled:outdoor_a.jsonl.gz");
-    parse(name, &unpack(name, packed)?)
+    parse(name, &unpack(name, packed, &PATH_LIST)?)
 }
 
 #[cfg(test)]
@@ -195,7 +199,11 @@ mod tests {
     fn malformed_lines_are_named() {
         let good = line(PATH);
         assert!(error_of(&format!("{good}\n\n{{\"tx\":")).starts_with("x.jsonl:3: not a link"));
-        assert!(error_of(&good.replace("delay_s", "delay")).contains("missing field `delay_s`"));
+        assert!(
+            error_of(&good.replace("delay_s", "delay")).contains("unknown field `delay`, expected one of")
+        );
+        let without = good.replace("\"delay_s\":1e-7,", "");
+        assert!(error_of(&without).contains("missing field `delay_s`"));
         assert!(error_of(&good.replace("1e-7", "\"soon\"")).contains("expected f64"));
         assert!(error_of(&good.replace("1e-7", "1e999")).contains("out of range"));
         assert!(error_of(&good.replace("[10,0,2]", "[10,0]")).contains("array of length 3"));
@@ -207,6 +215,49 @@ mod tests {
             error_of(&half).contains("must come together"),
             "{}",
             error_of(&half)
+        );
+    }
+
+    #[test]
+    fn every_key_that_is_written_is_read_and_no_other() {
+        let more = "\"kind\":\"RD\",\"edge_point\":[0,0,1],\"edge\":[[0,0,0],[0,0,2]],\"wedge_exterior_rad\":4.7,\
+            \"phi_in_rad\":1,\"phi_out_rad\":2,\"beta_rad\":1.5,\"faces\":[3],\"vertices\":[[0,0,1]],\"beam\":7,\
+            \"aoa_body_zenith_rad\":1,\"aoa_body_azimuth_rad\":2,\"aod_sigma_rad\":0.1,\"confirmed\":true}";
+        let full = line(&PATH.replace('}', &format!(",{more}")));
+        let full = full.replace(
+            "{\"tx\"",
+            "{\"recording\":\"a\",\"mode\":\"best\",\"beams\":72,\"clips\":0,\"tx\"",
+        );
+        assert_eq!(parse(Path::new("x"), &full).expect("sound").len(), 1);
+        let link = error_of(&full.replace("beams", "beens"));
+        assert!(
+            link.starts_with("x.jsonl:1: ") && link.contains("unknown field `beens`"),
+            "{link}"
+        );
+        let path = error_of(&format!(
+            "\n{}",
+            full.replace("snr_db", "snr").replace("beta_rad", "beta")
+        ));
+        assert!(
+            path.starts_with("x.jsonl:2: ") && path.contains("unknown field `beta`"),
+            "{path}"
+        );
+    }
+
+    #[test]
+    fn more_than_the_limits_is_refused() {
+        let paths = |count| line(&vec![PATH; count].join(","));
+        assert!(parse(Path::new("x"), &paths(LINK_PATHS)).is_ok());
+        let error = error_of(&paths(LINK_PATHS + 1));
+        assert_eq!(error, "x.jsonl:1: `paths` has 1025 paths, expected at most 1024");
+        let snr = |db| error_of(&line(&PATH.replace('}', &format!(",\"snr_db\":{db}}}"))));
+        assert!(snr(400).contains("path 0: `snr_db` is 400, expected -200 to 200"));
+        assert!(snr(-201).contains("`snr_db` is -201"));
+        let long = format!("{}{}", line(PATH), " ".repeat(PATH_LIST.line_bytes));
+        assert!(
+            error_of(&long).contains("x.jsonl:1: has 1048"),
+            "{}",
+            error_of(&long)
         );
     }
 

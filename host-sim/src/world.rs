@@ -31,6 +31,20 @@ pub struct WorldConfig {
     pub channel: ChannelConfig,
 }
 
+impl WorldConfig {
+    /// Checks every figure.
+    ///
+    /// # Errors
+    /// [`InputError`] naming the key and what was expected.
+    pub fn check(&self) -> Result<(), InputError> {
+        self.flight.check()?;
+        self.sensors.check()?;
+        self.channel
+            .check()
+            .map_err(|message| InputError::new(format!("channel.{message}")))
+    }
+}
+
 /// A scene with a flight through it.
 #[derive(Debug)]
 pub struct World<'s> {
@@ -60,10 +74,7 @@ impl<'s> World<'s> {
     /// # Errors
     /// [`InputError`] naming a figure of the configuration that is out of range, or saying that no flight was found.
     pub fn new(scene: &'s Scene, config: WorldConfig, seed: u64) -> Result<Self, InputError> {
-        config
-            .channel
-            .check()
-            .map_err(|message| InputError::new(format!("channel.{message}")))?;
+        config.check()?;
         let tracer = Tracer::new(scene, DEFAULT_MAX_ORDER)
             .ok_or_else(|| InputError::new("more reflections are asked for than the tracer can follow"))?;
         let plan = FlightPlan::plan(scene, &config.flight, seed)?;

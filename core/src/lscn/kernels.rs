@@ -1,7 +1,7 @@
 //! The kernel that the networks run on: portable, or assembly for ARM cores with the DSP instructions. Both give the same
 //! bits; on a chip both are there, so that the equality can be tested there.
 
-/// Dense layers. Sealed: [`Portable`] and, on ARM with the feature `armv7em`, `Armv7em` implement it.
+/// Dense layers. Sealed: [`Portable`] and, where the target has the DSP instructions, `Armv7em` implement it.
 pub trait Kernels: layer::Dense {}
 
 /// Plain Rust: the definition of the results.
@@ -9,15 +9,15 @@ pub trait Kernels: layer::Dense {}
 pub struct Portable;
 
 /// Assembly for ARMv7E-M with single-precision registers (Cortex-M4F, M7, M33, M55).
-#[cfg(all(target_arch = "arm", feature = "armv7em"))]
+#[cfg(dsp_kernels)]
 #[derive(Clone, Copy, Debug)]
 pub struct Armv7em;
 
 /// The fastest kernel of the target.
-#[cfg(not(all(target_arch = "arm", feature = "armv7em")))]
+#[cfg(not(dsp_kernels))]
 pub type Native = Portable;
 /// The fastest kernel of the target.
-#[cfg(all(target_arch = "arm", feature = "armv7em"))]
+#[cfg(dsp_kernels)]
 pub type Native = Armv7em;
 
 /// Keeps the trait's function to this crate.
@@ -37,7 +37,7 @@ pub(super) mod layer {
         }
     }
 
-    #[cfg(all(target_arch = "arm", feature = "armv7em"))]
+    #[cfg(dsp_kernels)]
     impl Dense for super::Armv7em {
         fn dense(records: &[u8], input: &[Quad], output: &mut [Quad]) -> [i32; 4] {
             crate::simd::dense(records, input, output)
@@ -46,5 +46,5 @@ pub(super) mod layer {
 }
 
 impl Kernels for Portable {}
-#[cfg(all(target_arch = "arm", feature = "armv7em"))]
+#[cfg(dsp_kernels)]
 impl Kernels for Armv7em {}

@@ -5,8 +5,8 @@ use super::iq::Iq;
 use super::stages::{self, Channel, FoldedChannel, FoldedPowers, Powers};
 use super::tables::{Tail, Twiddles};
 
-/// The stages of the transform, each documented in `stages.rs`. Sealed: [`Portable`] and, on ARM with the feature `armv7em`,
-/// `Armv7em` implement it.
+/// The stages of the transform, each documented in `stages.rs`. Sealed: [`Portable`] and, where the target has the DSP
+/// instructions, `Armv7em` implement it.
 pub trait Kernels: stage::Stages {}
 
 /// Kernels in plain Rust: the definition of the results.
@@ -14,23 +14,23 @@ pub trait Kernels: stage::Stages {}
 pub struct Portable;
 
 /// Kernels in assembly for ARMv7E-M with single-precision registers (Cortex-M4F, M7, M33, M55).
-#[cfg(all(target_arch = "arm", feature = "armv7em"))]
+#[cfg(dsp_kernels)]
 #[derive(Clone, Copy, Debug)]
 pub struct Armv7em;
 
 /// The fastest kernels of the target.
-#[cfg(not(all(target_arch = "arm", feature = "armv7em")))]
+#[cfg(not(dsp_kernels))]
 pub type Native = Portable;
 /// The fastest kernels of the target.
-#[cfg(all(target_arch = "arm", feature = "armv7em"))]
+#[cfg(dsp_kernels)]
 pub type Native = Armv7em;
 
 /// Keeps the trait's methods to this crate.
 pub(super) mod stage {
-    #[cfg(all(target_arch = "arm", feature = "armv7em"))]
+    #[cfg(dsp_kernels)]
     use super::Armv7em;
     use super::{Channel, FoldedChannel, FoldedPowers, Iq, Portable, Powers, Tail, Twiddles, stages};
-    #[cfg(all(target_arch = "arm", feature = "armv7em"))]
+    #[cfg(dsp_kernels)]
     use crate::simd;
 
     /// From one list of signatures: the trait, and its implementations by the functions of the same names; `=>` names
@@ -46,7 +46,7 @@ pub(super) mod stage {
                 $(fn $name($($argument: $type),*) $(-> $result)? { stages::$name($($argument),*)$(.$part())? })*
             }
 
-            #[cfg(all(target_arch = "arm", feature = "armv7em"))]
+            #[cfg(dsp_kernels)]
             impl Stages for Armv7em {
                 $(fn $name($($argument: $type),*) $(-> $result)? { simd::$name($($argument),*) })*
             }
@@ -70,5 +70,5 @@ pub(super) mod stage {
 }
 
 impl Kernels for Portable {}
-#[cfg(all(target_arch = "arm", feature = "armv7em"))]
+#[cfg(dsp_kernels)]
 impl Kernels for Armv7em {}

@@ -1,5 +1,6 @@
-//! Hot loops in assembly for ARMv7E-M: the one file of this crate with `unsafe`. Each has a portable twin that defines its
-//! result, and gives the same bits; it is safe to call with any argument.
+//! Hot loops in assembly for Thumb targets with the DSP instructions and a floating-point unit (`build.rs` finds out): the one
+//! file of this crate with `unsafe`. Each has a portable twin that defines its result, and gives the same bits; it is safe to
+//! call with any argument.
 //!
 //! The stages of `ltd::stages`: each kernel is one `asm!` block that runs a whole stage, so that registers, loops and the
 //! sticky Q flag are its own.
@@ -439,12 +440,32 @@ fn turned(w: &Iq) -> Iq {
 }
 
 /// Square root, correctly rounded.
+#[cfg(float_operands)]
 #[inline(always)]
 pub(crate) fn sqrt(x: f32) -> f32 {
     let root;
     // SAFETY: one instruction on registers.
     unsafe { asm!("vsqrt.f32 {}, {}", lateout(sreg) root, in(sreg) x, options(pure, nomem, nostack)) };
     root
+}
+
+/// Square root, correctly rounded, where `asm!` takes no float: by way of a core register.
+#[cfg(not(float_operands))]
+#[inline(always)]
+pub(crate) fn sqrt(x: f32) -> f32 {
+    let mut word = x.to_bits();
+    // SAFETY: three instructions on registers; s0 is declared.
+    unsafe {
+        asm!(
+            "vmov s0, {0}
+             vsqrt.f32 s0, s0
+             vmov {0}, s0",
+            inout(reg) word,
+            out("s0") _,
+            options(pure, nomem, nostack)
+        );
+    }
+    f32::from_bits(word)
 }
 
 /// See `lscn::dense::dense`.

@@ -7,7 +7,12 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::input::{InputError, read_text};
+use crate::input::limits::CONFIGURATION;
+use crate::input::{InputError, from_toml, read_text};
+use crate::sigmf::Codebook;
+
+/// Beams of a sweep.
+const BEAMS: usize = Codebook::Beams.len();
 
 /// The whole configuration of a channel simulation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -225,14 +230,7 @@ impl ChannelConfig {
     /// # Errors
     /// [`InputError`] naming the file and the key that is unknown, of the wrong type or out of range.
     pub fn read(file: &Path) -> Result<Self, InputError> {
-        let text = read_text(file)?;
-        let config: Self = toml::from_str(&text).map_err(|e| {
-            let line = e.span().map(|span| 1 + text[..span.start].matches('\n').count());
-            match line {
-                Some(line) => InputError::at_line(file, line, e.message()),
-                None => InputError::in_file(file, e.message()),
-            }
-        })?;
+        let config: Self = from_toml(file, &read_text(file, &CONFIGURATION)?)?;
         config
             .check()
             .map_err(|message| InputError::in_file(file, message))?;
@@ -248,21 +246,25 @@ impl ChannelConfig {
         if !(8..=16).contains(&f.adc_bits) {
             return Err(format!("front_end.adc_bits is {}, expected 8 to 16", f.adc_bits));
         }
-        let finite = [
-            ("front_end.transmit_power_dbm", f.transmit_power_dbm),
-            ("front_end.implementation_loss_db", f.implementation_loss_db),
-            ("front_end.noise_figure_db", f.noise_figure_db),
-            ("front_end.snr_offset_db", f.snr_offset_db),
-            ("impairments.clock_offset_s", i.clock_offset_s),
-            ("motion.gmt_heading_deg", m.gmt_heading_deg),
-        ];
-        for (key, value) in finite {
-            if !value.is_finite() || value.abs() > 1e3 {
-                return Err(format!("{key} is {value}, expected a finite number up to 1000"));
-            }
-        }
+        // What lies beyond is no receiver and no link: 100 dB either way turn the weakest path into the strongest.
         let ranges = [
+            (
+                "front_end.transmit_power_dbm",
+                f.transmit_power_dbm,
+                -100.0,
+                100.0,
+            ),
+            (
+                "front_end.implementation_loss_db",
+                f.implementation_loss_db,
+                0.0,
+                100.0,
+            ),
+            ("front_end.noise_figure_db", f.noise_figure_db, 0.0, 100.0),
+            ("front_end.snr_offset_db", f.snr_offset_db, -100.0, 100.0),
             ("front_end.agc_rms_dbfs", f.agc_rms_dbfs, -60.0, 0.0),
+            ("impairments.clock_offset_s", i.clock_offset_s, -1.0, 1.0),
+            ("motion.gmt_heading_deg", m.gmt_heading_deg, -360.0, 360.0),
             (
                 "impairments.uav_element_phase_rms_deg",
                 i.uav_element_phase_rms_deg,
@@ -305,6 +307,12 @@ impl ChannelConfig {
         if let Some(channel) = i.dead_channels.iter().find(|c| **c >= 32) {
             return Err(format!(
                 "impairments.dead_channels holds {channel}, expected 0 to 31"
+            ));
+        }
+        if let Some(beam) = i.dropped_beams.iter().find(|m| usize::from(**m) >= BEAMS) {
+            return Err(format!(
+                "impairments.dropped_beams holds {beam}, expected 0 to {}",
+                BEAMS - 1
             ));
         }
         if let Some(j) = &i.jammer {
@@ -378,6 +386,23 @@ mod tests {
             ("[front_end]\n\nadc_bit = 12", ":3: unknown field `adc_bit`"),
             ("[impairments]\ncfo_hz = nan", "cfo_hz is NaN"),
             ("[impairments]\ndead_channels = [32]", "dead_channels holds 32"),
+            (
+                "[impairments]\ndropped_beams = [3, 72]",
+                "dropped_beams holds 72, expected 0 to 71",
+            ),
+            (
+                "[front_end]\nsnr_offset_db = 400",
+                "front_end.snr_offset_db is 400, expected -100 to 100",
+            ),
+            (
+                "[front_end]\nimplementation_loss_db = -3",
+                "implementation_loss_db is -3, expected 0 to 100",
+            ),
+            (
+                "[impairments]\nclock_offset_s = 2",
+                "clock_offset_s is 2, expected -1 to 1",
+            ),
+            ("[front_end]\nnoise_figure_db = inf", "noise_figure_db is inf"),
             (
                 "[motion]\nuav_quaternion_wb = [0,0,0,0]",
                 "uav_quaternion_wb is no rotation",

@@ -92,6 +92,11 @@ impl std::error::Error for RayError {}
 /// radiated anyway, by this.
 const LEAST_DIPOLE: f64 = 1.7e-3;
 
+/// Longest delay of a path, s: 300 km.
+const MAX_DELAY_S: f64 = 1e-3;
+/// Greatest amplitude of a path.
+const MAX_GAIN: f64 = 1.0;
+
 /// The rays of a link at an instant.
 ///
 /// # Errors
@@ -114,8 +119,17 @@ fn ray(path: &LinkPath, instant: &Instant, carrier_hz: f64) -> Result<Ray, Strin
         }
     };
     let arrival = world(path.aoa_zenith_rad, path.aoa_azimuth_rad, "arrival")?;
-    if !(path.delay_s.is_finite() && path.delay_s >= 0.0 && gain.iter().all(|g| g.is_finite())) {
-        return Err("`delay_s` and `gain` must be finite numbers, the delay not negative".into());
+    if !(0.0..=MAX_DELAY_S).contains(&path.delay_s) {
+        return Err(format!(
+            "`delay_s` is {}, expected 0 to {MAX_DELAY_S}",
+            path.delay_s
+        ));
+    }
+    let magnitude = libm::hypot(gain[0], gain[1]);
+    if !(0.0..=MAX_GAIN).contains(&magnitude) {
+        return Err(format!(
+            "`gain` has the magnitude {magnitude}, expected up to {MAX_GAIN}: a path does not amplify"
+        ));
     }
     let to_body = instant.attitude.inverse();
     let body = to_body.apply(arrival);

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 
 use crate::accuracy::{Case, Mode, Target};
+use crate::input::limits::FIGURES;
 use crate::input::read_text;
 use crate::progress;
 use crate::table::Table;
@@ -35,7 +36,11 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
-    let expected = args.check.as_deref().map(read_text).transpose()?;
+    let expected = args
+        .check
+        .as_deref()
+        .map(|file| read_text(file, &FIGURES))
+        .transpose()?;
     let modes = args.mode.as_ref().map_or(&Mode::ALL[..], std::slice::from_ref);
     let cases: Vec<Case> = Case::ALL
         .into_iter()

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::commands::threads::Threads;
 use crate::input::InputError;
+use crate::input::limits::DATASET_SHARDS;
 use crate::lscn::dataset::{self, Description};
 use crate::lscn::links::Links;
 use crate::lscn::protocol::{Protocol, SetName, Source};
@@ -36,7 +37,7 @@ pub(crate) struct Args {
     permittivity: Option<Vec<f64>>,
     /// Number of shards
     #[arg(long, value_name = "N", default_value_t = 8, conflicts_with = "shard",
-          value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=9999))]
+          value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=DATASET_SHARDS as u64))]
     shards: usize,
     /// Make only shard I of N, counted from 0: the same bytes as a run with --shards N makes for it
     #[arg(long, value_name = "I/N")]

@@ -5,8 +5,9 @@ use std::sync::atomic::Ordering;
 
 use rayon::prelude::*;
 
-use super::interrupt;
-use crate::input::{InputError, read_text};
+use crate::input::limits::CONFIGURATION;
+use crate::input::{InputError, from_toml, read_text};
+use crate::interrupt;
 use crate::paths::Link;
 use crate::progress;
 use crate::recording::{self, Manifest};
@@ -73,7 +74,9 @@ pub(super) fn read_config(file: Option<&Path>) -> Result<WorldConfig, InputError
     let Some(file) = file else {
         return Ok(WorldConfig::default());
     };
-    toml::from_str(&read_text(file)?).map_err(|e| InputError::in_file(file, e.message().to_owned()))
+    let config: WorldConfig = from_toml(file, &read_text(file, &CONFIGURATION)?)?;
+    config.check().map_err(|error| error.within(file))?;
+    Ok(config)
 }
 
 fn write(world: &World<'_>, args: &Args) -> anyhow::Result<Manifest> {
@@ -95,7 +98,7 @@ fn write(world: &World<'_>, args: &Args) -> anyhow::Result<Manifest> {
             })
             .collect::<anyhow::Result<_>>()?;
         bar.finish_and_clear();
-        write_links(&out.path().join("truth_paths.jsonl"), &links)?;
+        write_links(&out.path().join(recording::TRUTH_PATHS), &links)?;
     }
     let manifest = recording::write(out.path(), &args.scene, world.flight(), |_, _| {
         Ok(!args.no_samples)

@@ -44,6 +44,7 @@ struct Counts {
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let recording = recording::read(&args.directory)?;
+    recording::check_truth(&args.directory)?;
     let manifest = recording.manifest();
     let mut counts = Counts {
         scene: manifest.scene.clone(),

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use crate::commands::threads::Threads;
-use crate::input::{InputError, read_text};
+use crate::input::limits::{POINT_COUNT, POINTS};
+use crate::input::{InputError, lines, read_text};
 use crate::paths::{self, LinkPath};
 use crate::progress;
 use crate::scene::{MAX_COORDINATE_M, Scene};
@@ -169,9 +170,10 @@ fn points(option: &str, value: Option<&str>) -> Result<Vec<[f64; 3]>, InputError
             "{option} {value}: expected x,y,z in metres, or a file that has one such point a line"
         )));
     }
-    let text = read_text(file)?;
+    let text = read_text(file, &POINTS)?;
     let mut points = Vec::new();
-    for (index, line) in text.lines().enumerate() {
+    for line in lines(file, &text, &POINTS) {
+        let (number, line) = line?;
         let line = line.trim();
         if line.is_empty() || line.starts_with('#') {
             continue;
@@ -179,10 +181,14 @@ fn points(option: &str, value: Option<&str>) -> Result<Vec<[f64; 3]>, InputError
         points.push(point(line).ok_or_else(|| {
             InputError::at_line(
                 file,
-                index + 1,
+                number,
                 format!("expected x,y,z in metres, found \"{line}\""),
             )
         })?);
+        if points.len() > POINT_COUNT {
+            let message = format!("expected at most {POINT_COUNT} points");
+            return Err(InputError::at_line(file, number, message));
+        }
     }
     if points.is_empty() {
         return Err(InputError::in_file(file, "has no point: expected x,y,z a line"));

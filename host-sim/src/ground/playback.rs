@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{Read, Write};
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread;
@@ -14,7 +14,8 @@ use super::decode::{Ears, Told};
 use super::engine::Engine;
 use super::hub::Hub;
 use super::inputs::Source;
-use crate::input::InputError;
+use crate::input::limits::PACKETS;
+use crate::input::{InputError, read_bytes};
 
 /// Longest pause in a recording that is played as it was, s.
 const LONGEST_PAUSE_S: f64 = 5.0;
@@ -45,14 +46,13 @@ impl Playback {
     /// Reads a file.
     ///
     /// # Errors
-    /// [`InputError`] naming the file when it cannot be read.
+    /// [`InputError`] naming the file when it cannot be read or is longer than is read.
     pub fn open(path: &Path) -> Result<Self, InputError> {
-        let mut bytes = Vec::new();
-        let read = File::open(path).and_then(|mut file| {
-            file.read_to_end(&mut bytes)?;
-            Ok(file)
-        });
-        let file = read.map_err(|e| InputError::in_file(path, format!("cannot be read: {e}")))?;
+        let bytes = read_bytes(path, &PACKETS)?;
+        let end = SeekFrom::Start(bytes.len() as u64);
+        let file = File::open(path)
+            .and_then(|mut file| file.seek(end).map(|_| file))
+            .map_err(|e| InputError::in_file(path, format!("cannot be read: {e}")))?;
         Ok(Self {
             path: path.to_owned(),
             file,

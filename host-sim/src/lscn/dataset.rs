@@ -12,7 +12,8 @@ use serde::{Deserialize, Serialize};
 
 use super::links::Links;
 use super::protocol::{Protocol, Source};
-use crate::input::{InputError, read_text};
+use crate::input::limits::{DATASET_DESCRIPTION, DATASET_LINKS, DATASET_SHARDS};
+use crate::input::{InputError, from_json, read_text};
 
 /// Name of the description.
 pub const DESCRIPTION: &str = "dataset.json";
@@ -71,15 +72,19 @@ impl Description {
     /// [`InputError`] naming the file and what was expected.
     pub fn read(directory: &Path) -> Result<Self, InputError> {
         let file = directory.join(DESCRIPTION);
-        let read: Self = serde_json::from_str(&read_text(&file)?)
-            .map_err(|e| InputError::in_file(&file, format!("is no description of a data set: {e}")))?;
-        if read.version != VERSION || read.shards == 0 {
-            return Err(InputError::in_file(
-                &file,
-                format!(
-                    "expected version {VERSION} with at least one shard, found {}",
-                    read.version
-                ),
+        let read: Self = from_json(
+            &file,
+            &read_text(&file, &DATASET_DESCRIPTION)?,
+            "the description of a data set",
+        )?;
+        let wrong = |message| Err(InputError::in_file(&file, message));
+        if read.version != VERSION {
+            return wrong(format!("version: expected {VERSION}, found {}", read.version));
+        }
+        if !(1..=DATASET_SHARDS).contains(&read.shards) {
+            return wrong(format!(
+                "shards: expected 1 to {DATASET_SHARDS}, found {}",
+                read.shards
             ));
         }
         Ok(read)
@@ -128,6 +133,13 @@ pub fn read(directory: &Path) -> Result<(Description, Links), InputError> {
             return Err(InputError::in_file(&place, message));
         }
         all.append(&Links::read(&place)?);
+        if all.len() > DATASET_LINKS {
+            let message = format!(
+                "brings the links to {}, at most {DATASET_LINKS} are read",
+                all.len()
+            );
+            return Err(InputError::in_file(&place, message));
+        }
     }
     Ok((description, all))
 }

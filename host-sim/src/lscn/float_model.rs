@@ -12,7 +12,8 @@
 use std::path::Path;
 
 use super::safetensors_file;
-use crate::input::InputError;
+use crate::input::limits::FLOAT_MODEL;
+use crate::input::{InputError, read_bytes};
 
 /// Link states that the network tells apart: line of sight, first order, higher order.
 pub const STATES: usize = 3;
@@ -233,9 +234,8 @@ impl FloatModel {
     /// # Errors
     /// [`InputError`] naming the file and the tensor or metadata key, and what was expected.
     pub fn read(file: &Path) -> Result<Self, InputError> {
-        let bytes =
-            std::fs::read(file).map_err(|e| InputError::in_file(file, format!("cannot be read: {e}")))?;
-        Self::from_bytes(&bytes).map_err(|message| InputError::in_file(file, message))
+        Self::from_bytes(&read_bytes(file, &FLOAT_MODEL)?)
+            .map_err(|message| InputError::in_file(file, message))
     }
 
     /// Reads a model from the bytes of a safetensors file.

@@ -5,7 +5,8 @@ use std::path::Path;
 use cslam_core::lscn::format::{ALIGNMENT, length};
 use cslam_core::lscn::{Description, Model, ModelError, WriteError, write};
 
-use crate::input::InputError;
+use crate::input::limits::MODEL;
+use crate::input::{InputError, read_bytes};
 
 /// The bytes of a model file, suitably aligned.
 #[derive(Clone, Debug)]
@@ -37,9 +38,7 @@ impl ModelFile {
     /// # Errors
     /// [`InputError`] naming the file, and why it is no model.
     pub fn read(file: &Path) -> Result<Self, InputError> {
-        let bytes =
-            std::fs::read(file).map_err(|e| InputError::in_file(file, format!("cannot be read: {e}")))?;
-        let read = Self::from_bytes(&bytes);
+        let read = Self::from_bytes(&read_bytes(file, &MODEL)?);
         match read.model() {
             Ok(_) => Ok(read),
             Err(error) => Err(InputError::in_file(file, error.to_string())),

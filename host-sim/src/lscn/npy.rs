@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use crate::input::InputError;
+use crate::input::limits::DATASET_COLUMN;
+use crate::input::{InputError, read_bytes};
 
 /// A number type that a column may have.
 pub trait Element: Copy + PartialEq {
@@ -69,7 +70,7 @@ pub fn encode<T: Element>(values: &[T], width: Option<usize>) -> Vec<u8> {
 /// # Errors
 /// [`InputError`] naming the file and what was expected.
 pub fn read<T: Element>(file: &Path, width: Option<usize>) -> Result<Vec<T>, InputError> {
-    let bytes = std::fs::read(file).map_err(|e| InputError::in_file(file, format!("cannot be read: {e}")))?;
+    let bytes = read_bytes(file, &DATASET_COLUMN)?;
     decode(&bytes, width).map_err(|message| InputError::in_file(file, message))
 }
 

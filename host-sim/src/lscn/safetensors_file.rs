@@ -14,6 +14,17 @@ use serde::Serialize;
 
 use super::float_model::{FloatModel, Kind, Layer};
 
+/// Keys that the metadata may hold; PyTorch writes `format`.
+const KEYS: [&str; 7] = [
+    "kind",
+    "k",
+    "inputs",
+    "input_offset",
+    "input_scale",
+    "temperature",
+    "format",
+];
+
 pub(super) fn decode(bytes: &[u8]) -> Result<FloatModel, String> {
     let not_safetensors = |e| format!("is no safetensors file: {e}");
     let (_, header) = SafeTensors::read_metadata(bytes).map_err(not_safetensors)?;
@@ -25,6 +36,19 @@ pub(super) fn decode(bytes: &[u8]) -> Result<FloatModel, String> {
             .and_then(|all| all.get(key))
             .map(String::as_str)
     };
+    let known = |key: &&String| KEYS.contains(&key.as_str());
+    if let Some(key) = header
+        .metadata()
+        .iter()
+        .flat_map(|all| all.keys())
+        .filter(|key| !known(key))
+        .min()
+    {
+        return Err(format!(
+            "metadata: unknown key {key}, expected one of {}",
+            KEYS.join(", ")
+        ));
+    }
     let text = |key: &str| find(key).ok_or_else(|| format!("metadata: expected the key {key}"));
     let kind = match text("kind")? {
         "paper" => Kind::Paper {
@@ -45,10 +69,14 @@ pub(super) fn decode(bytes: &[u8]) -> Result<FloatModel, String> {
         let all = text(key)?.split(',').map(number).collect::<Option<Vec<f32>>>();
         all.ok_or_else(|| format!("metadata {key}: expected numbers separated by commas"))
     };
-    let temperature = if find("temperature").is_some() {
-        numbers("temperature")?.first().copied().unwrap_or(1.0)
-    } else {
-        1.0
+    let temperature = match find("temperature")
+        .map(|_| numbers("temperature"))
+        .transpose()?
+        .as_deref()
+    {
+        None => 1.0,
+        Some(&[temperature]) => temperature,
+        Some(_) => return Err("metadata temperature: expected one number".into()),
     };
     let mut layers = Vec::new();
     while file.tensor(&format!("f{}.weight", layers.len() + 1)).is_ok() {
@@ -203,7 +231,10 @@ mod tests {
         assert!(broken("\"paper\"", "\"peper\"").contains("expected paper or geometric"));
         assert!(broken("\"k\":\"3\"", "\"k\":\"4\"").contains("3 k inputs"));
         assert!(broken("\"k\":\"3\"", "\"k\":\"x\"").contains("metadata k"));
-        assert!(broken("input_offset", "input_offsat").contains("input_offset"));
+        assert!(
+            broken("input_offset", "input_offsat").contains("unknown key input_offsat, expected one of kind")
+        );
+        assert!(broken("\"kind\":", "\"\u{e9}nd\":").contains("unknown key \u{e9}nd"));
         assert!(broken("f1.weight", "g1.weight").contains("f1.weight"));
         assert!(broken("f3.weight", "f9.weight").contains("nothing else"));
         assert!(broken("\"shape\":[4,3]", "\"shape\":[3,4]").contains("f1.bias"));

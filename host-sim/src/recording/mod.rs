@@ -10,7 +10,7 @@
 //! | `timing.csv` | `uav_time_ns,clock_offset_s` |
 //! | `sweeps.csv` | `uav_time_ns,sweep` |
 //! | `beacons.jsonl` | `{"uav_time_ns":..,"beacon":{..}}`, a beacon a line |
-//! | `truth.csv` | the world at every sweep and every 10 ms: never read by [`read`] |
+//! | `truth.csv` | the world at every sweep and every 10 ms: never read by [`read`], checked by [`check_truth`] |
 //! | `truth_paths.jsonl` | the true paths of every sweep, a link a line, beside samples |
 //! | `sweep-NNNN.sigmf-meta`, `.sigmf-data` | sample blocks of each sweep, when they were recorded ([`sweep_base`]) |
 //! | `squint-NNNN.sigmf-meta`, `.sigmf-data` | the beam squint symbols after each sweep, beside samples ([`squint_base`]) |
@@ -19,6 +19,7 @@
 //! the same bytes. A file that is cut short, longer or changed is refused with the reason.
 
 mod read;
+mod truth;
 mod write;
 
 use std::path::{Path, PathBuf};
@@ -28,6 +29,7 @@ use serde::{Deserialize, Serialize};
 use crate::result_directory::Kind;
 
 pub use read::{Recording, read};
+pub use truth::{TRUTH_PATHS, check_truth};
 pub use write::{write, write_events};
 
 /// Value of `format` in `flight.json`.

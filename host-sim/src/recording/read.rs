@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 use super::{
     EVENT_FILES, FORMAT, FileEntry, HEADERS, IMU_RECORD_LEN, MANIFEST, Manifest, VERSION, crc32, sweep_base,
 };
-use crate::input::{InputError, read_text};
+use crate::input::limits::{FLIGHT_DESCRIPTION, FLIGHT_EVENTS, FLIGHT_S};
+use crate::input::{InputError, from_json, from_json_line, lines as numbered, read_exactly, read_text};
 use crate::sensors::{Beacon, Event, MagnetometerSample, Stamped, TimingSample};
 
 /// A line of `beacons.jsonl`.
@@ -45,8 +46,11 @@ impl Recording {
 /// [`InputError`] naming the file (and line) that is missing, cut short, changed or inconsistent, and the reason.
 pub fn read(directory: &Path) -> Result<Recording, InputError> {
     let file = directory.join(MANIFEST);
-    let manifest: Manifest = serde_json::from_str(&read_text(&file)?)
-        .map_err(|e| InputError::in_file(&file, format!("not the description of a recording: {e}")))?;
+    let manifest: Manifest = from_json(
+        &file,
+        &read_text(&file, &FLIGHT_DESCRIPTION)?,
+        "the description of a recording",
+    )?;
     if manifest.format != FORMAT || manifest.version != VERSION {
         return Err(InputError::in_file(
             &file,
@@ -66,6 +70,24 @@ pub fn read(directory: &Path) -> Result<Recording, InputError> {
             &file,
             format!("expected the files {}", EVENT_FILES.join(", ")),
         ));
+    }
+    if !(manifest.duration_s > 0.0 && manifest.duration_s <= FLIGHT_S) {
+        let message = format!(
+            "duration_s is {}, expected above 0, up to {FLIGHT_S}",
+            manifest.duration_s
+        );
+        return Err(InputError::in_file(&file, message));
+    }
+    if let Some(entry) = manifest
+        .files
+        .iter()
+        .find(|entry| entry.bytes > FLIGHT_EVENTS.bytes)
+    {
+        let message = format!(
+            "bytes of {} is {}, expected up to {}",
+            entry.name, entry.bytes, FLIGHT_EVENTS.bytes
+        );
+        return Err(InputError::in_file(&file, message));
     }
     let mut events = Vec::new();
     for (rank, entry) in manifest.files.iter().enumerate() {
@@ -105,22 +127,7 @@ pub fn read(directory: &Path) -> Result<Recording, InputError> {
 
 /// The bytes of a file, with length and checksum as described.
 fn checked(file: &Path, entry: &FileEntry) -> Result<Vec<u8>, InputError> {
-    let bytes = std::fs::read(file).map_err(|e| InputError::in_file(file, format!("cannot be read: {e}")))?;
-    let length = bytes.len() as u64;
-    if length != entry.bytes {
-        let what = if length < entry.bytes {
-            "truncated"
-        } else {
-            "too long"
-        };
-        return Err(InputError::in_file(
-            file,
-            format!(
-                "{what}: {length} bytes, expected {} as {MANIFEST} says",
-                entry.bytes
-            ),
-        ));
-    }
+    let bytes = read_exactly(file, entry.bytes, &format!("as {MANIFEST} says"))?;
     let crc = crc32(&bytes);
     if crc != entry.crc32 {
         return Err(InputError::in_file(
@@ -166,25 +173,26 @@ fn imu(file: &Path, bytes: &[u8], events: &mut Vec<Stamped>) -> Result<(), Input
 fn lines(file: &Path, rank: usize, bytes: &[u8], events: &mut Vec<Stamped>) -> Result<(), InputError> {
     let text = core::str::from_utf8(bytes)
         .map_err(|e| InputError::in_file(file, format!("cannot be read as text: {e}")))?;
-    let mut numbered = text.lines().enumerate();
-    if !HEADERS[rank].is_empty() && numbered.next().map(|(_, line)| line) != Some(HEADERS[rank]) {
+    let mut numbered = numbered(file, text, &FLIGHT_EVENTS);
+    if !HEADERS[rank].is_empty() && numbered.next().transpose()?.map(|(_, line)| line) != Some(HEADERS[rank])
+    {
         return Err(InputError::at_line(
             file,
             1,
             format!("expected the columns {}", HEADERS[rank]),
         ));
     }
-    for (index, line) in numbered {
-        let bad = |reason: String| InputError::at_line(file, index + 1, reason);
+    for line in numbered {
+        let (number, line) = line?;
         let stamped = if rank == 4 {
-            let BeaconLine { uav_time_ns, beacon } =
-                serde_json::from_str(line).map_err(|e| bad(format!("not a beacon: {e}")))?;
+            let BeaconLine { uav_time_ns, beacon } = from_json_line(file, number, line, "a beacon")?;
             Stamped {
                 uav_time_ns,
                 event: Event::Beacon(beacon),
             }
         } else {
-            columns(line, rank).ok_or_else(|| bad(format!("expected {}", HEADERS[rank])))?
+            columns(line, rank)
+                .ok_or_else(|| InputError::at_line(file, number, format!("expected {}", HEADERS[rank])))?
         };
         events.push(stamped);
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
-use super::{EVENT_FILES, MANIFEST, Manifest, read, sweep_base, write, write_events};
+use super::{EVENT_FILES, MANIFEST, Manifest, check_truth, read, sweep_base, write, write_events};
 use crate::flight::{FlightConfig, FlightPlan};
 use crate::scene::Scene;
 use crate::sensors::{Event, SensedFlight, SensorsConfig};
@@ -93,6 +93,55 @@ fn the_truth_is_recorded_beside_and_never_needed() {
 }
 
 #[test]
+fn truth_that_does_not_parse_is_named() {
+    let directory = recorded();
+    assert_eq!(check_truth(directory.path()), Ok(()));
+    let file = directory.path().join("truth.csv");
+    let text = fs::read_to_string(&file).expect("recorded");
+    let first = text.lines().nth(1).expect("a line");
+    let with_x = |x: &str| {
+        let columns: Vec<&str> = first.split(',').collect();
+        [&columns[..2], &[x], &columns[3..]].concat().join(",")
+    };
+    let (letter, infinite) = (with_x("1O"), with_x("1e999"));
+    for (from, to, expected) in [
+        ("time_s,", "time,", "truth.csv:1: expected the columns time_s,"),
+        (first, "0.0,0,1", "truth.csv:2: has 3 columns, expected 20"),
+        (
+            first,
+            letter.as_str(),
+            "truth.csv:2: x_m: expected a number, found",
+        ),
+        (
+            first,
+            infinite.as_str(),
+            "truth.csv:2: x_m: expected a number, found",
+        ),
+        (
+            "\n0.01,,",
+            "\n0.01,first,",
+            ": sweep: expected the number of a sweep, found \"first\"",
+        ),
+        (
+            "\n0.02,",
+            "\n0.001,",
+            ": time_s is 0.001, earlier than the line before it",
+        ),
+    ] {
+        fs::write(&file, text.replacen(from, to, 1)).expect("writable");
+        let error = check_truth(directory.path()).expect_err(to).to_string();
+        assert!(error.contains(expected), "{error} instead of {expected}");
+    }
+    fs::remove_file(&file).expect("there");
+    fs::write(directory.path().join(super::TRUTH_PATHS), "{\"tx\":[0,0,0]}\n").expect("writable");
+    let error = check_truth(directory.path()).expect_err("no paths").to_string();
+    assert!(
+        error.contains("truth_paths.jsonl:1: not a link of the paths format: missing field"),
+        "{error}"
+    );
+}
+
+#[test]
 fn every_truncated_or_changed_file_is_named() {
     for (rank, name) in EVENT_FILES.into_iter().enumerate() {
         let directory = recorded();
@@ -100,7 +149,7 @@ fn every_truncated_or_changed_file_is_named() {
         let bytes = fs::read(&file).expect("recorded");
         fs::write(&file, &bytes[..bytes.len() - 1]).expect("writable");
         let error = refusal(directory.path());
-        assert!(error.contains(name) && error.contains("truncated"), "{error}");
+        assert!(error.contains(name) && error.contains("cut short"), "{error}");
         let mut flipped = bytes.clone();
         flipped[bytes.len() / 2] ^= 1;
         fs::write(&file, &flipped).expect("writable");
@@ -168,6 +217,12 @@ fn a_strange_description_is_refused() {
         ("\"version\": 1", "\"version\": 2", "version 2"),
         ("imu.bin", "imu.csv", "expected the files"),
         ("\"seed\"", "\"sead\"", "not the description"),
+        (
+            "\"duration_s\": 8.0",
+            "\"duration_s\": 3601.0",
+            "duration_s is 3601, expected above 0",
+        ),
+        ("\"bytes\": ", "\"bytes\": 999999", "bytes of imu.bin is 999999"),
         ("\"samples\": false", "\"samples\": true", "samples of sweep 0"),
     ] {
         fs::write(&file, text.replacen(from, to, 1)).expect("writable");

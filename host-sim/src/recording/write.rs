@@ -5,16 +5,10 @@ use std::path::Path;
 
 use anyhow::Context;
 
+use super::truth::{TRUTH, truth};
 use super::{EVENT_FILES, FORMAT, FileEntry, HEADERS, MANIFEST, Manifest, VERSION, crc32};
 use crate::input::InputError;
 use crate::sensors::{Event, SensedFlight, Stamped, Truth};
-
-/// Columns of `truth.csv`. Quaternion Hamilton, body to world; clock: UAV less GMT.
-const TRUTH_HEADER: &str = "time_s,sweep,x_m,y_m,z_m,vx_m_per_s,vy_m_per_s,vz_m_per_s,qw,qx,qy,qz,\
-                            rate_x_rad_per_s,rate_y_rad_per_s,rate_z_rad_per_s,gmt_x_m,gmt_y_m,gmt_z_m,\
-                            clock_offset_s,clock_drift";
-/// Truth lines a second, besides those at sweeps.
-const TRUTH_RATE_HZ: u32 = 100;
 
 /// Records a flight into `directory`, which is created. `scene` is a name or file for the description. `samples` is
 /// called for every sweep with its number, to write its sample blocks to [`super::sweep_base`]; it returns whether it
@@ -45,7 +39,7 @@ pub fn write(
             flight.plan().sweeps()
         );
     }
-    put(directory, "truth.csv", truth(flight).as_bytes())?;
+    put(directory, TRUTH, truth(flight).as_bytes())?;
     let manifest = Manifest {
         format: FORMAT.into(),
         version: VERSION,
@@ -123,35 +117,4 @@ pub fn write_events(
 fn put(directory: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
     let file = directory.join(name);
     std::fs::write(&file, bytes).with_context(|| format!("{} cannot be written", file.display()))
-}
-
-/// The text of `truth.csv`: a line every 10 ms and one at each sweep, in order of time. `sweep` is empty between.
-fn truth(flight: &SensedFlight) -> String {
-    let schedule = flight.plan().schedule();
-    let ticks = (flight.plan().duration_s() * f64::from(TRUTH_RATE_HZ)) as u32;
-    let mut instants: Vec<(f64, Option<u32>)> = (0..=ticks)
-        .map(|tick| (f64::from(tick) / f64::from(TRUTH_RATE_HZ), None))
-        .chain((0..flight.plan().sweeps()).map(|sweep| (schedule.sweep_time_s(sweep), Some(sweep))))
-        .collect();
-    instants.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut text = format!("{TRUTH_HEADER}\n");
-    for (time_s, sweep) in instants {
-        let truth = flight.truth(time_s);
-        let uav = &truth.uav;
-        text += &format!("{time_s},{}", sweep.map_or(String::new(), |s| s.to_string()));
-        let numbers = uav
-            .position_m
-            .iter()
-            .chain(&uav.velocity_m_per_s)
-            .copied()
-            .chain(uav.quaternion_wb())
-            .chain(uav.rate_rad_per_s.iter().copied())
-            .chain(truth.gmt_position_m.iter().copied())
-            .chain([truth.clock_offset_s, truth.clock_drift]);
-        for number in numbers {
-            text += &format!(",{number:e}");
-        }
-        text.push('\n');
-    }
-    text
 }

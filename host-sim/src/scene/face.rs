@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::{RawFace, Vec3};
+use crate::input::limits::FACE_VERTICES;
 
 /// Greatest distance of a vertex from the face's plane, m. Single-precision meshes of a town stay below a tenth of it.
 pub const PLANARITY_TOLERANCE_M: f64 = 1e-4;
@@ -24,6 +25,8 @@ const NORMAL_AGREEMENT: f64 = 0.999;
 pub enum FaceError {
     /// Fewer than three vertices.
     TooFewVertices(usize),
+    /// More vertices than [`FACE_VERTICES`].
+    TooManyVertices(usize),
     /// A coordinate that is NaN, infinite, or beyond [`MAX_COORDINATE_M`], at this vertex.
     OutOfRange(usize),
     /// A vertex repeats its predecessor.
@@ -47,6 +50,7 @@ impl fmt::Display for FaceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::TooFewVertices(n) => write!(f, "has {n} vertices, at least 3 are needed"),
+            Self::TooManyVertices(n) => write!(f, "has {n} vertices, at most {FACE_VERTICES} are read"),
             Self::OutOfRange(i) => write!(f, "vertex {i} is not finite or beyond {MAX_COORDINATE_M:e} m"),
             Self::RepeatedVertex(i) => write!(f, "vertex {i} repeats the vertex before it"),
             Self::NoArea => write!(f, "is degenerate: all its vertices lie on a line"),
@@ -97,6 +101,9 @@ impl Face {
         let n = raw.vertices.len();
         if n < 3 {
             return Err(FaceError::TooFewVertices(n));
+        }
+        if n > FACE_VERTICES {
+            return Err(FaceError::TooManyVertices(n));
         }
         if let Some(i) = raw
             .vertices

@@ -3,12 +3,16 @@
 use std::path::Path;
 
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 use super::{Bounds, Material, RawFace, Scene};
-use crate::input::{InputError, read_text};
+use crate::input::limits::SCENE;
+use crate::input::{InputError, from_json, read_text};
 
-/// Keys that the format defines. Others (ids, kinds, the generator's prisms) are carried by files and not needed here.
+/// Every key of the format. Those that are ignored are what generators say of how a scene was made.
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(dead_code, reason = "of some keys only the names matter")]
 struct SceneFile {
     name: String,
     units: String,
@@ -16,9 +20,16 @@ struct SceneFile {
     frequency_hz: f64,
     bounds: Option<[[f64; 3]; 2]>,
     faces: Vec<FaceEntry>,
+    frame: Option<IgnoredAny>,
+    seed: Option<IgnoredAny>,
+    prisms: Option<IgnoredAny>,
+    ground: Option<IgnoredAny>,
+    ceiling: Option<IgnoredAny>,
+    outer_walls: Option<IgnoredAny>,
 }
 
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct MaterialEntry {
     relative_permittivity: f64,
     #[serde(rename = "conductivity_S_per_m")]
@@ -27,22 +38,25 @@ struct MaterialEntry {
 }
 
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(dead_code, reason = "of some keys only the names matter")]
 struct FaceEntry {
     vertices: Vec<[f64; 3]>,
     normal: Option<[f64; 3]>,
     obj: Option<u32>,
+    id: Option<IgnoredAny>,
+    kind: Option<IgnoredAny>,
 }
 
 /// Reads a JSON scene.
 pub(super) fn read(file: &Path) -> Result<Scene, InputError> {
-    parse(file, &read_text(file)?)
+    parse(file, &read_text(file, &SCENE)?)
 }
 
 /// Parses a JSON scene; `file` is for messages only.
 pub(super) fn parse(file: &Path, text: &str) -> Result<Scene, InputError> {
     let wrong = |message: String| InputError::in_file(file, message);
-    let entry: SceneFile = serde_json::from_str(text)
-        .map_err(|e| InputError::at_line(file, e.line(), format!("not a scene: {e}")))?;
+    let entry: SceneFile = from_json(file, text, "a scene")?;
     if entry.units != "metre" {
         return Err(wrong(format!(
             "units: expected \"metre\", found \"{}\"",

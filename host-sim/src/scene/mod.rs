@@ -23,6 +23,9 @@ pub use material::Material;
 pub use place::{BUILT_IN_NAMES, REFERENCE_SCENE_JSON};
 
 use index::FaceIndex;
+
+use crate::input::limits::{SCENE_FACES, SCENE_VERTICES};
+
 pub use index::SURFACE_MARGIN_M;
 pub(crate) use triangles::triangles;
 
@@ -53,6 +56,13 @@ pub enum SceneError {
         /// What is wrong with it.
         error: FaceError,
     },
+    /// More faces than [`SCENE_FACES`], or more vertices in all of them than [`SCENE_VERTICES`].
+    TooLarge {
+        /// Number of faces.
+        faces: usize,
+        /// Number of their vertices.
+        vertices: usize,
+    },
     /// No face at all, or a tree too deep to search; in words.
     Unusable(&'static str),
 }
@@ -61,6 +71,10 @@ impl std::fmt::Display for SceneError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Face { index, error } => write!(f, "face {index}: {error}"),
+            Self::TooLarge { faces, vertices } => write!(
+                f,
+                "has {faces} faces with {vertices} vertices, at most {SCENE_FACES} with {SCENE_VERTICES} are read"
+            ),
             Self::Unusable(why) => f.write_str(why),
         }
     }
@@ -111,6 +125,19 @@ impl Bounds {
     }
 }
 
+/// The faces of polygons, in their order.
+fn checked(raw: &[RawFace]) -> Result<Vec<Face>, SceneError> {
+    let vertices = raw.iter().map(|face| face.vertices.len()).sum();
+    if raw.len() > SCENE_FACES || vertices > SCENE_VERTICES {
+        return Err(SceneError::TooLarge {
+            faces: raw.len(),
+            vertices,
+        });
+    }
+    let face = |(index, raw)| Face::new(raw).map_err(|error| SceneError::Face { index, error });
+    raw.iter().enumerate().map(face).collect()
+}
+
 /// A validated scene. Immutable; queries take `&self` and may run on any number of threads.
 #[derive(Debug)]
 pub struct Scene {
@@ -135,10 +162,7 @@ impl Scene {
         bounds: Option<Bounds>,
         raw: Vec<RawFace>,
     ) -> Result<Self, SceneError> {
-        let mut faces = Vec::with_capacity(raw.len());
-        for (index, raw) in raw.iter().enumerate() {
-            faces.push(Face::new(raw).map_err(|error| SceneError::Face { index, error })?);
-        }
+        let mut faces = checked(&raw)?;
         weld::number_objects(&raw, &mut faces);
         let hull = Bounds::of(&faces).ok_or(SceneError::Unusable("a scene needs at least one face"))?;
         let index = FaceIndex::new(&faces).ok_or(SceneError::Unusable(

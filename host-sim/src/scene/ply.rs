@@ -4,7 +4,8 @@
 use std::path::Path;
 
 use super::{Scene, weld};
-use crate::input::InputError;
+use crate::input::limits::{FACE_VERTICES, SCENE, SCENE_FACES, SCENE_VERTICES};
+use crate::input::{InputError, read_bytes};
 
 /// Scalar types of the format, by size and kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +59,34 @@ struct Property {
     count: Option<Scalar>,
 }
 
+impl Property {
+    /// Reads its value or list: a coordinate into `vertex`, the indices of a face as the result.
+    fn read(&self, body: &mut Body<'_>, vertex: &mut [Option<f64>; 3]) -> Result<Option<Vec<usize>>, String> {
+        let Some(kind) = self.count else {
+            let value = body.next(self.value)?;
+            if let Some(axis) = ["x", "y", "z"].iter().position(|name| *name == self.name) {
+                vertex[axis] = Some(value);
+            }
+            return Ok(None);
+        };
+        let length = whole(body.next(kind)?)?;
+        if !matches!(self.name.as_str(), "vertex_indices" | "vertex_index") {
+            return (0..length)
+                .try_for_each(|_| body.next(self.value).map(drop))
+                .map(|()| None);
+        }
+        if length > FACE_VERTICES {
+            return Err(format!(
+                "a face has {length} vertices, at most {FACE_VERTICES} are read"
+            ));
+        }
+        (0..length)
+            .map(|_| whole(body.next(self.value)?))
+            .collect::<Result<_, _>>()
+            .map(Some)
+    }
+}
+
 #[derive(Debug)]
 struct Element {
     name: String,
@@ -92,9 +121,9 @@ impl Body<'_> {
 
 /// Reads a PLY mesh. Units are metres, z points up, faces wind counter-clockwise seen from free space.
 pub(super) fn read(file: &Path) -> Result<Scene, InputError> {
-    let bytes = std::fs::read(file).map_err(|e| InputError::in_file(file, format!("cannot be read: {e}")))?;
+    let bytes = read_bytes(file, &SCENE)?;
     let polygons = parse(&bytes).map_err(|e| InputError::in_file(file, format!("not a PLY mesh: {e}")))?;
-    weld::mesh_scene(file, &polygons)
+    weld::mesh_scene(file, polygons)
 }
 
 fn parse(bytes: &[u8]) -> Result<Vec<Vec<[f64; 3]>>, String> {
@@ -106,25 +135,10 @@ fn parse(bytes: &[u8]) -> Result<Vec<Vec<[f64; 3]>>, String> {
             let mut vertex = [None; 3];
             let mut polygon = None;
             for property in &element.properties {
-                let length = match property.count {
-                    Some(kind) => whole(body.next(kind)?)?,
-                    None => 1,
-                };
-                let is_face = property.count.is_some()
-                    && matches!(property.name.as_str(), "vertex_indices" | "vertex_index");
-                let mut indices = Vec::new();
-                for _ in 0..length {
-                    let value = body.next(property.value)?;
-                    if is_face {
-                        indices.push(whole(value)?);
-                    } else if let Some(axis) = ["x", "y", "z"].iter().position(|name| *name == property.name)
-                    {
-                        vertex[axis] = Some(value);
-                    }
-                }
-                if is_face {
-                    polygon = Some(indices);
-                }
+                let indices = property
+                    .read(&mut body, &mut vertex)
+                    .map_err(|e| format!("{} {row}: {}: {e}", element.name, property.name))?;
+                polygon = indices.or(polygon);
             }
             match element.name.as_str() {
                 "vertex" => {
@@ -185,9 +199,7 @@ fn header(bytes: &[u8]) -> Result<(Vec<Element>, Body<'_>), String> {
             ["comment" | "obj_info", ..] => {}
             ["element", name, count] => elements.push(Element {
                 name: name.into(),
-                count: count
-                    .parse()
-                    .map_err(|_| format!("element {name}: expected a count, found \"{count}\""))?,
+                count: element_count(name, count)?,
                 properties: Vec::new(),
             }),
             ["property", "list", count, value, name] => {
@@ -216,6 +228,22 @@ fn header(bytes: &[u8]) -> Result<(Vec<Element>, Body<'_>), String> {
             }
         }
     }
+}
+
+/// The count of an element, within the limits of a scene.
+fn element_count(name: &str, count: &str) -> Result<usize, String> {
+    let number = count
+        .parse()
+        .map_err(|_| format!("element {name}: expected a count, found \"{count}\""))?;
+    let most = match name {
+        "vertex" => SCENE_VERTICES,
+        "face" => SCENE_FACES,
+        _ => return Ok(number),
+    };
+    if number > most {
+        return Err(format!("element {name}: {number} in it, at most {most} are read"));
+    }
+    Ok(number)
 }
 
 fn push(elements: &mut [Element], name: &str, value: &str, count: Option<&str>) -> Result<(), String> {
@@ -298,10 +326,41 @@ mod tests {
 
     #[test]
     fn an_element_without_properties_is_refused_whatever_its_count() {
-        let text = "ply\nformat ascii 1.0\nelement vertex 99999999999999\nend_header\n";
+        let text = "ply\nformat ascii 1.0\nelement camera 99999999999999\nend_header\n";
         assert_eq!(
             parse(text.as_bytes()).unwrap_err(),
-            "element vertex: expected at least one property"
+            "element camera: expected at least one property"
+        );
+    }
+
+    #[test]
+    fn more_than_the_limits_is_refused_before_it_is_read() {
+        let error = |from: &str, to: &str| {
+            let header = HEADER.replace(from, to);
+            let text =
+                format!("ply\nformat ascii 1.0\n{header}0 0 2 9\n1 0 2 9\n1 1 2 9\n0 1 2 9\n9999 0 1 2\n");
+            parse(text.as_bytes()).unwrap_err()
+        };
+        assert_eq!(
+            error("vertex 4", "vertex 4000001"),
+            "element vertex: 4000001 in it, at most 4000000 are read"
+        );
+        assert_eq!(
+            error("face 1", "face 1000001"),
+            "element face: 1000001 in it, at most 1000000 are read"
+        );
+        assert_eq!(
+            error("uchar int", "uint int"),
+            "face 0: vertex_indices: a face has 9999 vertices, at most 1024 are read"
+        );
+    }
+
+    #[test]
+    fn a_word_that_is_no_number_is_told_with_its_place() {
+        let text = format!("ply\nformat ascii 1.0\n{HEADER}0 0 2 9\n1 O 2 9\n1 1 2 9\n0 1 2 9\n3 0 1 2\n");
+        assert_eq!(
+            parse(text.as_bytes()).unwrap_err(),
+            "vertex 1: y: expected a number, found \"O\""
         );
     }
 

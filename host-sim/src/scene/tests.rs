@@ -371,7 +371,7 @@ fn an_obj_cube_of_triangles_becomes_six_faces_of_one_solid() {
     std::fs::write(&file, CUBE_OBJ.replace("f 5 6 7 8", "f 5 6 7 9")).unwrap();
     let error = Scene::read(&file).unwrap_err().to_string();
     assert!(
-        error.contains("cube.obj: not an OBJ mesh: face vertex index out of bounds"),
+        error.contains("cube.obj:18: not an OBJ mesh: a face names vertex 9, there are 8 before it"),
         "{error}"
     );
     std::fs::write(&file, CUBE_OBJ.replace("v 2 2 3", "v 2 nan 3")).unwrap();

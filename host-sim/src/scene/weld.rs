@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use super::face::PLANARITY_TOLERANCE_M;
-use super::{DEFAULT_FREQUENCY_HZ, Face, Material, RawFace, Scene, SceneError, Vec3};
+use super::{DEFAULT_FREQUENCY_HZ, Face, Material, RawFace, Scene, SceneError, Vec3, checked};
 use crate::input::InputError;
 
 /// Vertices that round to the same multiple of this are one, m.
@@ -15,23 +15,20 @@ const WELD_M: f64 = 1e-6;
 const SAME_PLANE_RAD: f64 = 1e-4;
 
 /// A scene of a mesh's polygons, in the paper's material at the default frequency.
-pub(super) fn mesh_scene(file: &Path, polygons: &[Vec<[f64; 3]>]) -> Result<Scene, InputError> {
+pub(super) fn mesh_scene(file: &Path, polygons: Vec<Vec<[f64; 3]>>) -> Result<Scene, InputError> {
     let wrong = |e: SceneError| InputError::in_file(file, e.to_string());
     let name = file
         .file_stem()
         .map_or_else(|| "mesh".into(), |s| s.to_string_lossy().into_owned());
     let raw: Vec<RawFace> = polygons
-        .iter()
+        .into_iter()
         .map(|vertices| RawFace {
-            vertices: vertices.clone(),
+            vertices,
             ..RawFace::default()
         })
         .collect();
     // Faults are told by the file's own numbering, hence before any welding.
-    let mut faces = Vec::with_capacity(raw.len());
-    for (index, raw) in raw.iter().enumerate() {
-        faces.push(Face::new(raw).map_err(|error| wrong(SceneError::Face { index, error }))?);
-    }
+    let faces = checked(&raw).map_err(wrong)?;
     Scene::new(
         name,
         Material::PAPER,

@@ -34,7 +34,7 @@ impl Codebook {
     }
 
     /// Transmissions in it.
-    pub fn len(self) -> usize {
+    pub const fn len(self) -> usize {
         match self {
             Self::Beams => 72,
             Self::SquintSequential => 33,
@@ -103,6 +103,7 @@ pub(super) struct Global {
 }
 
 #[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Extension {
     pub(super) name: String,
     pub(super) version: String,
@@ -119,6 +120,60 @@ pub(super) struct Capture {
     pub(super) beam: u16,
     #[serde(rename = "cslam:exponent")]
     pub(super) exponent: i32,
+}
+
+/// Keys of the metadata: those above, and those of SigMF 1.2 that describe a recording and do not change what its samples mean.
+const TOP_KEYS: &[&str] = &["global", "captures", "annotations"];
+const GLOBAL_KEYS: &[&str] = &[
+    "core:datatype",
+    "core:version",
+    "core:sample_rate",
+    "core:num_channels",
+    "core:description",
+    "core:recorder",
+    "core:extensions",
+    "cslam:waveform",
+    "cslam:array",
+    "cslam:codebook",
+    "cslam:gmt_position_m",
+    "cslam:uav_position_m",
+    "cslam:uav_quaternion_wb",
+    "core:author",
+    "core:collection",
+    "core:data_doi",
+    "core:dataset",
+    "core:geolocation",
+    "core:hw",
+    "core:license",
+    "core:meta_doi",
+    "core:sha512",
+];
+const CAPTURE_KEYS: &[&str] = &[
+    "core:sample_start",
+    "core:frequency",
+    "cslam:beam",
+    "cslam:exponent",
+    "core:datetime",
+    "core:geolocation",
+    "core:global_index",
+];
+
+/// Refuses a key that is none of those.
+pub(super) fn check_keys(meta: &serde_json::Value) -> Result<(), String> {
+    let check = |place: &str, object: &serde_json::Value, known: &[&str]| {
+        let mut keys = object.as_object().into_iter().flat_map(|object| object.keys());
+        match keys.find(|key| !known.contains(&key.as_str())) {
+            None => Ok(()),
+            Some(key) => Err(format!(
+                "{place}: unknown key `{key}`, expected one of {}",
+                known.join(", ")
+            )),
+        }
+    };
+    check("the whole", meta, TOP_KEYS)?;
+    check("global", &meta["global"], GLOBAL_KEYS)?;
+    let mut captures = meta["captures"].as_array().into_iter().flatten().enumerate();
+    captures.try_for_each(|(i, capture)| check(&format!("capture {i}"), capture, CAPTURE_KEYS))
 }
 
 /// Checks metadata against what this receiver takes and against itself.

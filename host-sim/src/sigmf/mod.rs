@@ -14,12 +14,13 @@ use cslam_core::waveform::{SAMPLES, Waveform};
 
 mod meta;
 
-use meta::{ARRAY, Capture, Extension, Global, Meta, check};
+use meta::{ARRAY, Capture, Extension, Global, Meta, check, check_keys};
 
 pub use meta::Codebook;
 
 use crate::channel::{Block, CHANNELS};
-use crate::input::{InputError, read_text};
+use crate::input::limits::SAMPLES_METADATA;
+use crate::input::{InputError, from_json, read_exactly, read_text};
 
 /// Bytes of a block: 32 channels x 512 samples x (I, Q) x 2.
 const BLOCK_BYTES: usize = CHANNELS * SAMPLES * 4;
@@ -114,33 +115,19 @@ fn put(file: &Path, bytes: &[u8]) -> Result<(), InputError> {
 /// [`InputError`] naming the file and the key, or the length, that is wrong, and what was expected.
 pub fn read(name: &Path) -> Result<Recording, InputError> {
     let (meta_file, data_file) = files(name);
-    let meta: Meta = serde_json::from_str(&read_text(&meta_file)?).map_err(|e| {
-        InputError::at_line(
-            &meta_file,
-            e.line(),
-            format!("not the metadata of a recording: {e}"),
-        )
-    })?;
-    let codebook = check(&meta).map_err(|message| InputError::in_file(&meta_file, message))?;
+    let text = read_text(&meta_file, &SAMPLES_METADATA)?;
+    let what = "the metadata of a recording";
+    let meta: Meta = from_json(&meta_file, &text, what)?;
+    let codebook = check_keys(&from_json(&meta_file, &text, what)?)
+        .and_then(|()| check(&meta))
+        .map_err(|message| InputError::in_file(&meta_file, message))?;
 
-    let data =
-        fs::read(&data_file).map_err(|e| InputError::in_file(&data_file, format!("cannot be read: {e}")))?;
-    let expected = meta.captures.len() * BLOCK_BYTES;
-    if data.len() != expected {
-        let what = if data.len() < expected {
-            "is cut short"
-        } else {
-            "is too long"
-        };
-        return Err(InputError::in_file(
-            &data_file,
-            format!(
-                "{what}: {} bytes, expected {expected} for {} captures",
-                data.len(),
-                meta.captures.len()
-            ),
-        ));
-    }
+    let captures = meta.captures.len();
+    let data = read_exactly(
+        &data_file,
+        (captures * BLOCK_BYTES) as u64,
+        &format!("for {captures} captures"),
+    )?;
     let blocks = data
         .chunks_exact(BLOCK_BYTES)
         .zip(&meta.captures)
@@ -209,7 +196,7 @@ mod tests {
     #[test]
     fn damage_is_named() {
         type Damage = (&'static str, fn(&mut serde_json::Value), &'static str);
-        let cases: [Damage; 12] = [
+        let cases: [Damage; 16] = [
             (
                 "codebook",
                 |m| m["global"]["cslam:codebook"] = "x".into(),
@@ -266,6 +253,26 @@ mod tests {
                 "unit quaternion",
             ),
             (
+                "unknown",
+                |m| m["global"]["cslam:exponents"] = 1.into(),
+                "global: unknown key `cslam:exponents`, expected one of core:datatype",
+            ),
+            (
+                "unknown in a capture",
+                |m| m["captures"][1]["core:header_bytes"] = 1.into(),
+                "capture 1: unknown key `core:header_bytes`",
+            ),
+            (
+                "unknown at the top",
+                |m| m["capture"] = 1.into(),
+                "the whole: unknown key `capture`, expected one of global, captures, annotations",
+            ),
+            (
+                "unknown in an extension",
+                |m| m["global"]["core:extensions"][0]["versions"] = 1.into(),
+                "unknown field `versions`",
+            ),
+            (
                 "missing",
                 |m| drop(m["captures"][2].as_object_mut().map(|c| c.remove("cslam:beam"))),
                 "missing field",
@@ -284,6 +291,33 @@ mod tests {
                 "{what}: {message}"
             );
         }
+    }
+
+    #[test]
+    fn what_the_standard_adds_is_read_over() {
+        let (_folder, name) = written();
+        let (meta_file, _) = files(&name);
+        let text = fs::read_to_string(&meta_file).expect("text");
+        let mut meta: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        meta["global"]["core:author"] = "someone".into();
+        meta["captures"][0]["core:datetime"] = "2026-01-01T00:00:00Z".into();
+        meta["annotations"] = serde_json::json!([{"core:sample_start": 0, "core:comment": "here"}]);
+        fs::write(&meta_file, meta.to_string()).expect("written");
+        assert_eq!(read(&name).expect("sound"), recording());
+    }
+
+    #[test]
+    fn metadata_without_end_are_refused() {
+        let (_folder, name) = written();
+        let (meta_file, _) = files(&name);
+        let mut text = fs::read_to_string(&meta_file).expect("text");
+        text += &" ".repeat(SAMPLES_METADATA.bytes as usize);
+        fs::write(&meta_file, text).expect("written");
+        let message = read(&name).expect_err("too long").to_string();
+        assert!(
+            message.contains("sigmf-meta: has more than 1048576 bytes"),
+            "{message}"
+        );
     }
 
     #[test]

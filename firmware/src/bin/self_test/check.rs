@@ -1,7 +1,8 @@
 //! The library's self-test for processors beside the Cortex-M7. Nothing of the board is used but its memory.
 //!
-//! One line a block of samples, `block index digest clips unexamined exponent`, through the front end of path estimation, and one
-//! line a link, `link index digest`, through the networks of the link state. They must be the host's lines. Exit code 0.
+//! First a line `kernels` with those that the target runs, of path estimation and of the networks. Then one line a block of
+//! samples, `block index digest clips unexamined exponent`, through the front end of path estimation, and one line a link,
+//! `link index digest`, through the networks of the link state. They must be the host's lines. Exit code 0.
 
 use core::panic::PanicInfo;
 
@@ -21,6 +22,11 @@ fn main() -> ! {
     let buffers =
         cortex_m::singleton!(: (Block, Workspace) = ([[Iq::ZERO; SAMPLES]; CHANNELS], Workspace::new()));
     let Some((block, work)) = buffers else { exit(101) };
+    defmt::println!(
+        "kernels {=str} {=str}",
+        name_of::<Native>(),
+        name_of::<NativeLayers>()
+    );
     let correlator = Correlator::<Native>::new(&Waveform::default());
     for index in 0..BLOCKS {
         let outcome = front_end_check::run(&correlator, block, index, work);
@@ -38,6 +44,14 @@ fn main() -> ! {
         defmt::println!("link {=u32} {=u64:016x}", index, digest.unwrap_or(0));
     }
     exit(0)
+}
+
+/// Name of a type without its path.
+fn name_of<T>() -> &'static str {
+    core::any::type_name::<T>()
+        .rsplit("::")
+        .next()
+        .unwrap_or_default()
 }
 
 #[panic_handler]

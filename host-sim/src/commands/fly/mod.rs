@@ -16,7 +16,8 @@ use crate::evaluation::evaluate;
 use crate::flight_files::Outputs;
 use crate::flight_files::ply::Encoding;
 use crate::flight_log::FlightLog;
-use crate::input::{InputError, read_text};
+use crate::input::limits::CONFIGURATION;
+use crate::input::{InputError, from_toml, read_text};
 use crate::interrupt;
 use crate::measurement::Sigmas;
 use crate::progress;
@@ -213,11 +214,11 @@ fn read_config(file: Option<&Path>) -> Result<Config, InputError> {
     let Some(file) = file else {
         return Ok(Config::default());
     };
-    let config: Config =
-        toml::from_str(&read_text(file)?).map_err(|e| InputError::in_file(file, e.message().to_owned()))?;
+    let config: Config = from_toml(file, &read_text(file, &CONFIGURATION)?)?;
     config
         .errors
         .check()
         .map_err(|message| InputError::in_file(file, format!("errors.{message}")))?;
+    config.world.check().map_err(|error| error.within(file))?;
     Ok(config)
 }

@@ -1,6 +1,5 @@
 //! `cslam reproduce telemetry`: what the link to the ground costs, and what it does when the radio is bad.
 
-use std::fs;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
@@ -9,7 +8,8 @@ use cslam_core::telemetry::Key;
 
 use crate::commands::fly::Mode;
 use crate::commands::fly::raw::{Setup, Stages, fly};
-use crate::input::InputError;
+use crate::input::limits::PACKETS;
+use crate::input::{InputError, read_bytes};
 use crate::link_traffic::{BAUD, Budget, damage, loss, rivals};
 use crate::progress;
 use crate::scene::Scene;
@@ -54,9 +54,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let wanted = |what| args.what.is_none_or(|wanted| wanted == what);
     if wanted(What::Bytes) {
         let packets = match &args.packets {
-            Some(file) => {
-                fs::read(file).map_err(|e| InputError::in_file(file, format!("cannot be read: {e}")))?
-            }
+            Some(file) => read_bytes(file, &PACKETS)?,
             None => flight(args)?,
         };
         let budget = Budget::new(&packets, UAV, &Key::TEST).ok_or_else(|| {

@@ -5,8 +5,16 @@ use std::{fs, io};
 
 use crate::command::{output_of, status, tool};
 
-/// The chips' targets: a Cortex-M7's, and that of its successors.
-const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "thumbv8m.main-none-eabihf"];
+/// Targets without a system: those of a Cortex-M7 and of its successors, and the others that the core is built for.
+const TARGETS: [&str; 7] = [
+    "thumbv7em-none-eabihf",
+    "thumbv8m.main-none-eabihf",
+    "thumbv6m-none-eabi",
+    "thumbv7m-none-eabi",
+    "thumbv7em-none-eabi",
+    "aarch64-unknown-none",
+    "riscv32imac-unknown-none-elf",
+];
 /// Parts of the compiler that the checks call.
 const COMPONENTS: [&str; 2] = ["rustfmt", "clippy"];
 /// Reads the log of an image built with the `defmt` of Cargo.lock.

@@ -48,15 +48,13 @@ const EMULATED_BOARD: &str = "--features=qemu-an500";
 /// The emulated board with the rivals of the networks' table.
 const ALL_BOARD: &str = "--features=qemu-an500,rivals";
 const REAL_BOARD: &str = "--features=stm32h743";
-const LINK_CHECK: &str = "--features=link-check,cslam-core/armv7em";
-/// The same without the kernels in assembly, for processors that do not have their instructions.
-const LINK_CHECK_PORTABLE: &str = "--features=link-check";
+const LINK_CHECK: &str = "--features=link-check";
 
 /// Every stage, in order.
 pub(crate) const STAGES: &[Stage] = &[
     Stage {
         name: "toolchain",
-        what: "the chip's target, rustfmt and clippy are there, or rustup adds them",
+        what: "the chips' targets, rustfmt and clippy are there, or rustup adds them",
         needs: &[],
         work: Work::SetUp(setup::toolchain),
     },
@@ -232,6 +230,25 @@ pub(crate) const STAGES: &[Stage] = &[
         ]),
     },
     Stage {
+        name: "core-targets",
+        what: "the core builds for 32- and 64-bit processors with and without DSP instructions and floating point",
+        needs: &["toolchain"],
+        // Built, not checked: only then are the kernels in assembly assembled, where the target has any.
+        work: Work::Steps(&[step(&[
+            "build",
+            "--locked",
+            "--config=profile.dev.package.cslam-core.opt-level=1",
+            "-p=cslam-core",
+            "--target=thumbv6m-none-eabi",
+            "--target=thumbv7m-none-eabi",
+            "--target=thumbv7em-none-eabi",
+            "--target=thumbv7em-none-eabihf",
+            "--target=thumbv8m.main-none-eabihf",
+            "--target=aarch64-unknown-none",
+            "--target=riscv32imac-unknown-none-elf",
+        ])]),
+    },
+    Stage {
         name: "firmware",
         what: "the image for the emulated board links; two boards, and a board for the host, are refused",
         needs: &["toolchain"],
@@ -294,7 +311,7 @@ pub(crate) const STAGES: &[Stage] = &[
                 "--profile=firmware",
                 "--target=thumbv8m.main-none-eabihf",
                 "-p=cslam-firmware",
-                LINK_CHECK_PORTABLE,
+                LINK_CHECK,
                 "--bin=panic-free",
             ]),
         ]),

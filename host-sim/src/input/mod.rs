@@ -1,8 +1,17 @@
-//! Bad input, said in one line: which file, which line or key, what is wrong and what was expected.
+//! What comes from outside: read within limits, and bad input said in one line: which file, which line or key, what is wrong
+//! and what was expected.
+
+pub mod limits;
+mod read;
 
 use std::fmt;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
+
+pub use read::{from_json, from_json_line, from_toml, lines, read_bytes, read_exactly, read_text, unpack};
+
+/// Most characters of a message: what an input holds may be quoted in it, whatever its length.
+const MESSAGE_CHARS: usize = 1000;
 
 /// An input that cannot be used. The command ends with exit code 2 and prints this as one line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -56,6 +65,15 @@ impl InputError {
             kind: None,
         }
     }
+
+    /// The same error in a file, where it names none yet.
+    #[must_use]
+    pub fn within(self, file: &Path) -> Self {
+        Self {
+            file: self.file.or_else(|| Some(file.to_owned())),
+            ..self
+        }
+    }
 }
 
 impl fmt::Display for InputError {
@@ -68,33 +86,37 @@ impl fmt::Display for InputError {
             f.write_str(" ")?;
         }
         // One line whatever a library's message holds.
-        f.write_str(&self.message.split_whitespace().collect::<Vec<_>>().join(" "))
+        let message = self.message.split_whitespace().collect::<Vec<_>>().join(" ");
+        match message.char_indices().nth(MESSAGE_CHARS) {
+            Some((end, _)) => write!(f, "{}...", &message[..end]),
+            None => f.write_str(&message),
+        }
     }
 }
 
 impl std::error::Error for InputError {}
 
-/// Reads a text file, unpacking it when its name ends in `.gz`.
-///
-/// # Errors
-/// [`InputError`] naming the file when it cannot be read, unpacked, or is not UTF-8.
-pub fn read_text(file: &Path) -> Result<String, InputError> {
-    let bytes = std::fs::read(file).map_err(|e| InputError::in_file(file, format!("cannot be read: {e}")))?;
-    if file.extension().is_some_and(|e| e == "gz") {
-        unpack(file, &bytes)
-    } else {
-        String::from_utf8(bytes).map_err(|e| InputError::in_file(file, format!("is not text: {e}")))
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// Unpacks gzipped text; `file` is for messages only.
-///
-/// # Errors
-/// [`InputError`] naming the file when the bytes are no gzipped UTF-8.
-pub fn unpack(file: &Path, packed: &[u8]) -> Result<String, InputError> {
-    let mut text = String::new();
-    flate2::read::GzDecoder::new(packed)
-        .read_to_string(&mut text)
-        .map_err(|e| InputError::in_file(file, format!("is not gzipped text: {e}")))?;
-    Ok(text)
+    #[test]
+    fn a_message_is_one_line_of_bounded_length() {
+        let error = InputError::at_line(Path::new("a"), 3, format!("one\ntwo {}", "\u{e9}".repeat(5000)));
+        let text = error.to_string();
+        assert!(
+            text.starts_with("a:3: one two ") && text.ends_with("..."),
+            "{text}"
+        );
+        assert_eq!(text.chars().count(), "a:3: ".len() + MESSAGE_CHARS + "...".len());
+    }
+
+    #[test]
+    fn a_key_is_put_into_its_file_once() {
+        let error = InputError::new("a.b is 3").within(Path::new("x.toml"));
+        assert_eq!(
+            error.clone().within(Path::new("y")).to_string(),
+            "x.toml: a.b is 3"
+        );
+    }
 }
