@@ -10,6 +10,7 @@
 
 pub mod app;
 pub mod board;
+pub mod clock;
 pub mod fault;
 pub mod flight_check;
 pub mod front_end;
@@ -18,6 +19,8 @@ pub mod icm42688;
 pub mod log;
 pub mod lscn_check;
 pub mod measurement;
+pub mod mmc5983;
+pub mod mpu;
 mod random;
 pub mod receiver;
 pub mod ring;
