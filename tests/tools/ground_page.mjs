@@ -162,7 +162,7 @@ try {
   // They are uploaded once, with the frames that show them first.
   const shown = Number((await marks(big)).frames);
   await big.waitForFunction((n) => Number(document.body.dataset.frames) > n + 2, shown);
-  const upload = await big.evaluate(() => new Promise((resolve) => {
+  const [upload, seconds] = await big.evaluate(() => new Promise((resolve) => {
     // Bytes that go to the graphics memory while the map changes a little.
     let bytes = 0;
     const gl = document.getElementById('view').getContext('webgl2');
@@ -178,11 +178,16 @@ try {
     // Frames that show changes: each of them could upload the whole.
     const frames = () => Number(document.body.dataset.frames);
     const enough = frames() + 8;
-    const look = () => (bytes > 0 && frames() >= enough ? resolve(bytes) : requestAnimationFrame(look));
+    const begun = performance.now();
+    const look = () => {
+      if (bytes > 0 && frames() >= enough) resolve([bytes, (performance.now() - begun) / 1000]);
+      else requestAnimationFrame(look);
+    };
     look();
   }));
-  console.error(`${upload} bytes uploaded with eight frames of flight with a million points on the page`);
-  must(upload < 4_000_000, `changes upload ${upload} bytes: more than what has changed`);
+  console.error(`${upload} bytes uploaded in ${seconds.toFixed(1)} s of flight with a million points on the page`);
+  // The UAVs fly in real time: a slow browser has fewer frames and more changes in each.
+  must(upload < 1_000_000 * Math.max(seconds, 1), `changes upload ${upload} bytes: more than what has changed`);
   await big.close();
   must(errors.length === 0, errors.join('\n'));
   console.log('DONE');

@@ -69,6 +69,7 @@ impl<W: Write + Seek> Recorder<W> {
     }
 
     /// Closes the chunk and gives it to the system: whatever happens then, a reader finds what was written up to here.
+    #[cfg(feature = "ground")]
     pub(crate) fn flush(&mut self) -> Result<(), mcap::McapError> {
         self.writer.flush()
     }
