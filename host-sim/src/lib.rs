@@ -44,4 +44,5 @@ pub mod table;
 #[cfg(test)]
 mod test_flight;
 pub mod tracer;
+pub mod uplink_attack;
 pub mod world;

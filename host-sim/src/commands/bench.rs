@@ -15,7 +15,7 @@ use crate::tracer::{DEFAULT_MAX_ORDER, Tracer, for_each_link};
 /// Arguments of `cslam bench`.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
-    /// What to time; everything but the ground station when absent
+    /// What to time; trace and synth when absent
     what: Option<Subject>,
     /// Ground station: made-up UAVs that send to it
     #[cfg(feature = "ground")]
@@ -33,6 +33,9 @@ pub(crate) struct Args {
     #[cfg(feature = "ground")]
     #[arg(long, value_name = "N", default_value_t = 200)]
     slow: usize,
+    /// Uplink: hostile packets
+    #[arg(long, value_name = "N", default_value_t = 10_000_000, value_parser = clap::value_parser!(u64).range(1..))]
+    packets: u64,
     /// Print one JSON object a row on stdout instead of the table
     #[arg(long)]
     json: bool,
@@ -44,6 +47,8 @@ enum Subject {
     Trace,
     /// Synthesis of a sweep: 72 beams, 25 paths, every error of the budget
     Synth,
+    /// Uplink: hostile packets against the receiver in flight; ends with 1 when one was taken or the pose moved
+    Uplink,
     /// Ground station: UAVs that send as much as their radios carry; ends with 1 when a packet was lost
     #[cfg(feature = "ground")]
     Ground,
@@ -70,6 +75,16 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     #[cfg(feature = "ground")]
     if args.what == Some(Subject::Ground) {
         return ground(args);
+    }
+    if args.what == Some(Subject::Uplink) {
+        let figures = crate::uplink_attack::run(args.packets)?;
+        if args.json {
+            println!("{}", serde_json::to_string(&figures)?);
+        } else {
+            println!("{figures}");
+        }
+        anyhow::ensure!(figures.is_safe(), "a hostile packet was taken, or moved the pose");
+        return Ok(());
     }
     let mut rows = Vec::new();
     if args.what.is_none_or(|what| what == Subject::Trace) {

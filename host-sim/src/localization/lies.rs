@@ -98,7 +98,7 @@ pub fn fly_lie(
             continue;
         }
         let health = localizer.filter().health();
-        let flagged = health.beacon_implausible || health.clock_contested || health.lost;
+        let flagged = health.beacon_implausible || health.clock_contested;
         if flagged {
             figures.flagged_after_s.get_or_insert(time_s - onset_s);
         }

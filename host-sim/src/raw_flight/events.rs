@@ -53,19 +53,23 @@ impl Recorder {
 
     /// A beacon in its frame; nothing when it says what no frame can say.
     fn beacon(&mut self, said: &Beacon) -> heapless::Vec<u8, { cslam_firmware::sensor_stream::UPLINK_MAX }> {
-        let report = BeaconReport {
-            sweep: said.sweep,
-            position_m: said.position_m,
-            sigma_m: said.position_sigma_m,
-            heading_pitch_roll_rad: said.heading_pitch_roll_rad,
-            sweeps_per_stop: said.sweeps_per_stop,
-        };
         let mut frame = [0; MAX_FRAME];
         let bytes = self
             .gmt
-            .encode(&Uplink::Beacon(report), &mut frame)
+            .encode(&Uplink::Beacon(report(said)), &mut frame)
             .unwrap_or(&[]);
         heapless::Vec::from_slice(bytes).unwrap_or_default()
+    }
+}
+
+/// A beacon as a packet says it.
+pub(crate) fn report(said: &Beacon) -> BeaconReport {
+    BeaconReport {
+        sweep: said.sweep,
+        position_m: said.position_m,
+        sigma_m: said.position_sigma_m,
+        heading_pitch_roll_rad: said.heading_pitch_roll_rad,
+        sweeps_per_stop: said.sweeps_per_stop,
     }
 }
 

@@ -23,6 +23,7 @@ use crate::sensors::Event;
 use crate::world::{HeardSweep, World};
 pub use board::{BoardReceiver, ground, with_board_receiver};
 pub use events::Recorder;
+pub(crate) use events::report;
 pub use frames::{FrameBytes, FrontEndLink};
 use logbook::Logbook;
 
@@ -179,12 +180,12 @@ pub fn drain<'a>(downlink: &mut Downlink, packets: &'a mut Vec<u8>) -> &'a [u8] 
 }
 
 /// Hands over all blocks of a sweep.
-fn hear<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
+pub(crate) fn hear<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     receiver: &mut Application<'_, E, VOXELS, STATES>,
     heard: &mut HeardSweep,
     sweep: u32,
     sweep_ns: u64,
-    reports: &mut Reports,
+    observer: &mut impl Observer,
 ) {
     let beams = heard.beams.blocks.iter_mut().map(|block| (false, block));
     let squint = heard.squint.blocks.iter_mut().map(|block| (true, block));
@@ -199,7 +200,7 @@ fn hear<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
             sweep_ns,
             symbol,
         };
-        let _used = receiver.capture(capture, reports);
+        let _used = receiver.capture(capture, observer);
     }
 }
 

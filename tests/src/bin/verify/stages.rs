@@ -387,6 +387,21 @@ pub(crate) const STAGES: &[Stage] = &[
         ]),
     },
     Stage {
+        name: "uplink",
+        what: "ten million hostile packets against the receiver in flight: none taken, pose and clock unmoved",
+        needs: &["toolchain"],
+        work: Work::Steps(&[step(&[
+            "run",
+            "--release",
+            "--locked",
+            "--package=cslam-host-sim",
+            "--bin=cslam",
+            "--",
+            "bench",
+            "uplink",
+        ])]),
+    },
+    Stage {
         name: "kernels",
         what: "kernels, whole sweeps and networks on the emulated Cortex-M7: bits of the host, committed counts; on a Cortex-M4F and a Cortex-M55 the bits",
         needs: &["toolchain", "qemu", "defmt-print", "firmware"],
