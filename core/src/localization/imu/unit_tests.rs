@@ -367,12 +367,12 @@ fn samples_lost_just_before_a_measurement_are_bridged_to_it() {
         let (mut sensor, mut imu) = (Sensor(7), Imu::new(ImuConfig::default()));
         let mut steps = Vec::new();
         let mut last_ms = 0;
-        for ms in (0..=1000).filter(|ms| ms + lost_ms < 700 || *ms > 700) {
-            if ms > 700 && last_ms < 700 {
+        for ms in (0..=1000).filter(|ms| ms + lost_ms <= 700 || *ms > 700) {
+            if ms > 700 && last_ms <= 700 {
                 // Half a sample after the place of the last one.
                 steps.extend(imu.finish_step_at(700 * MS + MS / 2));
                 let ended = steps.last().map(|step: &ImuStep| step.increment.end_ns);
-                let expected = if lost_ms == 0 { 699 * MS } else { 700 * MS + MS / 2 };
+                let expected = if lost_ms == 0 { 700 * MS } else { 700 * MS + MS / 2 };
                 assert_eq!(ended, Some(expected), "{lost_ms} lost");
             }
             last_ms = ms;

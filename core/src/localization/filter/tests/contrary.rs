@@ -44,10 +44,10 @@ fn feel(filter: &mut Filter46, time_ns: u64) {
     filter.magnetic(time_ns, &earth(), &seen.map(|c| c as f32));
 }
 
-/// A filter that has flown on a path of its own for three seconds.
-fn started(mut sight: impl FnMut(u64) -> PathMeasurement) -> Filter46 {
+/// A filter that has flown on a path of its own for so long.
+fn started(end_ns: u64, mut sight: impl FnMut(u64) -> PathMeasurement) -> Filter46 {
     let mut filter = Filter46::new(FilterConfig::default(), 0);
-    fly(&mut filter, 3 * SECOND_NS, 0, |now, _, sweep| {
+    fly(&mut filter, end_ns, 0, |now, _, sweep| {
         sweep.line_of_sight = Some(sight(now));
     });
     assert!(filter.is_running());
@@ -65,7 +65,7 @@ fn go_on(filter: &mut Filter46, end_ns: u64, mut contrary: impl FnMut(u64) -> Pa
 
 #[test]
 fn an_image_is_given_up_when_the_straight_wave_is_heard() {
-    let mut filter = started(off_the_wall);
+    let mut filter = started(3 * SECOND_NS, off_the_wall);
     assert!(error_m(&filter) > 40.0 && filter.pose().is_some());
     assert!(!filter.is_confirmed());
     go_on(&mut filter, 6 * SECOND_NS, path);
@@ -78,16 +78,16 @@ fn an_image_is_given_up_when_the_straight_wave_is_heard() {
 
 #[test]
 fn a_wave_off_a_wall_speaks_against_no_pose_that_is_right() {
-    let mut filter = started(path);
+    let mut filter = started(10 * SECOND_NS, path);
     // Four seconds behind a corner: every sweep shows the same image.
-    go_on(&mut filter, 7 * SECOND_NS, off_the_wall);
+    go_on(&mut filter, 14 * SECOND_NS, off_the_wall);
     assert!(error_m(&filter) < 1.0, "{} m off", error_m(&filter));
     assert_eq!((filter.counters().refixes, filter.counters().contrary), (0, 0));
 }
 
 #[test]
 fn early_paths_that_do_not_agree_set_no_pose() {
-    let mut filter = started(off_the_wall);
+    let mut filter = started(3 * SECOND_NS, off_the_wall);
     let before_m = error_m(&filter);
     go_on(&mut filter, 7 * SECOND_NS, |now| {
         let side = if (now / SWEEP_NS).is_multiple_of(2) {
