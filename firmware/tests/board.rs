@@ -133,7 +133,7 @@ fn fifo(status: u8, packet: Option<u32>) -> [Transaction<u8>; 3] {
             acceleration: [0, 0, 8192],
             rate: [0; 3],
             temperature: 0,
-            time_us: (1000 * number) as u16,
+            time_ticks: (1875 * number / 2) as u16,
         };
         received.extend(sample.to_packet());
     }
@@ -169,7 +169,8 @@ fn the_inertial_sensor_is_read_at_its_edges_and_started_anew_when_it_has_restart
     let mut imu = Inertial::new(Icm42688::new(bus.clone()), ready, NoopDelay::new());
     let mut samples = Samples::new();
     assert_eq!(block_on(imu.samples(&mut samples)), Ok(()));
-    assert_eq!(samples[0].time_ns, 6_000_000);
+    // What the edge at 6 ms announces is the mean of the millisecond that ended 1.072 ms before.
+    assert_eq!(samples[0].time_ns, 4_928_000);
     assert_eq!(samples[0].specific_force_m_per_s2.z, 9.80665);
     assert_eq!(block_on(imu.samples(&mut samples)), Err(ImuError::Restarted));
     assert!(samples.is_empty());

@@ -48,7 +48,9 @@ fn settings() -> Vec<Transaction<u8>> {
         set(0x4d, 0x51),
         set(0x4f, 0x06),
         set(0x50, 0x06),
+        set(0x51, 0x16),
         set(0x52, 0x00),
+        set(0x53, 0x0d),
         set(0x54, 0x21),
         set(0x5f, 0x37),
         set(0x60, 1),
@@ -75,7 +77,7 @@ fn packet(number: u32) -> [u8; PACKET_LEN] {
         acceleration: [8192, number as i32, -5],
         rate: [131_072, 0, -(number as i32)],
         temperature: 0,
-        time_us: (1000 * number) as u16,
+        time_ticks: (1875 * number / 2) as u16,
     }
     .to_packet()
 }
@@ -97,9 +99,17 @@ fn sensor(expected: &[Transaction<u8>]) -> (Icm42688<Mock<u8>>, Mock<u8>) {
     (Icm42688::new(bus.clone()), bus)
 }
 
-/// UAV clock at the end of sample `number`, ns.
-fn end_ns(number: u32) -> u64 {
+/// UAV clock at the edge of sample `number`, ns.
+fn edge_ns(number: u32) -> u64 {
     7_000_000_000 + 1_000_000 * u64::from(number)
+}
+
+/// Filters hold a sample up by 872 and 700 us, and it is the mean of the millisecond that ends with its stamp.
+const DELAY_NS: u64 = 1_072_000;
+
+/// What a sample is stamped with whose edge was this one's, ns.
+fn end_ns(number: u32) -> u64 {
+    edge_ns(number) - DELAY_NS
 }
 
 #[test]
@@ -202,9 +212,9 @@ fn a_bus_error_in_flight_gives_no_sample_and_costs_none_that_can_be_read_again()
         left: 1,
     });
     let mut samples = Samples::new();
-    assert_eq!(block_on(imu.read(end_ns(1), &mut samples)), Ok(false));
+    assert_eq!(block_on(imu.read(edge_ns(1), &mut samples)), Ok(false));
     assert_eq!(samples.len(), 1);
-    let error = block_on(imu.read(end_ns(2), &mut samples));
+    let error = block_on(imu.read(edge_ns(2), &mut samples));
     assert!(matches!(error, Err(ImuError::Bus(_))));
     assert!(samples.is_empty());
     assert_eq!(imu.counters().samples, 1);
@@ -214,14 +224,14 @@ fn a_bus_error_in_flight_gives_no_sample_and_costs_none_that_can_be_read_again()
 #[test]
 fn samples_come_in_units_and_by_the_uav_clock() {
     let mut expected = Vec::new();
-    // 100 ms: the stamp wraps at 65.536.
+    // 100 ms: the stamp wraps after 69.9.
     for number in 1..=100 {
         expected.extend(fifo(0x04, 1, 1, &[packet(number)]));
     }
     let (mut imu, mut bus) = sensor(&expected);
     let mut samples = Samples::new();
     for number in 1..=100u32 {
-        assert_eq!(block_on(imu.read(end_ns(number), &mut samples)), Ok(false));
+        assert_eq!(block_on(imu.read(edge_ns(number), &mut samples)), Ok(false));
         let [sample] = samples.as_slice() else {
             panic!("one sample an edge")
         };
@@ -251,7 +261,7 @@ fn what_has_piled_up_is_read_in_bursts_with_the_times_of_the_samples() {
     let mut samples = Samples::new();
     let mut times = Vec::new();
     for (edge, more) in [(0, false), (19, true), (19, true), (19, true), (20, false)] {
-        assert_eq!(block_on(imu.read(end_ns(edge), &mut samples)), Ok(more));
+        assert_eq!(block_on(imu.read(edge_ns(edge), &mut samples)), Ok(more));
         times.extend(samples.iter().map(|sample| sample.time_ns));
     }
     assert_eq!(times, (0..21).map(end_ns).collect::<Vec<_>>());
@@ -267,8 +277,8 @@ fn an_overflow_is_counted_and_so_is_every_sample_that_it_cost() {
     expected.extend(fifo(0x06, 102, 1, &[packet(52)]));
     let (mut imu, mut bus) = sensor(&expected);
     let mut samples = Samples::new();
-    assert_eq!(block_on(imu.read(end_ns(1), &mut samples)), Ok(false));
-    assert_eq!(block_on(imu.read(end_ns(153), &mut samples)), Ok(true));
+    assert_eq!(block_on(imu.read(edge_ns(1), &mut samples)), Ok(false));
+    assert_eq!(block_on(imu.read(edge_ns(153), &mut samples)), Ok(true));
     assert_eq!(samples[0].time_ns, end_ns(52));
     let expected = ImuCounters {
         samples: 2,
@@ -290,7 +300,7 @@ fn lost_and_repeated_packets_are_counted_to_the_sample() {
     let mut samples = Samples::new();
     let mut given = Vec::new();
     for edge in [1, 2, 3, 5, 305] {
-        assert_eq!(block_on(imu.read(end_ns(edge), &mut samples)), Ok(false));
+        assert_eq!(block_on(imu.read(edge_ns(edge), &mut samples)), Ok(false));
         given.extend(samples.iter().map(|sample| sample.time_ns));
     }
     assert_eq!(given, [1, 2, 5, 305].map(end_ns));
@@ -315,10 +325,10 @@ fn a_fifo_out_of_step_is_emptied_and_the_loss_counted() {
     expected.extend(fifo(0x04, 1, 1, &[packet(3)]));
     let (mut imu, mut bus) = sensor(&expected);
     let mut samples = Samples::new();
-    assert_eq!(block_on(imu.read(end_ns(1), &mut samples)), Ok(false));
-    assert_eq!(block_on(imu.read(end_ns(2), &mut samples)), Ok(false));
+    assert_eq!(block_on(imu.read(edge_ns(1), &mut samples)), Ok(false));
+    assert_eq!(block_on(imu.read(edge_ns(2), &mut samples)), Ok(false));
     assert!(samples.is_empty());
-    assert_eq!(block_on(imu.read(end_ns(3), &mut samples)), Ok(false));
+    assert_eq!(block_on(imu.read(edge_ns(3), &mut samples)), Ok(false));
     assert_eq!(samples[0].time_ns, end_ns(3));
     let expected = ImuCounters {
         samples: 2,
@@ -338,11 +348,11 @@ fn a_sensor_that_restarted_or_went_away_is_noticed_in_flight() {
     let (mut imu, mut bus) = sensor(&expected);
     let mut samples = Samples::new();
     assert_eq!(
-        block_on(imu.read(end_ns(1), &mut samples)),
+        block_on(imu.read(edge_ns(1), &mut samples)),
         Err(ImuError::Restarted)
     );
     assert_eq!(
-        block_on(imu.read(end_ns(2), &mut samples)),
+        block_on(imu.read(edge_ns(2), &mut samples)),
         Err(ImuError::Count { found: 0xffff })
     );
     bus.done();
@@ -359,7 +369,7 @@ fn samples_of_a_sensor_that_is_still_starting_are_not_given_on() {
     let (mut imu, mut bus) = sensor(&expected);
     let mut samples = Samples::new();
     for edge in 1..=2 {
-        assert_eq!(block_on(imu.read(end_ns(edge), &mut samples)), Ok(false));
+        assert_eq!(block_on(imu.read(edge_ns(edge), &mut samples)), Ok(false));
         assert!(samples.is_empty());
     }
     let expected = ImuCounters {

@@ -10,7 +10,7 @@ fn records() -> Vec<Record> {
         acceleration: [8192, -5, 77],
         rate: [131_072, -9, 1],
         temperature: -300,
-        time_us: 65_535,
+        time_ticks: 65_535,
     };
     let contents = [
         Content::Imu(raw),

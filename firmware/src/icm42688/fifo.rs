@@ -150,10 +150,10 @@ impl Fifo {
             };
             count_one(counter);
         }
-        let newest_us = raw.last().map_or(0, |sample| sample.time_us);
+        let newest = raw.last().map_or(0, |sample| sample.time_ticks);
         for sample in &raw {
-            let ahead_us = u32::from(newest_us.wrapping_sub(sample.time_us));
-            match self.timebase.place(sample.time_us, ahead_us, edge_ns) {
+            let ahead_ticks = newest.wrapping_sub(sample.time_ticks);
+            match self.timebase.place(sample.time_ticks, ahead_ticks, edge_ns) {
                 Stamped::At { time_ns, missing } => {
                     count_one(&mut self.counters.samples);
                     self.counters.lost = self.counters.lost.saturating_add(missing);

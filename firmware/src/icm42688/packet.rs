@@ -1,7 +1,8 @@
 //! What the FIFO delivers: integer codes in the 20-byte packets of the high-resolution mode.
 //!
 //! Packet 4 of the data sheet (section 6.1), big-endian: header, accelerometer x y z bits 19..4 (two bytes each), gyroscope
-//! likewise, temperature (two bytes), time stamp (two bytes, microseconds, wrapping), then three bytes with bits 3..0 of the
+//! likewise, temperature (two bytes), time stamp (two bytes, wrapping, ticks of 32/30 us by the
+//! chip's own clock: section 12.7), then three bytes with bits 3..0 of the
 //! accelerometer (high nibble) and the gyroscope (low nibble) of each axis. In this mode the full scales are fixed at
 //! 16 g and 2000 deg/s; of the 20 bits the accelerometer fills the upper 18 and the gyroscope the upper 19.
 
@@ -79,8 +80,8 @@ pub struct RawSample {
     pub rate: [i32; 3],
     /// Temperature code: 25 degrees Celsius + code / 132.48.
     pub temperature: i16,
-    /// The chip's own time stamp, us, wrapping at 2^16. It counts from the chip's power-up with the UAV clock.
-    pub time_us: u16,
+    /// The chip's own time stamp, ticks of 32/30 us by its own clock (sections 12.7 and 4.10: within 3.5 % of the UAV's), wrapping at 2^16.
+    pub time_ticks: u16,
 }
 
 impl RawSample {
@@ -123,7 +124,7 @@ impl RawSample {
         let low = |a: i32, g: i32| ((a & 15) << 4 | g & 15) as u8;
         let ([a0, a1], [a2, a3], [a4, a5]) = (high(ax), high(ay), high(az));
         let ([g0, g1], [g2, g3], [g4, g5]) = (high(gx), high(gy), high(gz));
-        let ([t0, t1], [s0, s1]) = (self.temperature.to_be_bytes(), self.time_us.to_be_bytes());
+        let ([t0, t1], [s0, s1]) = (self.temperature.to_be_bytes(), self.time_ticks.to_be_bytes());
         let [l0, l1, l2] = [low(ax, gx), low(ay, gy), low(az, gz)];
         [
             HEADER, a0, a1, a2, a3, a4, a5, g0, g1, g2, g3, g4, g5, t0, t1, s0, s1, l0, l1, l2,
@@ -176,7 +177,7 @@ impl RawSample {
             ],
             rate: [rate([g0, g1], l0), rate([g2, g3], l1), rate([g4, g5], l2)],
             temperature: i16::from_be_bytes([t0, t1]),
-            time_us: u16::from_be_bytes([s0, s1]),
+            time_ticks: u16::from_be_bytes([s0, s1]),
         };
         let invalid = sample.acceleration.contains(&(-ACCELERATION_CODE_MAX - 1))
             || sample.rate.contains(&(-RATE_CODE_MAX - 1));
@@ -198,7 +199,7 @@ mod tests {
             acceleration: [8192, 0, -8192],
             rate: [131_072, -131_072, 131],
             temperature: 0,
-            time_us: 0,
+            time_ticks: 0,
         };
         let force = sample.specific_force_m_per_s2();
         assert!((force.x - 9.80665).abs() < 1e-12 && (force.z + 9.80665).abs() < 1e-12);
@@ -213,7 +214,7 @@ mod tests {
             acceleration: [0x1_2345 & 0x1_ffff, -1, 3],
             rate: [0x2_468a, -2, 7],
             temperature: -300,
-            time_us: 0xbeef,
+            time_ticks: 0xbeef,
         };
         let packet = sample.to_packet();
         // 0x12345 << 2 = 0x48d14 (20 bits): high word 0x48d1, low nibble 4. 0x2468a << 1 = 0x48d14 as well.
@@ -233,7 +234,7 @@ mod tests {
                 acceleration: [code, -code, ACCELERATION_CODE_MAX],
                 rate: [2 * code, 2 * code + 1, -RATE_CODE_MAX],
                 temperature: code as i16,
-                time_us: code as u16,
+                time_ticks: code as u16,
             };
             assert_eq!(RawSample::from_packet(&sample.to_packet()), Ok(sample));
         }
@@ -245,7 +246,7 @@ mod tests {
             acceleration: [1, 2, 3],
             rate: [4, 5, 6],
             temperature: 7,
-            time_us: 8,
+            time_ticks: 8,
         };
         let with = |at: usize, byte: u8| {
             let mut packet = sample.to_packet();
@@ -270,7 +271,7 @@ mod tests {
                 acceleration: [-ACCELERATION_CODE_MAX; 3],
                 rate: [-RATE_CODE_MAX; 3],
                 temperature: 0,
-                time_us: 0,
+                time_ticks: 0,
             };
             assert_eq!(RawSample::from_packet(&sample.to_packet()), Ok(sample));
             match axis {

@@ -17,7 +17,9 @@ pub(super) const INTF_CONFIG1: u8 = 0x4d;
 pub(super) const PWR_MGMT0: u8 = 0x4e;
 pub(super) const GYRO_CONFIG0: u8 = 0x4f;
 pub(super) const ACCEL_CONFIG0: u8 = 0x50;
+pub(super) const GYRO_CONFIG1: u8 = 0x51;
 pub(super) const GYRO_ACCEL_CONFIG0: u8 = 0x52;
+pub(super) const ACCEL_CONFIG1: u8 = 0x53;
 pub(super) const TMST_CONFIG: u8 = 0x54;
 pub(super) const FIFO_CONFIG1: u8 = 0x5f;
 pub(super) const FIFO_CONFIG2: u8 = 0x60;
@@ -54,7 +56,7 @@ pub(super) const LOW_NOISE: u8 = 0x0f;
 pub(super) type Setting = (u8, u8, u8);
 
 /// What is written after a reset, while both sensors are off, in this order. Bank 0 last, so that it stays chosen.
-pub(super) const SETTINGS: [Setting; 20] = [
+pub(super) const SETTINGS: [Setting; 22] = [
     // Anti-alias filters at 258 Hz (table of section 5.2: 6, 36, 10), below half the data rate.
     (1, GYRO_CONFIG_STATIC3, 6),
     (1, GYRO_CONFIG_STATIC4, 36),
@@ -71,9 +73,12 @@ pub(super) const SETTINGS: [Setting; 20] = [
     // 2000 deg/s and 16 g, 1 kHz.
     (0, GYRO_CONFIG0, 0x06),
     (0, ACCEL_CONFIG0, 0x06),
-    // Filters behind the anti-alias filter at half the data rate: least delay.
+    // Filters behind the anti-alias filter: of second order (as after a reset), at half the data rate: least delay. `timebase` takes out
+    // the delay of both.
+    (0, GYRO_CONFIG1, 0x16),
     (0, GYRO_ACCEL_CONFIG0, 0x00),
-    // Absolute time stamps of 1 us.
+    (0, ACCEL_CONFIG1, 0x0d),
+    // Absolute time stamps in the finer of the two resolutions (TMST_RES = 0): "1 us", which without CLKIN is 32/30 us.
     (0, TMST_CONFIG, 0x21),
     // 20-bit packets of both sensors and temperature; the watermark interrupts with every sample beyond it.
     (0, FIFO_CONFIG1, 0x37),

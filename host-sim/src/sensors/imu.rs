@@ -13,6 +13,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::drift::BiasDrift;
+use super::imu_chip::stamp;
 use crate::seeded::{Seeded, Source};
 
 /// Errors of the IMU, in the units of data sheets. Every figure is zero or positive.
@@ -153,7 +154,7 @@ impl Triad {
 pub struct Imu {
     gyroscope: Triad,
     accelerometer: Triad,
-    interval_us: u32,
+    interval_s: f64,
     drift_every: u32,
     count: u32,
 }
@@ -199,7 +200,7 @@ impl Imu {
                 config.accel_bias_instability_ug * MICRO_G_M_PER_S2,
                 config.accel_bias_walk_ug_per_sqrt_s * MICRO_G_M_PER_S2,
             ),
-            interval_us: 1_000_000 / config.rate_hz,
+            interval_s: 1.0 / f64::from(config.rate_hz),
             drift_every,
             count: 0,
         }
@@ -216,7 +217,8 @@ impl Imu {
             acceleration: quantise(&force, ACCELERATION_PER_CODE_M_PER_S2, ACCELERATION_CODE_MAX),
             rate: quantise(&rate, RATE_PER_CODE_RAD_PER_S, RATE_CODE_MAX),
             temperature: 0,
-            time_us: self.count.wrapping_mul(self.interval_us) as u16,
+            // A chip whose clock is the UAV's: the errors of both clocks are in the times of the events.
+            time_ticks: stamp(f64::from(self.count) * self.interval_s),
         }
     }
 
@@ -299,11 +301,15 @@ mod tests {
     }
 
     #[test]
-    fn the_chip_counts_its_own_microseconds() {
+    fn the_chip_counts_ticks_of_its_own() {
         let mut imu = Imu::new(&ImuConfig::default(), 3);
         let stamps: Vec<u16> = (0..70)
-            .map(|_| imu.measure(&Vector3::zeros(), &Vector3::zeros()).time_us)
+            .map(|_| imu.measure(&Vector3::zeros(), &Vector3::zeros()).time_ticks)
             .collect();
-        assert_eq!((stamps[0], stamps[64], stamps[65]), (1000, 65_000, 464));
+        // 937.5 a millisecond, and 65 536 make a turn.
+        assert_eq!(
+            (stamps[0], stamps[1], stamps[68], stamps[69]),
+            (937, 1875, 64_687, 89)
+        );
     }
 }

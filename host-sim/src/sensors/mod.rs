@@ -12,6 +12,7 @@ mod drift;
 mod events;
 pub mod faults;
 mod imu;
+mod imu_chip;
 mod magnetometer;
 mod sensed_flight;
 mod static_run;
@@ -25,6 +26,7 @@ pub use drift::BiasDrift;
 pub use events::{Event, Events, Stamped};
 pub use faults::{ClockStep, FaultsConfig, Faulty};
 pub use imu::{DPS_RAD_PER_S, Imu, ImuConfig, MICRO_G_M_PER_S2};
+pub use imu_chip::{ChipSample, ImuChip, ImuChipConfig};
 pub use magnetometer::{
     FIELD_CODE_MAX, FIELD_PER_CODE_UT, Magnetometer, MagnetometerConfig, MagnetometerSample,
 };
