@@ -25,6 +25,49 @@ pub enum Cause {
     HardFault,
     /// A task made no progress; the supervisor ended the program.
     Hang,
+    /// The stack was too small: the fault is that of the first access below it.
+    StackOverflow,
+    /// The reference clock died, and the board could not be brought to run by another one.
+    Clock,
+}
+
+/// The stack, as a fault has left it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FaultStack {
+    /// Lowest address of the stack.
+    pub bottom: u32,
+    /// Stack pointer after the processor has pushed its frame, or has tried to.
+    pub pointer: u32,
+}
+
+/// Bits of CFSR: pushing the frame of an exception has failed, by the memory protection (MSTKERR, MLSPERR) or on the bus (STKERR,
+/// LSPERR).
+const PUSHING_FAILED: u32 = 1 << 4 | 1 << 5 | 1 << 12 | 1 << 13;
+/// Bits of CFSR: the address of the fault is known, by the memory protection (MMARVALID) or on the bus (BFARVALID).
+const ADDRESS_KNOWN: [u32; 2] = [1 << 7, 1 << 15];
+/// An access so far below the stack is one of a frame that did not fit, bytes.
+const BELOW: u32 = 64 * 1024;
+
+impl FaultStack {
+    /// Whether the frame that the processor pushes lies in the stack and was pushed.
+    #[must_use]
+    pub const fn holds_frame(&self, status: u32) -> bool {
+        self.pointer >= self.bottom && status & PUSHING_FAILED == 0
+    }
+
+    /// Why a fault came about: `status` is CFSR, `addresses` are MMFAR and BFAR.
+    #[must_use]
+    pub fn cause(&self, status: u32, addresses: [u32; 2]) -> Cause {
+        let below = |(address, known): (u32, u32)| {
+            status & known != 0 && (self.bottom.saturating_sub(BELOW)..self.bottom).contains(&address)
+        };
+        let overflowed = !self.holds_frame(status) || addresses.into_iter().zip(ADDRESS_KNOWN).any(below);
+        if overflowed {
+            Cause::StackOverflow
+        } else {
+            Cause::HardFault
+        }
+    }
 }
 
 /// What is left behind.
@@ -53,6 +96,8 @@ impl FaultRecord {
             Cause::Panic => 1,
             Cause::HardFault => 2,
             Cause::Hang => 3,
+            Cause::StackOverflow => 4,
+            Cause::Clock => 5,
         };
         let content = [
             MAGIC,
@@ -72,7 +117,7 @@ impl FaultRecord {
     pub fn reset_cause(&self) -> ResetCause {
         match self.cause {
             Cause::Panic => ResetCause::Panic,
-            Cause::HardFault => ResetCause::Fault,
+            Cause::HardFault | Cause::StackOverflow | Cause::Clock => ResetCause::Fault,
             Cause::Hang => ResetCause::Watchdog,
         }
     }
@@ -103,6 +148,8 @@ impl FaultRecord {
             1 => Cause::Panic,
             2 => Cause::HardFault,
             3 => Cause::Hang,
+            4 => Cause::StackOverflow,
+            5 => Cause::Clock,
             _ => return None,
         };
         (checksum(content) == *found).then_some(Self {
@@ -135,6 +182,9 @@ impl fmt::Display for FaultRecord {
                 self.status
             )?,
             Cause::Hang => f.write_str("a task without progress")?,
+            // Where, the processor could not say: there was no room to.
+            Cause::StackOverflow => write!(f, "the stack overflowed ({:#010x})", self.status)?,
+            Cause::Clock => f.write_str("the reference clock died and no other would do")?,
         }
         write!(
             f,
@@ -165,7 +215,13 @@ mod tests {
 
     #[test]
     fn it_survives_whatever_the_cause() {
-        for cause in [Cause::Panic, Cause::HardFault, Cause::Hang] {
+        for cause in [
+            Cause::Panic,
+            Cause::HardFault,
+            Cause::Hang,
+            Cause::StackOverflow,
+            Cause::Clock,
+        ] {
             let record = FaultRecord { cause, ..RECORD };
             assert_eq!(FaultRecord::from_words(&record.to_words()), Some(record));
         }
@@ -173,6 +229,37 @@ mod tests {
             RECORD.to_string(),
             "a fault (0x00008200) at 0x08001234, called from 0x08004321 in stage 5 after 61.007 s"
         );
+    }
+
+    #[test]
+    fn a_stack_that_was_too_small_is_told_from_other_faults() {
+        let at = |pointer| FaultStack {
+            bottom: 0x2000_0000,
+            pointer,
+        };
+        let deep = at(0x2000_4000);
+        // An undefined instruction; a division; an access to address 0, and far below the stack.
+        assert_eq!(deep.cause(1 << 16, [0; 2]), Cause::HardFault);
+        assert_eq!(deep.cause(1 << 25, [0x1fff_fff0; 2]), Cause::HardFault);
+        assert_eq!(deep.cause(1 << 1 | 1 << 7, [0, 0]), Cause::HardFault);
+        assert_eq!(deep.cause(1 << 1 | 1 << 7, [0x1ff0_0000, 0]), Cause::HardFault);
+        // The first access of a function whose frame does not fit, seen by the memory protection or on the bus.
+        assert_eq!(
+            deep.cause(1 << 1 | 1 << 7, [0x1fff_fff0, 0]),
+            Cause::StackOverflow
+        );
+        assert_eq!(
+            deep.cause(1 << 9 | 1 << 15, [0, 0x1fff_fff0]),
+            Cause::StackOverflow
+        );
+        // There was no room for the frame of the exception itself.
+        for status in [1 << 4, 1 << 12] {
+            assert!(!deep.holds_frame(status));
+            assert_eq!(deep.cause(status, [0; 2]), Cause::StackOverflow);
+        }
+        let below = at(0x1fff_ffe0);
+        assert!(!below.holds_frame(0));
+        assert_eq!(below.cause(1 << 16, [0; 2]), Cause::StackOverflow);
     }
 
     #[test]

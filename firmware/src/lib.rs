@@ -10,6 +10,7 @@
 
 pub mod app;
 pub mod board;
+pub mod clock;
 pub mod fault;
 pub mod flight_check;
 pub mod front_end;
@@ -17,6 +18,8 @@ pub mod front_end_check;
 pub mod icm42688;
 pub mod lscn_check;
 pub mod measurement;
+pub mod mmc5983;
+pub mod mpu;
 mod random;
 pub mod receiver;
 pub mod ring;

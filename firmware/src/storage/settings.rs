@@ -7,8 +7,8 @@ use nalgebra::Vector3;
 
 use super::error::RecordError;
 
-/// How the inertial sensor sits in the UAV: each axis of the body (forward, left, up) is an axis of the sensor, or its
-/// opposite.
+/// How the inertial sensor sits in the UAV, and the magnetometer beside it: each axis of the body (forward, left, up) is an axis of
+/// the sensor, or its opposite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Mount([i8; 3]);
@@ -26,7 +26,7 @@ impl Mount {
     #[must_use]
     pub fn new(axes: [i8; 3]) -> Option<Self> {
         let mount = Self(axes);
-        let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| mount.turn(&axis));
+        let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| mount.vector_to_body(&axis));
         let every = axes.iter().all(|axis| (1..=3).contains(&axis.unsigned_abs()));
         // The volume of the turned axes is +1 for a rotation, -1 for a reflection, 0 when an axis is missing.
         (every && x.cross(&y).dot(&z) == 1.0).then_some(mount)
@@ -38,7 +38,9 @@ impl Mount {
         self.0
     }
 
-    fn turn(self, v: &Vector3<f32>) -> Vector3<f32> {
+    /// A vector in sensor axes, in body axes.
+    #[must_use]
+    pub fn vector_to_body(self, v: &Vector3<f32>) -> Vector3<f32> {
         Vector3::from(self.0.map(|axis| {
             let size = match axis.unsigned_abs() {
                 1 => v.x,
@@ -54,8 +56,8 @@ impl Mount {
     pub fn to_body(self, sample: &ImuSample) -> ImuSample {
         ImuSample {
             time_ns: sample.time_ns,
-            rate_rad_per_s: self.turn(&sample.rate_rad_per_s),
-            specific_force_m_per_s2: self.turn(&sample.specific_force_m_per_s2),
+            rate_rad_per_s: self.vector_to_body(&sample.rate_rad_per_s),
+            specific_force_m_per_s2: self.vector_to_body(&sample.specific_force_m_per_s2),
         }
     }
 }
@@ -187,7 +189,7 @@ mod tests {
         assert_eq!(Mount::new([1, 2, -3]), None, "a reflection");
         // Upside down, nose ahead: left and up turn round.
         let mount = Mount::new([1, -2, -3]).expect("half a turn about x");
-        let turned = mount.turn(&Vector3::new(1.0, 2.0, 3.0));
+        let turned = mount.vector_to_body(&Vector3::new(1.0, 2.0, 3.0));
         assert_eq!(turned, Vector3::new(1.0, -2.0, -3.0));
     }
 
