@@ -31,7 +31,9 @@ use cslam_core::telemetry::{ConfigReport, Decoder, ResetCause, Uplink};
 
 use reports::Schedule;
 
-use crate::front_end::{Block, Checksum, Content, FrameError, FrontEnd, HEADER_LENGTH, SoftwareCrc};
+use crate::front_end::{
+    Block, Checksum, Content, Exchange, FrameError, FrontEnd, HEADER_LENGTH, SoftwareCrc,
+};
 
 pub use board::{Best, BoardEstimatorConfig, Map, VOXELS};
 pub use counters::Counters;
@@ -44,6 +46,10 @@ pub use uplink::Request;
 
 /// Version of the firmware.
 pub const FIRMWARE: [u8; 3] = [0, 1, 0];
+
+/// Reason of [`Event::ConfigRefused`](cslam_core::telemetry::Event::ConfigRefused): there is no reference clock, or no longer. The board
+/// runs degraded by a clock of its own, without the front end and two-way timing.
+pub const NO_REFERENCE: u8 = 1;
 
 /// What the application is set to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,6 +141,8 @@ pub struct Application<'m, E, const VOXELS: usize, const STATES: usize, C = Soft
     request: Option<Request>,
     open: Option<Open>,
     last_sweep: Option<u32>,
+    /// Number of the front end's exchange that was used last, 0 for none.
+    last_exchange: u32,
     now_ns: u64,
     /// Number of the next record of the sensor stream.
     next_record: u32,
@@ -162,6 +170,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             cslam,
             open: None,
             last_sweep: None,
+            last_exchange: 0,
             now_ns: 0,
             next_record: 0,
             counters: Counters::default(),
@@ -202,7 +211,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         observer.stage(Stage::Magnetic, || self.cslam.magnetometer(time_ns, field_ut));
     }
 
-    /// A two-way timing exchange: UAV clock less GMT clock, s.
+    /// A two-way timing exchange: UAV clock less GMT clock, s. One that the front end has measured comes with its [frame](Self::frame).
     pub fn timing(&mut self, time_ns: u64, clock_offset_s: f64, observer: &mut impl Observer) {
         self.elapse(time_ns, observer);
         counters::count(&mut self.counters.timing);
@@ -226,6 +235,12 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         let symbol = match frame.content {
             Content::Begin { .. } => {
                 let _new = self.enter(sweep, sweep_ns, observer);
+                // It comes again with every sweep until there is a newer one.
+                let exchange = Exchange::of(header).filter(|it| it.number != self.last_exchange);
+                if let Some(exchange) = exchange {
+                    self.last_exchange = exchange.number;
+                    self.timing(sweep_ns, exchange.clock_offset_s(), observer);
+                }
                 return Ok(());
             }
             Content::Beam(block) => Symbol::Beam(block),

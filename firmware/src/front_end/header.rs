@@ -19,7 +19,7 @@
 //! | 40 | u16 | status, see [`Status`] |
 //! | 42 | | 2 bytes 0 |
 //! | 44 | u32 | time of this block's first sample since that of the sweep, ns |
-//! | 48 | | 12 bytes 0 |
+//! | 48 | | of a begin: a two-way exchange, see [`Exchange`](super::Exchange); 12 bytes 0 without one |
 //! | 60 | u32 | checksum of bytes 0..60 |
 
 use super::checksum::SoftwareCrc;
@@ -144,10 +144,7 @@ impl Header {
         writer.put([0; 2]);
         writer.put(self.offset_ns.to_le_bytes());
         let mut bytes = writer.bytes;
-        let checksum = checksum_of(&bytes).to_le_bytes();
-        if let Some(last) = bytes.last_chunk_mut() {
-            *last = checksum;
-        }
+        seal(&mut bytes);
         bytes
     }
 
@@ -216,6 +213,14 @@ impl Header {
         let [_, _] = reader.take();
         header.offset_ns = u32::from_le_bytes(reader.take());
         Ok(header)
+    }
+}
+
+/// Writes the checksum.
+pub(super) fn seal(bytes: &mut [u8; HEADER_LENGTH]) {
+    let checksum = checksum_of(bytes).to_le_bytes();
+    if let Some(last) = bytes.last_chunk_mut() {
+        *last = checksum;
     }
 }
 
