@@ -6,6 +6,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use cslam_core::telemetry::{self, Deframer, MAX_FRAME, Message as Wire, Opener, Packet, TelemetryError};
+use cslam_firmware::app::NO_REFERENCE;
 
 use super::inputs::Source;
 use super::keys::Trust;
@@ -208,6 +209,10 @@ fn event(report: &telemetry::EventReport) -> Event {
             (reset_severity(record.cause), text)
         }
         Happened::ConfigAccepted(crc) => (Severity::Info, format!("configuration {crc:08x} taken")),
+        Happened::ConfigRefused(NO_REFERENCE) => (
+            Severity::Error,
+            "no reference clock: degraded, without the front end".into(),
+        ),
         Happened::ConfigRefused(reason) => (
             Severity::Warning,
             format!("configuration refused, reason {reason}"),

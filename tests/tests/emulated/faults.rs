@@ -13,7 +13,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 const DEADLINE_MS: u32 = 50;
 
 #[test]
-fn a_panic_a_fault_and_a_task_that_hangs_are_recorded_and_told_after_the_reset() {
+fn a_panic_a_fault_a_hang_and_a_stack_too_small_are_recorded_and_told_after_the_reset() {
     let image = build("faults-an500");
     for (mode, stage, cause, said) in [
         ("panic", 1, ResetCause::Panic, "a panic in stage 1"),
@@ -24,6 +24,7 @@ fn a_panic_a_fault_and_a_task_that_hangs_are_recorded_and_told_after_the_reset()
             ResetCause::Watchdog,
             "task `tested` has made no progress",
         ),
+        ("overflow", 4, ResetCause::Fault, "the stack overflowed"),
     ] {
         let run = Board::start_image(&image, PATIENCE, &[mode], |_| ()).wait();
         let log = &run.log;

@@ -1,31 +1,39 @@
 //! What happens when something that cannot happen does, on the emulated board: a record is left behind, the board resets, and the next
 //! start tells the ground.
 //!
-//! Argument: `panic`, `fault` or `hang`. The first start ends that way. The second finds the record, sends it on UART1 as the
+//! Argument: `panic`, `fault`, `hang` or `overflow`. The first start ends that way. The second finds the record, sends it on UART1 as the
 //! receiver would, signed, and ends the run. Exit codes: 0 told; 1 the record is not that of the argument; 2 wrong argument.
 #![no_std]
 #![no_main]
 
+#[path = "../armv7m/hard_fault.rs"]
+mod hard_fault;
+#[path = "../armv7m/protect.rs"]
+mod protect;
 #[path = "../an500/uart.rs"]
 mod uart;
 #[path = "../semihosting/words.rs"]
 mod words;
 
+use core::hint::black_box;
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m::peripheral::SCB;
 use cortex_m::peripheral::syst::SystClkSource;
-use cortex_m_rt::{ExceptionFrame, entry, exception};
+use cortex_m_rt::{entry, exception};
 use cslam_core::telemetry::{Event, EventReport, Key, MAX_FRAME, Message, Sender};
 use cslam_firmware::fault::{Cause, FaultRecord, WORDS};
+use cslam_firmware::mpu::{Kind, Region};
 use cslam_firmware::sensor_stream::UAV;
 use cslam_firmware::supervisor::{Progress, Supervisor, Watched};
 use defmt_semihosting as _;
 use embedded_io::Write as _;
 use semihosting::process::exit;
 
+use hard_fault::Fault;
+use protect::protect;
 use words::words;
 
 /// Not cleared at the start.
@@ -43,6 +51,15 @@ static TESTED: Progress = Progress::new();
 /// Clock of the processor, and how often the timer interrupts, Hz.
 const CLOCK_HZ: u32 = 25_000_000;
 const TICK_HZ: u32 = 1000;
+/// What the program touches. Of the 512 KiB below the stack it uses the lower half; the rest is left out, so that there is nothing
+/// below the stack, as on the flight board.
+const REGIONS: [Region; 4] = [
+    Region::new(0x0000_0000, 21, Kind::Code),
+    Region::new(0x2000_0000, 18, Kind::Data),
+    Region::new(0x2008_0000, 17, Kind::Data),
+    Region::new(0x4000_0000, 29, Kind::Device),
+];
+
 /// A task that stands still for so long hangs.
 const DEADLINE_NS: u64 = 50_000_000;
 
@@ -53,6 +70,7 @@ fn main() -> ! {
         b"panic" => (1, Cause::Panic),
         b"fault" => (2, Cause::HardFault),
         b"hang" => (3, Cause::Hang),
+        b"overflow" => (4, Cause::StackOverflow),
         _ => usage(),
     };
     if let Some(record) = take() {
@@ -61,9 +79,11 @@ fn main() -> ! {
         exit(i32::from(!right))
     }
     STAGE.store(u32::from(stage), Ordering::Relaxed);
-    let Some(core) = cortex_m::Peripherals::take() else {
+    let Some(mut core) = cortex_m::Peripherals::take() else {
         usage()
     };
+    // SAFETY: flash, the lower half of the static memory, where all of it lies, the stack, and the peripherals.
+    unsafe { protect(&mut core.MPU, &REGIONS) };
     let mut timer = core.SYST;
     timer.set_clock_source(SystClkSource::Core);
     timer.set_reload(CLOCK_HZ / TICK_HZ - 1);
@@ -80,11 +100,24 @@ fn main() -> ! {
         Cause::Hang => loop {
             cortex_m::asm::nop();
         },
+        Cause::StackOverflow => exit(deeper(0) as i32),
+        // Not among the arguments.
+        Cause::Clock => usage(),
     }
 }
 
+/// Calls itself until the stack is used up.
+#[inline(never)]
+fn deeper(depth: u32) -> u32 {
+    let frame = black_box([depth; 64]);
+    if black_box(depth) == u32::MAX {
+        return 0;
+    }
+    deeper(depth + 1).wrapping_add(black_box(&frame).iter().sum())
+}
+
 fn usage() -> ! {
-    defmt::error!("one argument is expected: panic, fault or hang");
+    defmt::error!("one argument is expected: panic, fault, hang or overflow");
     exit(2)
 }
 
@@ -167,16 +200,11 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     end(&record(Cause::Panic))
 }
 
-// SAFETY: may be entered with the memory in any state; reads the frame that the hardware has pushed and a register of the processor,
-// writes the record and resets.
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    // SAFETY: a register that reading does not change.
-    let status = unsafe { (*SCB::PTR).cfsr.read() };
+fn faulted(fault: &Fault) -> ! {
     end(&FaultRecord {
-        program_counter: frame.pc(),
-        link_register: frame.lr(),
-        status,
-        ..record(Cause::HardFault)
+        program_counter: fault.program_counter,
+        link_register: fault.link_register,
+        status: fault.status,
+        ..record(fault.cause)
     })
 }

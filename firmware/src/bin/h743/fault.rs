@@ -5,11 +5,12 @@ use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU8, Ordering};
 
 use cortex_m::peripheral::SCB;
-use cortex_m_rt::{ExceptionFrame, exception};
 use cslam_core::telemetry::ResetCause;
 use cslam_firmware::fault::{Cause, FaultRecord, WORDS};
 use cslam_firmware::supervisor::Hung;
 use embassy_stm32::pac;
+
+use crate::hard_fault::Fault;
 
 /// Stage that the receiver is at, for the record.
 pub(crate) static STAGE: AtomicU8 = AtomicU8::new(0);
@@ -72,18 +73,19 @@ fn defmt_panic() -> ! {
     end(&record(Cause::Panic))
 }
 
-// SAFETY: may be entered with the memory in any state; reads the frame that the hardware has pushed and a register of the processor,
-// writes the record and resets.
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    // SAFETY: a register that reading does not change.
-    let status = unsafe { (*SCB::PTR).cfsr.read() };
+/// Ends the program because of a fault.
+pub(crate) fn faulted(fault: &Fault) -> ! {
     end(&FaultRecord {
-        program_counter: frame.pc(),
-        link_register: frame.lr(),
-        status,
-        ..record(Cause::HardFault)
+        program_counter: fault.program_counter,
+        link_register: fault.link_register,
+        status: fault.status,
+        ..record(fault.cause)
     })
+}
+
+/// Ends the program because it has no clock that can be trusted.
+pub(crate) fn clock_lost() -> ! {
+    end(&record(Cause::Clock))
 }
 
 /// Why the chip began anew, by its own flags, which are cleared.

@@ -5,7 +5,7 @@
 //! | level | tasks |
 //! |---|---|
 //! | interrupt executor on UART8, priority 4 | [`inertial::read`]: FIFO of the sensor at each edge, 1 kHz |
-//! | interrupt executor on UART7, priority 8 | [`baseband::capture`], [`radio::send`], [`radio::receive`], [`supervise::supervise`]: each some microseconds |
+//! | interrupt executor on UART7, priority 8 | [`baseband::capture`], [`radio::send`], [`radio::receive`], [`magnetic::read`], [`supervise::supervise`]: each some microseconds |
 //! | thread | [`receiver::receive`]: the application, milliseconds at a time |
 //!
 //! Above them the clock (TIM2, priority 1) and what the drivers do in their own interrupts. Nothing waits for the level
@@ -20,8 +20,13 @@ mod checksum;
 mod clocks;
 mod fault;
 mod flash;
+#[path = "../armv7m/hard_fault.rs"]
+mod hard_fault;
 mod inertial;
+mod magnetic;
 mod memory;
+#[path = "../armv7m/protect.rs"]
+mod protect;
 mod radio;
 mod receiver;
 mod stack;
@@ -31,14 +36,17 @@ mod uav_clock;
 use cortex_m_rt::entry;
 use cslam_core::telemetry::Key;
 use cslam_firmware::board::{Inertial, Storage};
+use cslam_firmware::clock::Plan;
 use cslam_firmware::fault::FaultRecord;
 use cslam_firmware::front_end::Control;
 use cslam_firmware::icm42688::Icm42688;
+use cslam_firmware::mmc5983::Mmc5983;
 use cslam_firmware::storage::{Settings, Store};
 use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor};
 use embassy_stm32::dcmi::{self, Dcmi};
 use embassy_stm32::gpio::{Level, Output, Speed};
+use embassy_stm32::i2c::{self, I2c};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::spi::{self, Spi};
 use embassy_stm32::time::Hertz;
@@ -52,6 +60,7 @@ use embassy_time::Delay;
 use baseband::Link;
 use bus::OnlyDevice;
 use checksum::CrcUnit;
+use fault::faulted;
 use flash::SettingsFlash;
 use memory::{FrameBuffer, in_sram3};
 use receiver::Board;
@@ -65,6 +74,10 @@ bind_interrupts!(struct Irqs {
     DMA1_STREAM5 => dma::InterruptHandler<peripherals::DMA1_CH5>;
     DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;
     DCMI => dcmi::InterruptHandler<peripherals::DCMI>;
+    DMA2_STREAM6 => dma::InterruptHandler<peripherals::DMA2_CH6>;
+    DMA2_STREAM7 => dma::InterruptHandler<peripherals::DMA2_CH7>;
+    I2C1_EV => i2c::EventInterruptHandler<peripherals::I2C1>;
+    I2C1_ER => i2c::ErrorInterruptHandler<peripherals::I2C1>;
     USART2 => usart::InterruptHandler<peripherals::USART2>;
 });
 
@@ -90,14 +103,17 @@ const ROOM: u32 = 64;
 
 #[entry]
 fn main() -> ! {
+    clocks::start_watchdog();
     let left_behind = fault::take();
     let Some(mut core) = cortex_m::Peripherals::take() else {
         panic!("`main` runs once")
     };
     memory::set_up(&mut core.MPU, &mut core.SCB, &mut core.CPUID);
-    let chip = embassy_stm32::init(clocks::config());
+    let plan = clocks::plan();
+    let chip = embassy_stm32::init(clocks::config(plan));
+    clocks::watch_reference(plan);
     let cause = fault::reset_cause(left_behind.as_ref());
-    greet(left_behind.as_ref());
+    greet(left_behind.as_ref(), plan);
 
     let mut red = Output::new(chip.PB14, Level::Low, Speed::Low);
     let mut store = match Store::open(SettingsFlash::new(chip.FLASH)) {
@@ -113,7 +129,7 @@ fn main() -> ! {
         ),
     };
 
-    let (clock, edge, sync) = uav_clock::start(chip.TIM2, chip.PA0, chip.PB10);
+    let (clock, edge, sync) = uav_clock::start(plan.timer_hz(), chip.TIM2, chip.PA0, chip.PB10);
     let mut speed = spi::Config::default();
     speed.frequency = Hertz(15_000_000);
     speed.gpio_speed = Speed::High;
@@ -145,6 +161,19 @@ fn main() -> ! {
     };
     let sensor = in_sram3!(inertial::Sensor = Inertial::new(Icm42688::new(imu_bus), edge, Delay));
     let control = in_sram3!(Control<OnlyDevice> = Control::new(control_bus));
+
+    let mut bus = i2c::Config::default();
+    bus.frequency = Hertz(400_000);
+    let bus = I2c::new(
+        chip.I2C1,
+        chip.PB8,
+        chip.PB9,
+        chip.DMA2_CH6,
+        chip.DMA2_CH7,
+        Irqs,
+        bus,
+    );
+    let magnetometer = in_sram3!(magnetic::Sensor = Mmc5983::new(bus));
 
     let mut camera = dcmi::Config::default();
     camera.vsync_level = dcmi::VSyncDataInvalidLevel::Low;
@@ -219,6 +248,7 @@ fn main() -> ! {
     let between = BETWEEN.start(interrupt::UART7);
     above.spawn(inertial::read(sensor, mount).unwrap());
     between.spawn(baseband::capture(camera, ready, filling, core.SCB).unwrap());
+    between.spawn(magnetic::read(magnetometer, mount, clock).unwrap());
     between.spawn(radio::send(transmitter).unwrap());
     between.spawn(radio::receive(receiver).unwrap());
     between.spawn(supervise::supervise(watchdog, clock).unwrap());
@@ -226,10 +256,22 @@ fn main() -> ! {
     executor.run(|spawner| spawner.spawn(receiver::receive(application, board).unwrap()))
 }
 
-/// Says what this is and what the program before it left behind.
-fn greet(left_behind: Option<&FaultRecord>) {
+/// Says what this is, what it runs by, and what the program before it left behind.
+fn greet(left_behind: Option<&FaultRecord>, plan: Plan) {
     let [major, minor, patch] = cslam_firmware::app::FIRMWARE;
-    defmt::info!("cslam {=u8}.{=u8}.{=u8} on STM32H743", major, minor, patch);
+    defmt::info!(
+        "cslam {=u8}.{=u8}.{=u8} on STM32H743 revision {}, {=u32} MHz",
+        major,
+        minor,
+        patch,
+        defmt::Display2Format(&plan.revision),
+        plan.core_hz() / 1_000_000
+    );
+    if plan.is_degraded() {
+        defmt::error!(
+            "clock: no reference at OSC_IN for 3 s: check REF; running degraded by HSI, without the front end"
+        );
+    }
     if let Some(record) = left_behind {
         defmt::error!("the program before ended: {}", defmt::Display2Format(record));
     }
@@ -267,6 +309,7 @@ fn prepare(store: &mut Store<SettingsFlash>) -> Result<(Settings, Key), Unfit> {
 /// Blinks red and says why, for ever: a board that cannot fly must not look as if it did.
 fn refuse(red: &mut Output<'static>, why: impl defmt::Format) -> ! {
     loop {
+        clocks::feed_watchdog();
         defmt::error!("{}", why);
         red.toggle();
         embassy_time::block_for(embassy_time::Duration::from_millis(500));

@@ -7,7 +7,9 @@
 //! | DTCM | stack; at its top the fault record | needs none |
 //! | AXI SRAM | all static data: the receiver | write-back |
 //! | SRAM1 + SRAM2 | three buffers of frames, written by DMA | write-back, thrown away around each DMA |
-//! | SRAM3 | buffers of the small DMAs: both SPIs, UART | none (MPU) |
+//! | SRAM3 | buffers of the small DMAs: both SPIs, I2C, UART | none (MPU) |
+//!
+//! What is not in this table may not be touched: the MPU has no background region.
 //!
 //! Code runs from flash: the kernels' loops fit the instruction cache, and what interrupts them is short. ITCM stays free.
 
@@ -16,7 +18,10 @@ use core::slice;
 
 use cortex_m::peripheral::{CPUID, MPU, SCB};
 use cslam_firmware::front_end::{Block, FRAME_LENGTH, HEADER_LENGTH};
+use cslam_firmware::mpu::{Kind, Region};
 use embassy_stm32::pac;
+
+use crate::protect::protect;
 
 /// Buffers of frames: one that the DMA fills, one that is worked on, one between them.
 pub(crate) const FRAMES: usize = 3;
@@ -50,33 +55,31 @@ impl FrameBuffer {
     }
 }
 
+/// All that the program touches, but for the processor's own registers. There is nothing below the DTCM, at address 0 or anywhere
+/// else: a stack that is too deep, or a wild pointer, is a fault at its first access.
+const REGIONS: [Region; 7] = [
+    Region::new(0x0800_0000, 21, Kind::Code),
+    // Two sectors of it are written.
+    Region::new(crate::flash::BASE, 18, Kind::Uncached),
+    Region::new(0x2000_0000, 17, Kind::Data),
+    Region::new(0x2400_0000, 19, Kind::Data),
+    Region::new(0x3000_0000, 18, Kind::Data),
+    Region::new(0x3004_0000, 15, Kind::Uncached),
+    // All peripherals, the chip's debug unit with its revision among them.
+    Region::new(0x4000_0000, 29, Kind::Device),
+];
+
 /// Turns the memories on, sets up MPU and caches. Call it once, before anything uses SRAM1 to SRAM3.
 pub(crate) fn set_up(mpu: &mut MPU, scb: &mut SCB, cpuid: &mut CPUID) {
-    /// Normal memory, not cached, shared, no code, any access.
-    const UNCACHED: u32 = 1 << 28 | 3 << 24 | 1 << 19 | 1 << 18;
-    /// SRAM3, and the two sectors of the settings: address and logarithm of the size.
-    const REGIONS: [(u32, u32); 2] = [(0x3004_0000, 15), (crate::flash::BASE, 18)];
     // The memories of that bus have clocks of their own, which are off after a reset.
     pac::RCC.ahb2enr().modify(|w| {
         w.set_sram1en(true);
         w.set_sram2en(true);
         w.set_sram3en(true);
     });
-    cortex_m::asm::dmb();
-    // SAFETY: the MPU is off while its regions are written. They take nothing away: all memory stays as it is by default but that both
-    // regions are not cached, and nothing has been cached of them yet.
-    unsafe {
-        mpu.ctrl.write(0);
-        for (number, (address, size)) in (0u32..).zip(REGIONS) {
-            mpu.rnr.write(number);
-            mpu.rbar.write(address);
-            mpu.rasr.write(UNCACHED | (size - 1) << 1 | 1);
-        }
-        // On, with the default map behind the regions.
-        mpu.ctrl.write(1 << 2 | 1);
-    }
-    cortex_m::asm::dsb();
-    cortex_m::asm::isb();
+    // SAFETY: the regions are all that memory.x gives to the program, and the peripherals; code and constants in flash are only read, and
+    // written are the settings' sectors alone. The caches are off still.
+    unsafe { protect(mpu, &REGIONS) };
     scb.enable_icache();
     scb.enable_dcache(cpuid);
 }

@@ -10,7 +10,8 @@ use cslam_core::lscn::{Classifier, models};
 use cslam_core::ltd::EstimatorConfig;
 use cslam_core::telemetry::{Decoder, Event, FaultRecord, Key, Opener, ResetCause};
 use cslam_firmware::app::{
-    AppConfig, Application, Best, BoardStatus, Downlink, Ground, Map, Observer, Request, Stage, VOXELS,
+    AppConfig, Application, Best, BoardStatus, Downlink, Ground, Map, NO_REFERENCE, Observer, Request, Stage,
+    VOXELS,
 };
 use cslam_firmware::board::{Baseband, Clock, Storage};
 use cslam_firmware::front_end::{FrontEnd, Header};
@@ -22,7 +23,7 @@ use crate::baseband::{Link, LinkError};
 use crate::checksum::CrcUnit;
 use crate::flash::SettingsFlash;
 use crate::uav_clock::UavClock;
-use crate::{fault, inertial, radio, stack, supervise};
+use crate::{clocks, fault, inertial, magnetic, radio, stack, supervise};
 
 /// The application of this board.
 pub(crate) type Receiver = Application<'static, Best, VOXELS, { states(2) }, CrcUnit>;
@@ -157,11 +158,25 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
     let mut status_due = Instant::now();
     let mut kept_until = Instant::now() + KEPT;
     let mut busy_ns = 0;
+    let mut degraded = false;
     if let Some(record) = left_behind {
         app.announce(Event::Reset(record));
     }
     loop {
         supervise::RECEIVER.mark();
+        if clocks::are_degraded() {
+            // Time is not the front end's any more: what still comes is of a session that has ended, and no new one is opened.
+            if !degraded {
+                degraded = true;
+                settings.session = settings.next_session();
+                app.front_end().reopen(settings.session);
+                app.announce(Event::ConfigRefused(NO_REFERENCE));
+                defmt::error!("clock: no reference: degraded, without the front end");
+                red.set_high();
+            }
+            front_end_due = None;
+            last_frame = Instant::now();
+        }
         if let Some(due) = front_end_due
             && Instant::now() >= due
         {
@@ -234,13 +249,19 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
     }
 }
 
-/// Inertial samples up to a time.
+/// Samples of the inertial sensor and the magnetometer up to a time.
 fn inertial_samples(app: &mut Receiver, until_ns: u64, watch: &mut Watch) {
     while let Ok(sample) = inertial::SAMPLES.try_peek() {
         if sample.time_ns > until_ns {
             return;
         }
         let _the_one_just_seen = inertial::SAMPLES.try_receive();
+        while let Ok((time_ns, field_ut)) = magnetic::SAMPLES.try_peek()
+            && time_ns <= sample.time_ns
+        {
+            let _the_one_just_seen = magnetic::SAMPLES.try_receive();
+            app.magnetometer(time_ns, &field_ut, watch);
+        }
         app.imu(&sample, watch);
     }
 }

@@ -1,5 +1,8 @@
 //! The UAV clock: TIM2, 32 bits at 10 MHz from the front end's reference, carried on to 64 bits. It stamps the inertial
 //! sensor's edges in hardware (channel 1) and gives the edge at which the front end loads the same time (channel 3).
+//!
+//! It puts things in order, to 100 ns. What has to be known better, two-way timing above all, the front end measures by its samples
+//! (docs/front-end.md section 6).
 
 use core::future::poll_fn;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -15,8 +18,8 @@ use embassy_sync::waitqueue::AtomicWaker;
 
 /// Nanoseconds of a tick.
 const TICK_NS: u64 = 100;
-/// Timer clock 240 MHz to 10 MHz.
-const PRESCALER: u16 = 24 - 1;
+/// Ticks a second.
+const TICKS_HZ: u32 = 10_000_000;
 /// Alternate function of TIM2 on both pins.
 const FUNCTION: u8 = 1;
 
@@ -38,8 +41,9 @@ pub(crate) struct ImuEdge(());
 /// The line that sets the front end's clock.
 pub(crate) struct Sync(());
 
-/// Starts the clock at 0.
+/// Starts the clock at 0, by a timer clock of `timer_hz`, a multiple of 10 MHz.
 pub(crate) fn start(
+    timer_hz: u32,
     _timer: Peri<'static, TIM2>,
     edge: Peri<'static, PA0>,
     sync: Peri<'static, PB10>,
@@ -53,7 +57,7 @@ pub(crate) fn start(
     core::mem::forget((edge, sync));
 
     let timer = pac::TIM2;
-    timer.psc().write_value(PRESCALER);
+    timer.psc().write_value((timer_hz / TICKS_HZ - 1) as u16);
     timer.arr().write_value(u32::MAX);
     // Loads the prescaler; the flag that goes with it is no turn.
     timer.egr().write(|w| w.set_ug(true));
