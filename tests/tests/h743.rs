@@ -9,8 +9,9 @@ use cslam_tests::cost::{counts, rises};
 use cslam_tests::elf::{Section, code, frame, sections};
 use cslam_tests::root;
 
-/// Bytes that the design allows (docs/signal-model.md, "Error budget").
-const FLASH: u32 = 512 * 1024;
+/// Bytes that the design allows (docs/signal-model.md, "Error budget"). Flash: the slot of the active image, 640 KiB, behind 256 KiB of a
+/// bootloader and its state; the second MiB has an update of that size plus a sector, and the settings.
+const FLASH: u32 = 640 * 1024;
 const STATIC: u32 = 400 * 1024;
 
 /// Sections of the image.

@@ -159,8 +159,7 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
             // Time is not the front end's any more: what still comes is of a session that has ended, and no new one is opened.
             if !degraded {
                 degraded = true;
-                settings.session = settings.next_session();
-                app.front_end().reopen(settings.session);
+                app.front_end().reopen(ledger.settings().next_session());
                 app.announce(Event::ConfigRefused(NO_REFERENCE));
                 defmt::error!("clock: no reference: degraded, without the front end");
                 red.set_high();
