@@ -228,7 +228,7 @@ fn an_erase_in_flight_holds_nothing_up() {
     let mut store = Store::open(slow).expect("two halves of two sectors");
     store.store(&settings(0)).expect("power is on");
     // Every other second: through both halves, of eight records each, several times.
-    let (longest_ms, stored) = rounds(&mut store, &now_ms, 1, |ms| ms % 2000 == 0);
+    let (longest_ms, stored) = rounds(&mut store, &now_ms, 1, |ms| ms.is_multiple_of(2000));
     println!("longest round {longest_ms} ms, stored {stored} times");
     assert_eq!(
         longest_ms, 1,
