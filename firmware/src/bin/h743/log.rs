@@ -43,7 +43,7 @@ static _SEGGER_RTT: ControlBlock = ControlBlock {
     id: *b"SEGGER RTT\0\0\0\0\0\0",
     up: 1,
     down: 0,
-    name: b"defmt\0".as_ptr(),
+    name: c"defmt".as_ptr().cast(),
     ring: RING.as_ptr(),
     size: SIZE as u32,
     write: AtomicU32::new(0),
