@@ -235,7 +235,6 @@ fn an_erase_in_flight_holds_nothing_up() {
         "an erase takes {ERASE_MS} ms for each of two sectors"
     );
     assert!(stored > 20, "stored only {stored} times");
-    drop(store);
     let store = Store::open(&mut flash).expect("two halves");
     assert_eq!(store.settings(), Ok(&settings(stored)));
     assert!(flash.erases >= 4, "{} erases", flash.erases);
@@ -268,7 +267,6 @@ fn power_that_fails_in_an_erase_in_flight_leaves_the_newest_record() {
                 newest = number;
             }
         }
-        drop(store);
         if let Some((sector, _)) = erasing.get() {
             cuts += 1;
             // Half of it is erased by now, say.
