@@ -228,14 +228,13 @@ fn an_erase_in_flight_holds_nothing_up() {
     let mut store = Store::open(slow).expect("two halves of two sectors");
     store.store(&settings(0)).expect("power is on");
     // Every other second: through both halves, of eight records each, several times.
-    let (longest_ms, stored) = rounds(&mut store, &now_ms, 1, |ms| ms % 2000 == 0);
+    let (longest_ms, stored) = rounds(&mut store, &now_ms, 1, |ms| ms.is_multiple_of(2000));
     println!("longest round {longest_ms} ms, stored {stored} times");
     assert_eq!(
         longest_ms, 1,
         "an erase takes {ERASE_MS} ms for each of two sectors"
     );
     assert!(stored > 20, "stored only {stored} times");
-    drop(store);
     let store = Store::open(&mut flash).expect("two halves");
     assert_eq!(store.settings(), Ok(&settings(stored)));
     assert!(flash.erases >= 4, "{} erases", flash.erases);
@@ -268,7 +267,6 @@ fn power_that_fails_in_an_erase_in_flight_leaves_the_newest_record() {
                 newest = number;
             }
         }
-        drop(store);
         if let Some((sector, _)) = erasing.get() {
             cuts += 1;
             // Half of it is erased by now, say.

@@ -527,7 +527,7 @@ fn one_clock_at_a_time_or_many_at_once() {
         }
         let make = || {
             let mut world = world();
-            world.fills_up = round % 2 == 0;
+            world.fills_up = round.is_multiple_of(2);
             world.driver.queue.push_back(Transfer {
                 from: 0,
                 until: u64::MAX,
