@@ -17,8 +17,8 @@ use crate::localization::filter::{Counters, FaceDirection, SweepMeasurement, Swe
 use crate::lscn::LinkState;
 use crate::ltd::{EstimatedPath, PathEstimator};
 
-/// A point is mapped when the GMT's place is known better than this, m per axis: a beacon's own error is centimetres.
-const MOST_GMT_SIGMA_M: f64 = 10.0;
+/// A point is mapped when the GMT's place is known better than this, m per axis: where a pose counts as lost, so does the GMT.
+const MOST_GMT_SIGMA_M: f64 = 3.0;
 
 /// What the localizer made of a sweep.
 #[derive(Clone, Debug)]
