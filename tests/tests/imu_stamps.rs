@@ -90,7 +90,7 @@ fn run(config: ImuChipConfig) -> Vec<ImuSample> {
 /// the interval between the stamp before it and its own.
 fn late_s(window: &[ImuSample]) -> f64 {
     let (mut dot, mut square) = (0.0, 0.0);
-    for [before, sample] in window.array_windows() {
+    for (before, sample) in window.iter().zip(window.iter().skip(1)) {
         let middle_s = before.time_ns.midpoint(sample.time_ns) as f64 * 1e-9;
         let slope = swing_slope(middle_s);
         dot += (swing(middle_s) - f64::from(sample.rate_rad_per_s.x)) * slope;
