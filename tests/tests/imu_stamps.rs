@@ -87,11 +87,11 @@ fn run(config: ImuChipConfig) -> Vec<ImuSample> {
 }
 
 /// By how much the stamps of a window are late, s: the shift in time that fits the samples to the swing best. A sample is the mean of
-/// the millisecond before its stamp.
+/// the interval between the stamp before it and its own.
 fn late_s(window: &[ImuSample]) -> f64 {
     let (mut dot, mut square) = (0.0, 0.0);
-    for sample in window {
-        let middle_s = sample.time_ns as f64 * 1e-9 - 0.5e-3;
+    for (before, sample) in window.iter().zip(window.iter().skip(1)) {
+        let middle_s = before.time_ns.midpoint(sample.time_ns) as f64 * 1e-9;
         let slope = swing_slope(middle_s);
         dot += (swing(middle_s) - f64::from(sample.rate_rad_per_s.x)) * slope;
         square += slope * slope;
