@@ -358,6 +358,35 @@ fn angles_in_body_axes_are_turned_by_the_attitude_of_their_line() {
     );
 }
 
+/// The example of docs/paths.md: what stands there is what is printed, and the flight has the two points.
+#[test]
+fn the_example_of_the_docs_is_solved_classified_and_flown_as_it_says() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let at = directory.path();
+    let page = include_str!("../../docs/paths.md");
+    let (_, rest) = page.split_once("<<'END'\n").expect("the list");
+    let (list, rest) = rest.split_once("END\n").expect("its end");
+    fs::write(at.join("mine.jsonl"), list).expect("writable");
+    for command in ["solve", "classify"] {
+        let (_, printed) = rest
+            .split_once(&format!("`cslam {command} --paths mine.jsonl`"))
+            .expect("the command");
+        let printed = printed
+            .split("```")
+            .nth(1)
+            .expect("its output")
+            .trim_start_matches('\n');
+        let output = good(at, &[command, "--paths", "mine.jsonl"]);
+        let stdout = String::from_utf8(output.stdout).expect("text");
+        assert!(stdout.starts_with(printed), "{stdout}");
+    }
+    good(at, &["fly", "--paths", "mine.jsonl"]);
+    let flown = points(&at.join("out"));
+    let solved = lines(&good(at, &["solve", "--json", "--paths", "mine.jsonl"]));
+    let solved: Vec<_> = solved.iter().filter_map(place).collect();
+    assert_eq!(flown, [(1.5, solved[0]), (2.25, solved[1])]);
+}
+
 #[test]
 fn what_a_measurement_cannot_say_is_refused_in_one_line() {
     let directory = tempfile::tempdir().expect("a directory");
