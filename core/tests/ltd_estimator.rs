@@ -3,7 +3,7 @@
 use std::mem::size_of;
 
 use cslam_core::block::BeamBlock;
-use cslam_core::ltd::{Estimator, EstimatorConfig, Iq, PaperEstimator, PathEstimator};
+use cslam_core::ltd::{Estimator, EstimatorConfig, Iq, PaperEstimator, PathEstimator, TapDelays};
 
 type Block = [[Iq; 512]; 32];
 type Best = Estimator<4, 8, 32, 72, 3, 8, 8, 360, 9>;
@@ -17,11 +17,15 @@ fn memory_is_bounded() {
     assert!(paper + block <= 300 * 1024, "paper mode: {} B", paper + block);
 }
 
-fn estimators() -> [(&'static str, Box<dyn PathEstimator<32, 9>>); 2] {
+fn estimators() -> [(&'static str, Box<dyn PathEstimator<32, 9>>); 3] {
     let config = EstimatorConfig::default();
     [
         ("best", Box::new(Best::new(&config))),
-        ("paper", Box::new(Paper::new(&config))),
+        ("paper", Box::new(Paper::new(&config, TapDelays::Whole))),
+        (
+            "paper-interpolated",
+            Box::new(Paper::new(&config, TapDelays::Interpolated)),
+        ),
     ]
 }
 

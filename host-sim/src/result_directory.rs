@@ -40,8 +40,7 @@ impl ResultDirectory {
     /// [`InputError`] naming the directory: it cannot be made, it is the current one, or it holds something else than one older
     /// result of this kind; then one such file is named.
     pub fn open(target: &Path, kind: Kind) -> Result<Self, InputError> {
-        let cannot =
-            |e: std::io::Error| InputError::unwritable(target, "cannot be made a directory", &e);
+        let cannot = |e: std::io::Error| InputError::unwritable(target, "cannot be made a directory", &e);
         let made_target = !target.exists();
         fs::create_dir_all(target).map_err(cannot)?;
         let whole = fs::canonicalize(target).map_err(cannot)?;
@@ -55,8 +54,7 @@ impl ResultDirectory {
             return unfit(message);
         }
         let part = beside(&whole, "part");
-        fs::create_dir(&part)
-            .map_err(|e| InputError::unwritable(&part, "cannot be made a directory", &e))?;
+        fs::create_dir(&part).map_err(|e| InputError::unwritable(&part, "cannot be made a directory", &e))?;
         Ok(Self {
             kind,
             target: whole,

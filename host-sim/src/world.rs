@@ -144,6 +144,7 @@ fn seen_from(link: &Link, shift_m: Vector3<f64>) -> Link {
         aoa_azimuth_rad: azimuth_rad(&-left),
         aod_zenith_rad: Some(zenith_rad(&left)),
         aod_azimuth_rad: Some(azimuth_rad(&left)),
+        aod_sigma_rad: None,
         gain: Some([gain, 0.0]),
         first_vertex: None,
         last_vertex: None,

@@ -45,7 +45,7 @@ const HALF_TAP_STEPS: i32 = 16;
 /// Error of a delay between taps without noise, standard deviation, m: the arrays lie 0.2 m around the body's centre, which
 /// this method does not take out (signal.md section 1).
 const LEVER_ARM_M: f32 = 0.103;
-/// Speed of light over 2 pi times the rms bandwidth, m (signal.md section 1): by the root of twice the SNR of all elements and
+/// Speed of light over 2 pi times the rms bandwidth, m (docs/signal-model.md, "Waveform and link budget"): by the root of twice the SNR of all elements and
 /// subcarriers together it gives the bound of a delay.
 const BAND_M: f32 = 0.828;
 

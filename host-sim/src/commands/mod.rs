@@ -10,7 +10,6 @@ pub(crate) mod fly;
 #[cfg(feature = "ground")]
 pub(crate) mod ground;
 pub(crate) mod imu;
-mod interrupt;
 pub(crate) mod key;
 pub(crate) mod manual;
 pub(crate) mod quantize;

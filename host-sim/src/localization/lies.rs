@@ -86,6 +86,7 @@ pub fn fly_lie(
             stop: sweep.stop,
             line_of_sight: sweep.line_of_sight,
             proven: false,
+            contrary: None,
             level_yaw: None,
             reflections: &sweep.reflections,
             double_reflections: &sweep.double_reflections,

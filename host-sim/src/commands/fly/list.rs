@@ -139,10 +139,7 @@ fn methods(mode: Mode) -> anyhow::Result<Methods<'static>> {
         }
         Mode::Paper => {
             let classifier = PaperClassifier::new(models::paper()?)?;
-            (
-                Judge::Paper(classifier),
-                Receiver::paper(LinkStates::Paper(classifier)),
-            )
+            (Judge::Paper(classifier), Receiver::paper(classifier))
         }
     };
     Ok(Methods {

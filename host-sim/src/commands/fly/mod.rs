@@ -11,7 +11,6 @@ use std::time::Instant;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
-use super::interrupt;
 use crate::evaluation::evaluate;
 use crate::flight_files::Outputs;
 use crate::flight_files::ply::Encoding;

@@ -86,9 +86,10 @@ impl Claimed {
         })
     }
 
-    /// Whether a claim is false. Written so that a claim that is no number is.
+    /// Whether a claim is false; one that is no number is.
     fn is_false(&self) -> bool {
-        !(self.error_m <= 3.0 * self.sigma_m)
+        let holds = self.error_m <= 3.0 * self.sigma_m;
+        !holds
     }
 }
 
