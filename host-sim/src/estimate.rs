@@ -7,9 +7,7 @@
 use cslam_core::array::{Codebook, UavArrays};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction, Frame, Gmt, Matrix3, Rotation, World};
-use cslam_core::ltd::{
-    EstimatedPath, Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays,
-};
+use cslam_core::ltd::{EstimatedPath, Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays};
 use cslam_core::path::Path;
 use serde::Serialize;
 
@@ -45,9 +43,10 @@ impl Mode {
 pub fn estimator(mode: Mode, config: &EstimatorConfig) -> Box<dyn PathEstimator<32, 9>> {
     match mode {
         Mode::Best => Box::new(Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(config)),
-        Mode::Paper => Box::new(PaperEstimator::<4, 8, 32, 72, 9>::new(config, TapDelays::Whole)),
+        Mode::Paper => Box::new(PaperEstimator::<4, 8, 32, 72, 9>::new(config)),
         Mode::PaperInterpolated => {
-            Box::new(PaperEstimator::<4, 8, 32, 72, 9>::new(config, TapDelays::Interpolated))
+            let whole = PaperEstimator::<4, 8, 32, 72, 9>::new(config);
+            Box::new(whole.with_delays(TapDelays::Interpolated))
         }
     }
 }

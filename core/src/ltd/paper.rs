@@ -96,17 +96,16 @@ pub struct PaperEstimator<
 impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K: usize>
     PaperEstimator<A, E, C, BEAMS, K>
 {
-    /// An estimator with empty state. All tables are computed here.
+    /// An estimator with empty state, delays on whole taps. All tables are computed here.
     pub fn new<const FACES: usize, const X: usize, const Z: usize, const ELEVATIONS: usize>(
         config: &EstimatorConfig<A, E, FACES, X, Z, ELEVATIONS>,
-        delays: TapDelays,
     ) -> Self {
         const { assert!(C == A * E) };
         let tests = BEAMS * config.waveform.active;
         Self {
             model: ArrayModel::new(&config.arrays, &config.waveform),
             template: Template::new(&config.waveform),
-            delays,
+            delays: TapDelays::Whole,
             detector: Detector::new(C, config.false_alarms_per_sweep, tests),
             correlator: Correlator::new(&config.waveform),
             beam_directions: core::array::from_fn(|m| {
@@ -120,6 +119,12 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
             beams: [None; BEAMS],
             gram: [[Complex::new(0.0, 0.0); C]; C],
         }
+    }
+
+    /// The same with delays of this kind.
+    #[must_use]
+    pub fn with_delays(self, delays: TapDelays) -> Self {
+        Self { delays, ..self }
     }
 
     /// Columns of the unfolding, amplitude units over 2^`exponent`, with beam and tap.

@@ -45,7 +45,7 @@ fn paper() -> Paper {
 }
 
 fn estimator(delays: TapDelays) -> Paper {
-    Paper::new(&EstimatorConfig::<4, 8, 3, 8, 8, 3>::default(), delays)
+    Paper::new(&EstimatorConfig::<4, 8, 3, 8, 8, 3>::default()).with_delays(delays)
 }
 
 /// Keeps a beam in which the path lies `delay_taps` behind `tap`, as the band spreads it over its neighbours.
@@ -53,9 +53,8 @@ fn keep_between(paper: &mut Paper, beam: usize, tap: usize, delay_taps: f32) {
     keep(paper, beam, tap, STRONG, -20);
     let u = *STRONG.aoa().vector();
     let steps = *paper.model.steps();
-    let kernel: [f32; KEPT] = core::array::from_fn(|t| {
-        paper.template.at(t as f32 - (KEPT / 2) as f32 - delay_taps)[0]
-    });
+    let kernel: [f32; KEPT] =
+        core::array::from_fn(|t| paper.template.at(t as f32 - (KEPT / 2) as f32 - delay_taps)[0]);
     let kept = paper.beams[beam].as_mut().expect("kept");
     for (channel, row) in kept.taps.iter_mut().enumerate() {
         let (array, element) = (channel / 8, channel % 8);
@@ -181,7 +180,10 @@ fn a_delay_between_taps_is_found_by_the_interpolated_variant_alone() {
                 (off, libm::sqrtf(path.covariance.m11) / metres)
             };
             let (literal, _) = found(TapDelays::Whole);
-            assert!((literal + delay_taps).abs() < 1e-3, "{tap} {delay_taps}: {literal}");
+            assert!(
+                (literal + delay_taps).abs() < 1e-3,
+                "{tap} {delay_taps}: {literal}"
+            );
             let (off, sigma) = found(TapDelays::Interpolated);
             assert!(off.abs() < 0.01, "{tap} {delay_taps}: {off}");
             // What the arrays' places leave, 0.103 m.

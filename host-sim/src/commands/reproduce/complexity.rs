@@ -70,7 +70,7 @@ fn states(count: usize, seed: u64) -> Vec<State> {
         let arm_m = (point - uav).norm();
         let c_tau_m = arm_m + (point - gmt).norm();
         // No reflection: the point lies between the ends, or is one of them.
-        if arm_m < 1.0 || arm_m > 80.0 || c_tau_m - (uav - gmt).norm() < 0.5 {
+        if !(1.0..=80.0).contains(&arm_m) || c_tau_m - (uav - gmt).norm() < 0.5 {
             continue;
         }
         if let (Ok(uav), Ok(gmt), Ok(aoa)) = (
@@ -126,9 +126,15 @@ fn newton(state: &State, precision_m: f64) -> Solved {
         let residual = Vector3::new(arm.y - tan * arm.x, arm.z - cot * level, a + b - state.c_tau_m);
         let gradient = arm / a + leg / b;
         let jacobian = Matrix3::new(
-            -tan, 1.0, 0.0,
-            -cot * arm.x / level, -cot * arm.y / level, 1.0,
-            gradient.x, gradient.y, gradient.z,
+            -tan,
+            1.0,
+            0.0,
+            -cot * arm.x / level,
+            -cot * arm.y / level,
+            1.0,
+            gradient.x,
+            gradient.y,
+            gradient.z,
         );
         let Some(inverse) = jacobian.try_inverse() else {
             return (None, steps);
@@ -158,7 +164,10 @@ fn bisection(state: &State, precision_m: f64) -> Solved {
         }
     }
     let distance_m = 0.5 * (low + high);
-    (Some(state.uav.vector() + state.aoa.vector() * distance_m), evaluations)
+    (
+        Some(state.uav.vector() + state.aoa.vector() * distance_m),
+        evaluations,
+    )
 }
 
 /// Tries one place on the ray after the other.
@@ -262,7 +271,9 @@ fn panels(rows: &[Row]) -> Vec<Panel> {
                 // A closed form costs the same at every precision.
                 let points = own.flat_map(|row| {
                     let precisions = row.precision_m.map_or(PRECISIONS_M.to_vec(), |m| vec![m]);
-                    precisions.into_iter().map(|m| (-libm::log10(m), libm::log10(cost(row))))
+                    precisions
+                        .into_iter()
+                        .map(|m| (-libm::log10(m), libm::log10(cost(row))))
                 });
                 Curve {
                     name: (*name).into(),
@@ -277,7 +288,11 @@ fn panels(rows: &[Row]) -> Vec<Panel> {
         curves,
     };
     vec![
-        panel("log10 of evaluations a point", [-0.2, 5.5], curves(|row| row.evaluations)),
+        panel(
+            "log10 of evaluations a point",
+            [-0.2, 5.5],
+            curves(|row| row.evaluations),
+        ),
         panel("log10 of ns a point", [0.0, 6.5], curves(|row| row.time_ns)),
     ]
 }
@@ -286,7 +301,15 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let rows = rows(&states(args.states, args.seed));
     write(&args.out, &svg("cost of a reflection point", &panels(&rows))?)?;
     let mut out = std::io::stdout().lock();
-    let mut table = Table::new(["solver", "precision m", "states", "failed", "evaluations", "RMSE m", "ns a point"]);
+    let mut table = Table::new([
+        "solver",
+        "precision m",
+        "states",
+        "failed",
+        "evaluations",
+        "RMSE m",
+        "ns a point",
+    ]);
     for row in &rows {
         if args.json {
             writeln!(out, "{}", serde_json::to_string(row)?)?;
@@ -294,7 +317,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         }
         table.row([
             row.solver.to_owned(),
-            row.precision_m.map_or_else(|| "f64".into(), |m| format!("{m:.0e}")),
+            row.precision_m
+                .map_or_else(|| "f64".into(), |m| format!("{m:.0e}")),
             row.states.to_string(),
             row.failed.to_string(),
             format!("{:.1}", row.evaluations),
@@ -316,12 +340,17 @@ mod tests {
     fn every_solver_finds_the_point_at_the_cost_of_its_kind() {
         let rows = rows(&states(300, 5));
         let of = |name: &str, precision_m: Option<f64>| {
-            let row = rows.iter().find(|r| r.solver.starts_with(name) && r.precision_m == precision_m);
+            let row = rows
+                .iter()
+                .find(|r| r.solver.starts_with(name) && r.precision_m == precision_m);
             row.unwrap_or_else(|| panic!("{name} {precision_m:?}"))
         };
         for name in ["closed, vector", "closed, tan"] {
             let row = of(name, None);
-            assert!(row.failed == 0 && row.evaluations == 1.0 && row.rmse_m < Some(1e-6), "{row:?}");
+            assert!(
+                row.failed == 0 && row.evaluations == 1.0 && row.rmse_m < Some(1e-6),
+                "{row:?}"
+            );
         }
         for precision_m in [1e-2, 1e-3] {
             for name in ["bisection", "every place"] {
@@ -330,7 +359,10 @@ mod tests {
             }
         }
         let newton = of("Newton", Some(1e-6));
-        assert!(newton.rmse_m < Some(1e-6) && newton.evaluations > 3.0, "{newton:?}");
+        assert!(
+            newton.rmse_m < Some(1e-6) && newton.evaluations > 3.0,
+            "{newton:?}"
+        );
         // A digit more: a factor of ten for the search, log2(10) halvings for the bisection.
         let ratio = of("every place", Some(1e-3)).evaluations / of("every place", Some(1e-2)).evaluations;
         assert!((ratio - 10.0).abs() < 0.1, "{ratio}");

@@ -60,8 +60,16 @@ pub(super) fn svg(title: &str, panels: &[Panel]) -> anyhow::Result<String> {
 }
 
 fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, panel: &Panel) -> anyhow::Result<()> {
-    let xs = || panel.curves.iter().flat_map(|curve| curve.points.iter().map(|p| p.0));
-    let (low, high) = (xs().fold(f64::INFINITY, f64::min), xs().fold(f64::NEG_INFINITY, f64::max));
+    let xs = || {
+        panel
+            .curves
+            .iter()
+            .flat_map(|curve| curve.points.iter().map(|p| p.0))
+    };
+    let (low, high) = (
+        xs().fold(f64::INFINITY, f64::min),
+        xs().fold(f64::NEG_INFINITY, f64::max),
+    );
     let (low, high) = if low < high { (low, high) } else { (0.0, 1.0) };
     let [bottom, top] = panel.range;
     let mut chart = ChartBuilder::on(area)

@@ -78,9 +78,7 @@ struct Row<'a> {
 fn all(args: &Args) -> anyhow::Result<()> {
     std::fs::create_dir_all(&args.out)
         .map_err(|e| InputError::in_file(&args.out, format!("cannot be made: {e}")))?;
-    let modes = args
-        .mode
-        .map_or_else(|| Mode::ALL.to_vec(), |mode| vec![mode]);
+    let modes = args.mode.map_or_else(|| Mode::ALL.to_vec(), |mode| vec![mode]);
     let mut table = Table::new([
         "map",
         "sweeps",

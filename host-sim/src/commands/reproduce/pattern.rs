@@ -102,7 +102,12 @@ fn lobe(cut: &[(f64, f64)]) -> (f64, f64) {
     let falls = |pair: &[(f64, f64)]| pair[1].1 <= pair[0].1;
     let right = top + cut[top..].windows(2).take_while(|pair| falls(pair)).count();
     let rises = |pair: &[(f64, f64)]| pair[1].1 >= pair[0].1;
-    let left = top - cut[..=top].windows(2).rev().take_while(|pair| rises(pair)).count();
+    let left = top
+        - cut[..=top]
+            .windows(2)
+            .rev()
+            .take_while(|pair| rises(pair))
+            .count();
     let beside = cut[..left].iter().chain(&cut[right + 1..]).map(|point| point.1);
     let step = if cut.len() > 1 { cut[1].0 - cut[0].0 } else { 0.0 };
     let width = (above + below - 1) as f64 * step;
@@ -163,9 +168,15 @@ fn best_beam_dbi(codebook: &Codebook<f64>, azimuth_deg: f64, elevation_deg: f64)
 
 fn coverage(codebook: &Codebook<f64>, arrays: &UavArrays<f64>) -> Vec<CoverRow> {
     let best = |gains: [f64; 4]| db(gains.into_iter().fold(0.0, f64::max));
-    let of_gmt = COVERED_DEG.map(|el| cover("best of 72 transmit beams", el, |az| best_beam_dbi(codebook, az, el)));
+    let of_gmt = COVERED_DEG.map(|el| {
+        cover("best of 72 transmit beams", el, |az| {
+            best_beam_dbi(codebook, az, el)
+        })
+    });
     let of_uav = COVERED_DEG.map(|el| {
-        cover("best of 4 UAV arrays", el, |az| best(array_gains(arrays, &body(az, el))))
+        cover("best of 4 UAV arrays", el, |az| {
+            best(array_gains(arrays, &body(az, el)))
+        })
     });
     of_gmt.into_iter().chain(of_uav).collect()
 }
@@ -223,11 +234,16 @@ fn panels(codebook: &Codebook<f64>, arrays: &UavArrays<f64>, waveform: &Waveform
         let name = format!("{:.1} deg", beam.azimuth_rad.to_degrees());
         curve(name, cut(-90.0, 90.0, |az| gain_dbi(codebook, index, az, 0.0)))
     });
-    let up = (12..15).filter_map(|index| Some((index, codebook.beam(index)?))).map(|(index, beam)| {
-        let name = format!("elevation {:.0} deg", beam.elevation_rad.to_degrees());
-        let azimuth_deg = beam.azimuth_rad.to_degrees();
-        curve(name, cut(-60.0, 80.0, |el| gain_dbi(codebook, index, azimuth_deg, el)))
-    });
+    let up = (12..15)
+        .filter_map(|index| Some((index, codebook.beam(index)?)))
+        .map(|(index, beam)| {
+            let name = format!("elevation {:.0} deg", beam.elevation_rad.to_degrees());
+            let azimuth_deg = beam.azimuth_rad.to_degrees();
+            curve(
+                name,
+                cut(-60.0, 80.0, |el| gain_dbi(codebook, index, azimuth_deg, el)),
+            )
+        });
     let heard = (0..4).map(|array: usize| {
         let gain = |az| db(array_gains(arrays, &body(az, 0.0))[array]);
         curve(format!("array {}", array + 1), cut(-180.0, 180.0, gain))
@@ -243,10 +259,30 @@ fn panels(codebook: &Codebook<f64>, arrays: &UavArrays<f64>, waveform: &Waveform
         curves,
     };
     vec![
-        panel("GMT, face 1: azimuth at elevation 0, deg", "gain dBi", 25.0, across.collect()),
-        panel("GMT, face 1: elevation at the beams' azimuth, deg", "gain dBi", 25.0, up.collect()),
-        panel("UAV: azimuth at elevation 0, deg", "directivity dBi", 20.0, heard.collect()),
-        panel("beam squint: direction cosine along the row", "array gain dB", 20.0, squinted.collect()),
+        panel(
+            "GMT, face 1: azimuth at elevation 0, deg",
+            "gain dBi",
+            25.0,
+            across.collect(),
+        ),
+        panel(
+            "GMT, face 1: elevation at the beams' azimuth, deg",
+            "gain dBi",
+            25.0,
+            up.collect(),
+        ),
+        panel(
+            "UAV: azimuth at elevation 0, deg",
+            "directivity dBi",
+            20.0,
+            heard.collect(),
+        ),
+        panel(
+            "beam squint: direction cosine along the row",
+            "array gain dB",
+            20.0,
+            squinted.collect(),
+        ),
     ]
 }
 
@@ -269,7 +305,15 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         }
         return Ok(());
     }
-    let mut table = Table::new(["transmit beam", "azimuth deg", "elevation deg", "gain dBi", "width az deg", "el deg", "sidelobe dB"]);
+    let mut table = Table::new([
+        "transmit beam",
+        "azimuth deg",
+        "elevation deg",
+        "gain dBi",
+        "width az deg",
+        "el deg",
+        "sidelobe dB",
+    ]);
     for row in &beams {
         table.row([
             row.beam.to_string(),
@@ -290,7 +334,13 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         table.row(cells);
     }
     writeln!(out, "{table}")?;
-    let mut table = Table::new(["squint, subcarrier", "offset MHz", "direction cosine", "azimuth deg", "width"]);
+    let mut table = Table::new([
+        "squint, subcarrier",
+        "offset MHz",
+        "direction cosine",
+        "azimuth deg",
+        "width",
+    ]);
     for row in &squints {
         table.row([
             row.subcarrier.to_string(),
@@ -313,7 +363,11 @@ mod tests {
         // Eight elements half a wavelength apart: half power at 0.886/(N/2) of direction cosine, first sidelobe at 12.8 dB.
         let factor = |s: f64| {
             let x = std::f64::consts::FRAC_PI_2 * s;
-            if x == 0.0 { 1.0 } else { (8.0 * x).sin() / (8.0 * x.sin()) }
+            if x == 0.0 {
+                1.0
+            } else {
+                (8.0 * x).sin() / (8.0 * x.sin())
+            }
         };
         let points: Vec<(f64, f64)> = (-1000..=1000)
             .map(|i| f64::from(i) * 1e-3)
@@ -330,18 +384,29 @@ mod tests {
         let beams = beams(&codebook);
         assert_eq!(beams.len(), 12);
         // 18.06 dB of 64 elements, 2.16 dB of the dipole, and the face's cosine.
-        let first = beams.iter().find(|b| b.elevation_deg == 0.0).expect("a level beam");
+        let first = beams
+            .iter()
+            .find(|b| b.elevation_deg == 0.0)
+            .expect("a level beam");
         let expected = 10.0 * (64.0 * 1.643 * first.azimuth_deg.to_radians().cos()).log10();
         assert!((first.gain_dbi - expected).abs() < 1e-3, "{}", first.gain_dbi);
         let level = cover("best", 0.0, |az| best_beam_dbi(&codebook, az, 0.0));
-        assert!(level.least_dbi > 10.0 && level.most_dbi < 20.3, "{} {}", level.least_dbi, level.most_dbi);
+        assert!(
+            level.least_dbi > 10.0 && level.most_dbi < 20.3,
+            "{} {}",
+            level.least_dbi,
+            level.most_dbi
+        );
     }
 
     #[test]
     fn a_squint_symbol_sweeps_the_row_over_the_band() {
         let rows = squints(&Waveform::default());
         let aims: Vec<f64> = rows.iter().map(|row| row.aim_cosine).collect();
-        assert!((aims[0] + 0.87).abs() < 1e-6 && (aims[4] - 0.87).abs() < 1e-6, "{aims:?}");
+        assert!(
+            (aims[0] + 0.87).abs() < 1e-6 && (aims[4] - 0.87).abs() < 1e-6,
+            "{aims:?}"
+        );
         assert!(aims.windows(2).all(|pair| pair[1] > pair[0] + 0.4));
         assert!(rows.iter().all(|row| (row.width_cosine - 0.222).abs() < 0.01));
     }

@@ -147,9 +147,7 @@ impl Row {
 fn table(args: &Args) -> anyhow::Result<()> {
     let states = first_order_links(args.states, args.seed)?;
     let mut rows = exact(&states);
-    let modes = args
-        .mode
-        .map_or_else(|| Mode::ALL.to_vec(), |mode| vec![mode]);
+    let modes = args.mode.map_or_else(|| Mode::ALL.to_vec(), |mode| vec![mode]);
     rows.extend(measured(args, &states, &modes)?);
     let mut table = Table::new([
         "reflection points",
@@ -173,7 +171,8 @@ fn table(args: &Args) -> anyhow::Result<()> {
             format!("{}: {}", row.experiment, row.what),
             row.states.to_string(),
             row.points.to_string(),
-            row.wrong_order.map_or_else(|| "-".into(), |wrong| wrong.to_string()),
+            row.wrong_order
+                .map_or_else(|| "-".into(), |wrong| wrong.to_string()),
             row.far.to_string(),
             metres(row.median_m),
             metres(row.p95_m),
@@ -316,7 +315,11 @@ fn measured(args: &Args, states: &[Link], modes: &[Mode]) -> anyhow::Result<Vec<
         let what = format!("{mode}, by receiver: strongest estimate, judged first order");
         rows.push(Row::believed(what, count, &judged));
         let mapped: Vec<Believed> = mine().flat_map(|m| m.mapped.clone()).collect();
-        rows.push(Row::believed(format!("{mode}, by receiver: in the map"), count, &mapped));
+        rows.push(Row::believed(
+            format!("{mode}, by receiver: in the map"),
+            count,
+            &mapped,
+        ));
     }
     Ok(rows)
 }

@@ -1,8 +1,8 @@
 //! What a mode made of one link, with its points selected twice: by the truth, which knows the strongest path, and by what the
 //! receiver knows, which may believe a wrong one.
 
-use cslam_core::ltd::PathEstimator;
 use cslam_core::lscn::LinkState;
+use cslam_core::ltd::PathEstimator;
 use cslam_core::reflection::ReflectionPoint;
 
 use super::known_pose::{KnownPose, Perceived, error_m, nearest, truth_of};
@@ -30,7 +30,11 @@ impl Believed {
         let own_m = truth.filter(reflected).and_then(|path| path.last_vertex);
         let off_m = |vertex_m| error_m(point, vertex_m);
         let nearest_m = || {
-            let places_m = link.paths.iter().filter(reflected).filter_map(|path| path.last_vertex);
+            let places_m = link
+                .paths
+                .iter()
+                .filter(reflected)
+                .filter_map(|path| path.last_vertex);
             places_m.map(off_m).min_by(f64::total_cmp)
         };
         Some(Self {
@@ -67,7 +71,12 @@ impl Measured {
         let believed = |place: usize, point: Option<ReflectionPoint>| {
             point.and_then(|point| Believed::of(&point, perceived, place, link))
         };
-        let state = perceived.probabilities.first().copied().flatten().map(|p| p.state());
+        let state = perceived
+            .probabilities
+            .first()
+            .copied()
+            .flatten()
+            .map(|p| p.state());
         Self {
             error_m: place.and_then(|place| error(receiver.solve(perceived, place))),
             strongest: place == Some(0),
