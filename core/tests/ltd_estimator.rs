@@ -21,10 +21,10 @@ fn estimators() -> [(&'static str, Box<dyn PathEstimator<32, 9>>); 3] {
     let config = EstimatorConfig::default();
     [
         ("best", Box::new(Best::new(&config))),
-        ("paper", Box::new(Paper::new(&config, TapDelays::Whole))),
+        ("paper", Box::new(Paper::new(&config))),
         (
             "paper-interpolated",
-            Box::new(Paper::new(&config, TapDelays::Interpolated)),
+            Box::new(Paper::new(&config).with_delays(TapDelays::Interpolated)),
         ),
     ]
 }

@@ -43,11 +43,11 @@ impl Mode {
 pub fn estimator(mode: Mode, config: &EstimatorConfig) -> Box<dyn PathEstimator<32, 9>> {
     match mode {
         Mode::Best => Box::new(Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(config)),
-        Mode::Paper => Box::new(PaperEstimator::<4, 8, 32, 72, 9>::new(config, TapDelays::Whole)),
-        Mode::PaperInterpolated => Box::new(PaperEstimator::<4, 8, 32, 72, 9>::new(
-            config,
-            TapDelays::Interpolated,
-        )),
+        Mode::Paper => Box::new(PaperEstimator::<4, 8, 32, 72, 9>::new(config)),
+        Mode::PaperInterpolated => {
+            let whole = PaperEstimator::<4, 8, 32, 72, 9>::new(config);
+            Box::new(whole.with_delays(TapDelays::Interpolated))
+        }
     }
 }
 

@@ -283,3 +283,31 @@ fn a_flight_from_raw_samples_finds_its_pose_and_repeats_bit_for_bit() {
     assert_eq!(paper["mode"], "paper");
     assert!(read("best", "trajectory.tum") != read("paper", "trajectory.tum"));
 }
+
+/// The paper's calibration does not know when it has drifted. If its own pose judged its fixes, it would refuse those that could
+/// bring it back after the first outage; its network judges them.
+#[test]
+fn a_drifted_calibration_takes_the_fixes_that_bring_it_back() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let args = [
+        "fly",
+        "--localization",
+        "hpc",
+        "--seed",
+        "1",
+        "--steps",
+        "70",
+        "--out",
+        "hpc",
+    ];
+    let output = fly(directory.path(), &args);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let report = report(&directory.path().join("hpc"));
+    let used = report["link_state"]["los_used"].as_u64().expect("a number");
+    let median_m = report["trajectory"]["position_median_m"].as_f64().expect("known");
+    assert!(used >= 22 && median_m < 1.0, "{used} fixes, {median_m} m");
+}

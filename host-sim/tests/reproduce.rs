@@ -49,7 +49,7 @@ fn points_reach_the_asked_errors() {
     let (one, two) = (text(&run("1")), run("2"));
     assert_eq!(one, text(&two), "threads make no difference");
     let rows = lines(&two);
-    assert_eq!(rows.len(), 4 + 2 * 3);
+    assert_eq!(rows.len(), 4 + 3 * 5);
     for row in &rows[..4] {
         assert!(row["points"] == 60 && number(row, "rmse_m") < 1e-3, "{row}");
     }
@@ -59,18 +59,62 @@ fn points_reach_the_asked_errors() {
             .find(|row| row["what"].as_str().is_some_and(|w| w.starts_with(what)));
         found.unwrap_or_else(|| panic!("no row {what}"))
     };
-    let best = of("best, every one");
+    let best = of("best, by truth: found");
     assert!(number(best, "points") >= 57.0, "{best}");
     assert!(
         number(best, "median_m") < 0.02 && number(best, "rmse_m") < 0.25,
         "{best}"
     );
-    let mapped = of("best, taken");
+    let mapped = of("best, by truth: in the map");
     assert!(
         number(mapped, "points") >= 30.0 && number(mapped, "rmse_m") < 0.1,
         "{mapped}"
     );
-    assert!(number(of("paper, every one"), "median_m") > 5.0 * number(best, "median_m"));
+    let paper = of("paper, by truth: found");
+    assert!(number(paper, "median_m") > 5.0 * number(best, "median_m"));
+    let interpolated = of("paper-interpolated, by truth: found");
+    assert!(number(interpolated, "median_m") < number(paper, "median_m"));
+    // What the receiver believes holds what the truth would have kept from it.
+    let believed = of("best, by receiver: in the map");
+    assert!(
+        number(believed, "points") > number(mapped, "points") && number(believed, "wrong_order") >= 0.0,
+        "{believed}"
+    );
+    assert!(mapped["wrong_order"].is_null(), "{mapped}");
+    let wrong = of("paper, by receiver: in the map");
+    assert!(
+        number(wrong, "wrong_order") > 0.0
+            && number(wrong, "far") > number(of("paper, by truth: in the map"), "far"),
+        "{wrong}"
+    );
+}
+
+#[test]
+fn patterns_and_costs_are_printed_and_drawn() {
+    let directory = tempfile::tempdir().expect("temporary");
+    let file = |name: &str| directory.path().join(name);
+    let drawn = |name: &str, words: &[&str]| {
+        let text = std::fs::read_to_string(file(name)).expect("written");
+        assert!(words.iter().all(|word| text.contains(word)) && text.trim_end().ends_with("</svg>"));
+    };
+    let pattern = file("deep/pattern.svg");
+    let out = pattern.to_str().expect("text");
+    let rows = lines(&cslam(&["pattern", "--out", out, "--json"]));
+    let of = |table: &str| rows.iter().filter(|row| row["table"] == table).count();
+    assert_eq!([of("transmit beam"), of("coverage"), of("squint")], [12, 10, 5]);
+    drawn("deep/pattern.svg", &["array 4", "beam squint", "gain dBi"]);
+    assert!(text(&cslam(&["pattern", "--out", out])).contains("plot:"));
+
+    let costs = file("cost.svg");
+    let out = costs.to_str().expect("text");
+    let rows = lines(&cslam(&["complexity", "--states", "50", "--out", out, "--json"]));
+    assert_eq!(rows.len(), 2 + 4 + 4 + 3);
+    let vector = rows
+        .iter()
+        .find(|row| row["solver"] == "closed, vector form")
+        .expect("ours");
+    assert!(vector["failed"] == 0 && number(vector, "evaluations") == 1.0);
+    drawn("cost.svg", &["bisection along the ray", "log10 of ns a point"]);
 }
 
 #[test]
@@ -168,6 +212,8 @@ fn bad_input_is_named() {
     refused(&["link", "--scene", "nowhere"], &["nowhere"]);
     refused(&["training", "--rate", "0"], &["--rate"]);
     refused(&["points", "--states", "0"], &["--states"]);
+    refused(&["complexity", "--states", "0"], &["--states"]);
+    refused(&["pattern", "--out", "/dev/null/pattern.svg"], &["/dev/null"]);
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
     refused(&["maps", "--out", file.to_str().expect("text")], &["Cargo.toml"]);
 }

@@ -56,11 +56,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         time_ns: u64,
     ) -> Option<usize> {
         let pose = self.localizer.expected();
-        if let Localization::Hpc(_, network) = &self.config.localization {
-            return match &pose {
-                Some(pose) => self.classified(network, heard, pose),
-                None => self.unreflected_strongest(heard, time_ns),
-            };
+        // Before its first fix nobody knows how the body is turned, which the network must: it begins as ours does.
+        if let (Localization::Hpc(_, network), Some(pose)) = (&self.config.localization, &pose) {
+            return self.classified(network, heard, pose);
         }
         let gmt = self.transmitter(time_ns).map(|(gmt, _)| gmt);
         match (pose, judged, gmt) {
@@ -88,14 +86,6 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     fn classified(&self, network: &PaperClassifier<'_>, heard: &[Heard], pose: &Pose) -> Option<usize> {
         let state = network.link(&self.received(heard, pose)).ok()??.state();
         (state == LinkState::LineOfSight).then_some(0)
-    }
-
-    /// Before the first fix nobody knows how the body is turned, which the network must: the strongest path, where it came nearly
-    /// as strong as through free space. The paper begins with a fix and does not say how.
-    fn unreflected_strongest(&self, heard: &[Heard], time_ns: u64) -> Option<usize> {
-        let strongest = heard.first()?;
-        let length_m = length_m(strongest.estimated.path.c_tau_m, self.clock.offset_m(time_ns)?);
-        self.is_unreflected(strongest, length_m).then_some(0)
     }
 
     /// Index of the path that speaks against the pose, of a sweep without line of sight: the first one, when it came as strong as

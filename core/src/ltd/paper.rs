@@ -43,7 +43,7 @@ const ITERATIONS: usize = 60;
 const AROUND: usize = 2;
 const HALF_TAP_STEPS: i32 = 16;
 /// Error of a delay between taps without noise, standard deviation, m: the arrays lie 0.2 m around the body's centre, which
-/// this method does not take out (signal.md section 1).
+/// this method does not take out (docs/signal-model.md, "Arrays").
 const LEVER_ARM_M: f32 = 0.103;
 /// Speed of light over 2 pi times the rms bandwidth, m (docs/signal-model.md, "Waveform and link budget"): by the root of twice the SNR of all elements and
 /// subcarriers together it gives the bound of a delay.
@@ -96,17 +96,16 @@ pub struct PaperEstimator<
 impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K: usize>
     PaperEstimator<A, E, C, BEAMS, K>
 {
-    /// An estimator with empty state. All tables are computed here.
+    /// An estimator with empty state, delays on whole taps. All tables are computed here.
     pub fn new<const FACES: usize, const X: usize, const Z: usize, const ELEVATIONS: usize>(
         config: &EstimatorConfig<A, E, FACES, X, Z, ELEVATIONS>,
-        delays: TapDelays,
     ) -> Self {
         const { assert!(C == A * E) };
         let tests = BEAMS * config.waveform.active;
         Self {
             model: ArrayModel::new(&config.arrays, &config.waveform),
             template: Template::new(&config.waveform),
-            delays,
+            delays: TapDelays::Whole,
             detector: Detector::new(C, config.false_alarms_per_sweep, tests),
             correlator: Correlator::new(&config.waveform),
             beam_directions: core::array::from_fn(|m| {
@@ -120,6 +119,12 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
             beams: [None; BEAMS],
             gram: [[Complex::new(0.0, 0.0); C]; C],
         }
+    }
+
+    /// The same with delays of this kind.
+    #[must_use]
+    pub fn with_delays(self, delays: TapDelays) -> Self {
+        Self { delays, ..self }
     }
 
     /// Columns of the unfolding, amplitude units over 2^`exponent`, with beam and tap.

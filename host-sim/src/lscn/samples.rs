@@ -97,7 +97,8 @@ impl Samples {
         &self.inputs[sample * self.width..][..self.width]
     }
 
-    fn append(&mut self, mut other: Self) {
+    /// Adds samples of the same width behind these.
+    pub fn append(&mut self, mut other: Self) {
         self.inputs.append(&mut other.inputs);
         self.states.append(&mut other.states);
         self.strongest.append(&mut other.strongest);

@@ -45,7 +45,7 @@ fn paper() -> Paper {
 }
 
 fn estimator(delays: TapDelays) -> Paper {
-    Paper::new(&EstimatorConfig::<4, 8, 3, 8, 8, 3>::default(), delays)
+    Paper::new(&EstimatorConfig::<4, 8, 3, 8, 8, 3>::default()).with_delays(delays)
 }
 
 /// Keeps a beam in which the path lies `delay_taps` behind `tap`, as the band spreads it over its neighbours.

@@ -177,7 +177,7 @@ pub(crate) fn fly(
         estimate::Mode::Paper => TapDelays::Whole,
         estimate::Mode::PaperInterpolated => TapDelays::Interpolated,
     };
-    let estimator = PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation, delays);
+    let estimator = PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation).with_delays(delays);
     fly_with(receiver, estimator, world, header, interrupted, swept, sent)
 }
 
