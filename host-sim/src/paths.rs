@@ -222,8 +222,11 @@ mod tests {
     fn every_key_that_is_written_is_read_and_no_other() {
         let more = "\"kind\":\"RD\",\"edge_point\":[0,0,1],\"edge\":[[0,0,0],[0,0,2]],\"wedge_exterior_rad\":4.7,\
             \"phi_in_rad\":1,\"phi_out_rad\":2,\"beta_rad\":1.5,\"faces\":[3],\"vertices\":[[0,0,1]],\"beam\":7,\
-            \"aoa_body_zenith_rad\":1,\"aoa_body_azimuth_rad\":2,\"aod_sigma_rad\":0.1,\"confirmed\":true}";
-        let full = line(&PATH.replace('}', &format!(",{more}")));
+            \"aoa_body_zenith_rad\":1,\"aoa_body_azimuth_rad\":2,\"confirmed\":true}";
+        let full = line(&PATH.replace(
+            '}',
+            &format!(",\"aod_zenith_rad\":1.5,\"aod_azimuth_rad\":0.1,\"aod_sigma_rad\":0.1,{more}"),
+        ));
         let full = full.replace(
             "{\"tx\"",
             "{\"recording\":\"a\",\"mode\":\"best\",\"beams\":72,\"clips\":0,\"tx\"",

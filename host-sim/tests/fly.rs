@@ -176,7 +176,7 @@ fn bad_input_is_one_line_and_exit_2() {
     for (args, expected) in [
         (
             ["--config", "typo.toml"],
-            "typo.toml: unknown field `aoa_degrees`",
+            "typo.toml:2: unknown field `aoa_degrees`",
         ),
         (
             ["--config", "negative.toml"],

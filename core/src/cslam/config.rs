@@ -21,7 +21,10 @@ use crate::waveform::Waveform;
 
 /// How the pose is found, and with it what a path must be to correct it.
 #[derive(Clone, Copy, Debug)]
-#[expect(clippy::large_enum_variant, reason = "there is no heap, and a receiver has one")]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap, and a receiver has one"
+)]
 pub enum Localization<'m> {
     /// Error-state filter. The first path corrects it where length, direction and strength are those of a line of sight.
     Filter(FilterConfig),

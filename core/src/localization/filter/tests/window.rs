@@ -226,7 +226,8 @@ fn the_image_of_a_flight_that_turns_about_the_gmt_gives_no_pose() {
         for k in 0..=250_u64 {
             let t = k as f64 * 0.01;
             if k.is_multiple_of(50) {
-                let true_place = Vector3::new(20.0, 18.0 + 0.7 * t, 11.0);
+                // The image is 43 m abeam: it turns by 40 mrad, by which its sights part from the gyroscope to each side.
+                let true_place = Vector3::new(46.0, 81.1 + 0.7 * t, 11.0);
                 let (place, from) = if image {
                     (mirrored(true_place), mirrored(G))
                 } else {
