@@ -89,6 +89,8 @@ export class Cloud {
     const attribute = (kind, size, normalized) => {
       const made = new BufferAttribute(new kind(size * capacity), size, normalized);
       made.setUsage(DynamicDrawUsage);
+      // The first upload takes the whole: what came before it needs no second one.
+      made.onUpload(() => made.clearUpdateRanges());
       return made;
     };
     const old = this.object.geometry;

@@ -11,6 +11,8 @@ const marks = document.body.dataset; // What scripts and tests read.
 
 const cloud = new Cloud();
 const view = new View($('view'), cloud);
+marks.frames = view.frames;
+view.afterFrame = (frames) => { marks.frames = frames; };
 const markers = new Markers(view.things, $('labels'));
 let clockAt = { station_s: 0, here_ms: performance.now() };
 const clock = () => clockAt.station_s + (performance.now() - clockAt.here_ms) / 1000;
@@ -176,7 +178,6 @@ setMode('orbit');
 setInterval(() => {
   cloud.material.uniforms.now.value = clock();
   if ($('colour').value === 'age') view.touch();
-  marks.frames = view.frames;
 }, 200);
 setInterval(() => panel.show(), 1000);
 

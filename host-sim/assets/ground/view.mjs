@@ -67,6 +67,7 @@ export class View {
     this.beforeFrame?.(this.camera, this.width, this.height);
     this.renderer.render(this.scene, this.camera);
     this.frames += 1;
+    this.afterFrame?.(this.frames);
   }
 
   theme(background, grid, edges) {
