@@ -148,33 +148,9 @@ fn the_help_says_what_becomes_of_what_is_there() {
     }
 }
 
-/// Killed without a chance to put anything in order, a run leaves the older result as it was.
+/// A long recording into `out` that has written its first sweep, with hundreds to go, and where it writes.
 #[cfg(unix)]
-#[test]
-fn a_killed_run_leaves_the_older_result() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let at = directory.path();
-    stderr_of(at, &RECORDING, 0);
-    let before = files(&at.join("out"));
-    let mut run = Command::new(env!("CARGO_BIN_EXE_cslam"))
-        .current_dir(at)
-        .args(["record", "--scene", "street", "--duration", "600", "--out", "out"])
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("the binary runs");
-    let part = at.join(format!("out.part-{}", run.id()));
-    // Once the first sweep is written it is at work, with hundreds to go.
-    let is_at_work = || fs::read_dir(&part).is_ok_and(|mut entries| entries.next().is_some());
-    while !is_at_work() {
-        assert!(run.try_wait().expect("it runs").is_none(), "it ended");
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    run.kill().expect("it runs");
-    assert!(!run.wait().expect("it ends").success());
-    assert!(files(&at.join("out")) == before);
-    // And Ctrl-C leaves nothing beside it either.
-    let _left = fs::remove_dir_all(&part);
+fn at_work(at: &Path) -> (std::process::Child, std::path::PathBuf) {
     let mut run = Command::new(env!("CARGO_BIN_EXE_cslam"))
         .current_dir(at)
         .args(["record", "--scene", "street", "--duration", "600", "--out", "out"])
@@ -187,6 +163,24 @@ fn a_killed_run_leaves_the_older_result() {
         assert!(run.try_wait().expect("it runs").is_none(), "it ended");
         std::thread::sleep(Duration::from_millis(20));
     }
+    (run, part)
+}
+
+/// Killed without a chance to put anything in order, a run leaves the older result as it was.
+#[cfg(unix)]
+#[test]
+fn a_killed_run_leaves_the_older_result() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let at = directory.path();
+    stderr_of(at, &RECORDING, 0);
+    let before = files(&at.join("out"));
+    let (mut run, part) = at_work(at);
+    run.kill().expect("it runs");
+    assert!(!run.wait().expect("it ends").success());
+    assert!(files(&at.join("out")) == before);
+    // And Ctrl-C leaves nothing beside it either.
+    let _left = fs::remove_dir_all(&part);
+    let (mut run, _) = at_work(at);
     let pid = rustix::process::Pid::from_child(&run);
     rustix::process::kill_process(pid, rustix::process::Signal::INT).expect("it runs");
     assert!(!run.wait().expect("it ends").success());

@@ -67,15 +67,12 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 is_direct(judged.get(first)?, &pose, &gmt).then_some(first)
             }
             (pose, _, _) => {
-                let offset_m = self.clock.offset_m(time_ns)?;
-                let length_m = |path: &Heard| length_m(path.estimated.path.c_tau_m, offset_m);
-                let first = first_of(heard.iter().map(length_m), heard)?;
+                let first = self.first_unreflected(heard, time_ns)?;
                 let path = heard.get(first)?;
-                let direct = self.is_unreflected(path, length_m(path))
-                    && pose.is_none_or(|pose| {
-                        let left = path.estimated.path.aod;
-                        left.is_some_and(|left| is_straight(path, &left, &pose, ANGLE.0))
-                    });
+                let direct = pose.is_none_or(|pose| {
+                    let left = path.estimated.path.aod;
+                    left.is_some_and(|left| is_straight(path, &left, &pose, ANGLE.0))
+                });
                 direct.then_some(first)
             }
         }
@@ -92,6 +89,11 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     /// through free space.
     pub(super) fn contrary(&self, heard: &[Heard], time_ns: u64) -> Option<usize> {
         self.localizer.expected()?;
+        self.first_unreflected(heard, time_ns)
+    }
+
+    /// Index of the first path, when it came as strong as through free space.
+    fn first_unreflected(&self, heard: &[Heard], time_ns: u64) -> Option<usize> {
         let offset_m = self.clock.offset_m(time_ns)?;
         let length_m = |path: &Heard| length_m(path.estimated.path.c_tau_m, offset_m);
         let first = first_of(heard.iter().map(length_m), heard)?;
