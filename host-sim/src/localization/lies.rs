@@ -23,6 +23,8 @@ pub struct LieFigures {
     pub worst_m: f64,
     /// Greatest position error in standard deviations: the length of the error over the root of the covariance's trace.
     pub worst_sigmas: f64,
+    /// Position error after the last sweep, m.
+    pub last_m: f64,
     /// Sweeps with a pose from then on.
     pub sweeps: usize,
     /// Those beyond [`SHOWN_SIGMAS`] without a flag.
@@ -110,8 +112,39 @@ pub fn fly_lie(
         let sigma_m = f64::from(pose.position_covariance_m2.trace()).sqrt();
         figures.sweeps += 1;
         figures.worst_m = figures.worst_m.max(error_m);
+        figures.last_m = error_m;
         figures.worst_sigmas = figures.worst_sigmas.max(error_m / sigma_m);
         figures.silent += usize::from(!flagged && error_m > SHOWN_SIGMAS * sigma_m);
     }
     Ok(figures)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensors::TimingFault;
+
+    #[test]
+    fn timing_that_is_wrong_from_the_start_is_found_by_motion() {
+        let scene = Scene::load("outdoor").expect("a scene");
+        let flight = FlightConfig {
+            duration_s: 60.0,
+            ..FlightConfig::default()
+        };
+        let faults = FaultsConfig {
+            timing: vec![TimingFault {
+                start_s: 0.0,
+                duration_s: 1e9,
+                offset_ns: 20.0 / 0.299_792_458,
+                drift_ns_per_s: 0.0,
+            }],
+            ..FaultsConfig::default()
+        };
+        let figures = fly_lie(&scene, &flight, &faults, 0.0, None, 1).expect("flown");
+        println!("{figures:?}");
+        let after_s = figures.flagged_after_s.expect("flagged");
+        assert!(after_s < 20.0, "flagged after {after_s} s");
+        // Of 20 m.
+        assert!(figures.last_m < 1.5, "{} m off at the end", figures.last_m);
+    }
 }

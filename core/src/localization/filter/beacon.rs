@@ -19,8 +19,10 @@ pub struct BeaconLimits {
     pub speed_m_per_s: f64,
     /// Slack of a single position, m.
     pub slack_m: f64,
-    /// Creep that cannot be noise, m: summed over the stops of the memory.
-    pub creep_m: f64,
+    /// Walk of an honest beacon's error, m per root s and axis.
+    pub walk_m: f64,
+    /// The part of an honest beacon's error that is new in each, m per axis.
+    pub white_m: f64,
     /// Share of the creep that is kept from stop to stop.
     pub memory: f64,
     /// Where the GMT was set up, if whoever did so says it.
@@ -41,7 +43,10 @@ impl Default for BeaconLimits {
         Self {
             speed_m_per_s: 2.0,
             slack_m: 0.3,
-            creep_m: 0.2,
+            // 20 mm that wander over a minute: sqrt(2 / 60 s).
+            walk_m: 3.7e-3,
+            // Carrier phase noise of a satellite receiver, twice over for the height.
+            white_m: 5e-3,
             memory: 0.9,
             setup: None,
         }
@@ -68,6 +73,53 @@ pub struct Place {
     pub sigma_m: f64,
 }
 
+/// A beacon as it was heard.
+#[derive(Clone, Copy, Debug)]
+struct Sounding {
+    time_ns: u64,
+    stop: u32,
+    claimed_m: Vector3<f64>,
+}
+
+/// Steps within stops, fading from stop to stop: those of an honest beacon's error go to and fro, those of a lie add up.
+#[derive(Clone, Copy, Debug, Default)]
+struct Creep {
+    /// Sum, m.
+    sum_m: Vector3<f64>,
+    /// Sum of the squares, m^2.
+    squares_m2: f64,
+    /// What an honest error may have walked, m^2 per axis.
+    walked_m2: f64,
+    /// What of it may be new in each beacon, m^2 per axis.
+    white_m2: f64,
+}
+
+impl Creep {
+    fn add(&mut self, step_m: &Vector3<f64>, since_s: f64, limits: &BeaconLimits) {
+        self.sum_m += step_m;
+        self.squares_m2 += step_m.norm_squared();
+        self.walked_m2 += limits.walk_m * limits.walk_m * since_s;
+        self.white_m2 += 2.0 * limits.white_m * limits.white_m;
+    }
+
+    fn fade(&mut self, kept: f64) {
+        self.sum_m *= kept;
+        self.squares_m2 *= kept * kept;
+        self.walked_m2 *= kept * kept;
+        self.white_m2 *= kept * kept;
+    }
+
+    /// Whether the steps add up to more than an honest error does: than its walk, and than their own scatter as far as that may be white.
+    fn is_a_lie(&self) -> bool {
+        let scatter_m2 = (self.squares_m2 / 3.0).min(self.walked_m2 + self.white_m2);
+        let variance_m2 = self.walked_m2.max(scatter_m2);
+        self.sum_m.norm_squared() > CREEP_GATE * variance_m2
+    }
+}
+
+/// Chi-square of three degrees of freedom that two of ten thousand are beyond: an hour of stops.
+const CREEP_GATE: f64 = 20.0;
+
 /// Memory of the beacons.
 #[derive(Clone, Copy, Debug)]
 pub struct BeaconMonitor {
@@ -76,8 +128,8 @@ pub struct BeaconMonitor {
     trusted: Option<(u64, Vector3<f64>)>,
     /// What the claims are off by (m), and how sure that is (m per axis).
     off: Option<(Vector3<f64>, f64)>,
-    previous: Option<(u32, Vector3<f64>)>,
-    creep_m: Vector3<f64>,
+    previous: Option<Sounding>,
+    creep: Creep,
     /// All creep since it was seen for the first time.
     crept_m: Vector3<f64>,
 }
@@ -90,7 +142,7 @@ impl BeaconMonitor {
             trusted: None,
             off: None,
             previous: None,
-            creep_m: Vector3::zeros(),
+            creep: Creep::default(),
             crept_m: Vector3::zeros(),
         }
     }
@@ -115,21 +167,27 @@ impl BeaconMonitor {
                 self.trusted = Some((time_ns, *claimed_m));
             }
         }
-        if let Some((before, place)) = self.previous {
-            if before == stop {
-                let step_m = claimed_m - place;
-                self.creep_m += step_m;
+        if let Some(before) = self.previous {
+            if before.stop == stop {
+                let step_m = claimed_m - before.claimed_m;
+                let since_s = time_ns.saturating_sub(before.time_ns) as f64 * 1e-9;
+                self.creep.add(&step_m, since_s, &limits);
                 if self.crept_m != Vector3::zeros() {
                     self.crept_m += step_m;
                 }
             } else {
-                self.creep_m *= limits.memory;
+                self.creep.fade(limits.memory);
             }
         }
-        self.previous = Some((stop, *claimed_m)).filter(|(_, place)| place.iter().all(|c| c.is_finite()));
-        let creeps = self.creep_m.norm() > limits.creep_m;
+        let heard = Sounding {
+            time_ns,
+            stop,
+            claimed_m: *claimed_m,
+        };
+        self.previous = claimed_m.iter().all(|c| c.is_finite()).then_some(heard);
+        let creeps = self.creep.is_a_lie();
         if creeps && self.crept_m == Vector3::zeros() {
-            self.crept_m = self.creep_m;
+            self.crept_m = self.creep.sum_m;
         }
         match (self.off, creeps) {
             (Some(_), _) => BeaconVerdict::Jumped,

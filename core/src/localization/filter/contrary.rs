@@ -146,6 +146,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         let (offset_m, bias_m) = (self.nominal.clock_offset_m, self.nominal.two_way_bias_m);
         let drift_m_per_s = self.nominal.clock_drift_m_per_s;
+        let (off, departure) = (self.timing_is_off(), self.window.departure());
         self.restart();
         // The clock is two-way timing's, to its gate, whatever the pose was.
         let two_way_m = self.config.radio.two_way_m;
@@ -153,6 +154,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.nominal.clock_drift_m_per_s = drift_m_per_s;
         self.clock_known = true;
         self.set_pose(gmt, &solution);
+        if off && let Some(departure) = departure {
+            self.doubt_timing(&departure);
+        }
         self.running = true;
         self.counters.refixes = self.counters.refixes.saturating_add(1);
         true

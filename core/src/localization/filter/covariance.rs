@@ -147,6 +147,15 @@ impl<T: Real, const N: usize> Covariance<T, N> {
         }
     }
 
+    /// Adds the covariance of one unknown: a standard deviation of it changes the state by `along`.
+    pub fn spread(&mut self, along: &[T; N]) {
+        for (row, a) in self.p.iter_mut().zip(along) {
+            for (value, b) in row.iter_mut().zip(along) {
+                *value += *a * *b;
+            }
+        }
+    }
+
     /// Multiplies the standard deviations of the first `states` states by `factor`; correlations stay.
     pub fn inflate(&mut self, states: usize, factor: T) {
         for row in self.p.iter_mut().take(states) {

@@ -117,6 +117,9 @@ pub struct Filter<T: Real, const N: usize> {
     /// Sweeps held back in a row.
     held: u32,
     sure: bool,
+    /// Whether the contradiction began in sight, and small: sweeps and inertial data part from each other, as they do when ranges
+    /// are wrong. A pose that was captured, or led astray without sight, is contradicted at once.
+    parted: bool,
     last_sight_ns: u64,
     /// Last line of sight that was heard, whatever became of it.
     last_line_ns: u64,
@@ -160,6 +163,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             contested: 0,
             held: 0,
             sure: false,
+            parted: false,
             last_sight_ns: time_ns,
             last_line_ns: time_ns,
             last_aid_ns: time_ns,

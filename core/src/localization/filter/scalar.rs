@@ -1,8 +1,9 @@
 //! Scalar measurements: two-way timing, magnetic heading. They wait until the horizon passes their time stamps.
 
-use super::layout::{ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, TWO_WAY_BIAS};
+use super::layout::{ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, POSITION, TWO_WAY_BIAS, VELOCITY};
 use super::nominal::wrap_delay_m;
 use super::row::Row;
+use super::window::Departure;
 use super::{Filter, Gates};
 use crate::geometry::Real;
 
@@ -17,6 +18,8 @@ const ACQUIRED: u32 = 3;
 /// A step that timing alone has told leaves the clock no less sure than it is long, up to this, m: single precision holds no more
 /// beside the centimetres of an exchange.
 const MOST_DOUBT_M: f64 = 100.0;
+/// Standard deviation of the error of timing when ranges are doubted, m: single precision holds centimetres beside it.
+const RANGE_DOUBT_M: f64 = 30.0;
 /// Measurements closer in time than this tell no rate, s.
 const SHORTEST_STEP_S: f64 = 0.1;
 /// Without line of sight for this long, the magnetic heading is better than none, ns (docs/localization.md, "The model").
@@ -59,6 +62,8 @@ pub(super) struct Suspect {
     time_ns: u64,
     /// Its offset, m.
     offset_m: f64,
+    /// By how much it contradicts the clock, m.
+    contradicts_m: f64,
     /// How many.
     exchanges: u32,
     /// A line of sight in between has agreed with the clock.
@@ -136,10 +141,13 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let ratio = self.scalar_ratio(&row, gate);
         self.ratios.two_way = ratio as f32;
         if ratio <= 1.0 {
+            if let Some(doubt_m) = self.unresolved_m(time_ns, offset_m, row.residual.to_f64()) {
+                self.doubt_timing_by(doubt_m);
+            }
             self.suspect_clock = None;
-            self.health.clock_contested = self.timing_is_off();
             self.acquired = self.acquired.saturating_add(1);
             self.apply(&row);
+            self.health.clock_contested = self.timing_is_off();
             return;
         }
         self.health.clock_contested = true;
@@ -161,8 +169,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         match agreeing {
             // As many as a pose that is contradicted rides out. Either the clock has stepped or the timing's own error has.
             Some((_, apart)) if exchanges >= self.gates().refix_after => {
-                let doubt_m = row.residual.to_f64().abs().min(MOST_DOUBT_M);
-                self.covariance.add(TWO_WAY_BIAS, T::of(doubt_m * doubt_m));
+                self.doubt_timing_by(row.residual.to_f64());
                 if refuted {
                     // Lines of sight have said which: they know the clock.
                     self.suspect_clock = None;
@@ -177,6 +184,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 self.suspect_clock = Some(Suspect {
                     time_ns,
                     offset_m,
+                    contradicts_m: row.residual.to_f64(),
                     exchanges,
                     refuted,
                 });
@@ -184,9 +192,48 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
     }
 
-    /// Whether the timing's own error is one that no radio has.
-    fn timing_is_off(&self) -> bool {
-        self.nominal.two_way_bias_m.abs() > TIMING_OFF_M
+    /// Whether the timing's own error is one that no radio has, or may be.
+    pub(super) fn timing_is_off(&self) -> bool {
+        let sigma_m = libm::sqrt(self.variance(TWO_WAY_BIAS).max(0.0));
+        self.nominal.two_way_bias_m.abs().max(sigma_m) > TIMING_OFF_M
+    }
+
+    /// The timing's own error may have changed by this, m.
+    fn doubt_timing_by(&mut self, doubt_m: f64) {
+        let doubt_m = doubt_m.abs().min(MOST_DOUBT_M);
+        self.covariance.add(TWO_WAY_BIAS, T::of(doubt_m * doubt_m));
+    }
+
+    /// What the exchanges before have contradicted the clock by, when this one is as they were: it passes the gate only because the
+    /// clock has become unsure since, and nothing has told which of the two has stepped.
+    fn unresolved_m(&self, time_ns: u64, offset_m: f64, residual_m: f64) -> Option<f64> {
+        let suspect = self.suspect_clock.as_ref()?;
+        let dt = time_ns.saturating_sub(suspect.time_ns) as f64 * 1e-9;
+        let apart_m = wrap_delay_m(offset_m - suspect.offset_m - self.nominal.clock_drift_m_per_s * dt);
+        let same = dt < SUSPECT_S && apart_m.abs() < residual_m.abs();
+        same.then_some(suspect.contradicts_m)
+    }
+
+    /// Sweeps have parted from a pose that was in sight and sure of itself, and agree with each other. So what turns delays into ranges
+    /// is doubted: the pose is one of those along the departure, each with its own error of timing. Motion will tell.
+    pub(super) fn doubt_timing(&mut self, departure: &Departure) {
+        let mut along = [T::zero(); N];
+        // A sight that turns is that of a motion as much faster as it is further off.
+        for (first, vector) in [(POSITION, departure.way), (VELOCITY, departure.turn_per_s)] {
+            for (k, c) in vector.iter().enumerate() {
+                if let Some(a) = along.get_mut(first + k) {
+                    *a = T::of(c * RANGE_DOUBT_M);
+                }
+            }
+        }
+        for (state, share) in [(CLOCK_OFFSET, -1.0), (TWO_WAY_BIAS, 1.0)] {
+            if let Some(a) = along.get_mut(state) {
+                *a = T::of(share * RANGE_DOUBT_M);
+            }
+        }
+        self.covariance.spread(&along);
+        self.health.clock_contested = true;
+        self.counters.timing_doubted = self.counters.timing_doubted.saturating_add(1);
     }
 
     /// Sets the clock as if no exchange had been before.

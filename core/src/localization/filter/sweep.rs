@@ -190,6 +190,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
         // Whether the filter was sure of itself when the contradiction began: what grows while it rejects does not count.
         if self.contested == 0 {
             self.sure = sigma < gates.trusted_m;
+            let in_sight = sweep.time_ns.saturating_sub(self.last_sight_ns) <= BLIND_AFTER_NS;
+            self.parted = self.sure && in_sight && chi2 < MOST_INFLATED * gate;
         }
         let trusted = self.sure;
         self.last_innovation = Some(innovation);
@@ -264,7 +266,14 @@ impl<T: Real, const N: usize> Filter<T, N> {
             return false;
         }
         // Of a longer patience the window keeps the end.
-        self.try_refix_contested(gmt, (fixes as usize).min(WINDOW))
+        let refixed = self.try_refix_contested(gmt, (fixes as usize).min(WINDOW));
+        if refixed
+            && self.parted
+            && let Some(departure) = self.window.departure()
+        {
+            self.doubt_timing(&departure);
+        }
+        refixed
     }
 
     /// Whether the delay alone is wrong and two-way timing says why.

@@ -80,6 +80,15 @@ struct Fix {
     since_previous: Segment,
 }
 
+/// How the GMT sees the UAV.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Departure {
+    /// From the GMT to the UAV at the last fix, world axes, length 1.
+    pub(super) way: Vector3<f64>,
+    /// How it changes on average over the window, per s.
+    pub(super) turn_per_s: Vector3<f64>,
+}
+
 /// What the window gives: pose at its last fix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Solution {
@@ -112,6 +121,17 @@ impl Window {
             fixes: heapless::Deque::new(),
             current: Segment::empty(),
         }
+    }
+
+    /// The departures of the fixes; `None` when there are fewer than two.
+    pub(super) fn departure(&self) -> Option<Departure> {
+        let (first, last) = (self.fixes.front()?, self.fixes.back()?);
+        let since_s: f64 = self.fixes.iter().skip(1).map(|fix| fix.since_previous.dt_s).sum();
+        let way = -last.towards_gmt;
+        (since_s > 0.0).then(|| Departure {
+            way,
+            turn_per_s: (way + first.towards_gmt) / since_s,
+        })
     }
 
     /// Forgets all fixes.

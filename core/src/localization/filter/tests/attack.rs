@@ -225,3 +225,38 @@ fn a_beacon_that_is_wrong_from_the_start_is_seen_by_whoever_set_the_gmt_up() {
         }
     }
 }
+
+#[test]
+fn a_step_of_timing_that_an_unsure_clock_lets_pass_shows_in_sigma() {
+    let lie = |now: u64| if now > 14 * SECOND_NS { 1.0 } else { 0.0 };
+    let sight = |now: u64| !(10 * SECOND_NS..20 * SECOND_NS).contains(&now);
+    let mut worst: f64 = 0.0;
+    let filter = timed(40 * SECOND_NS, lie, sight, |now, filter| {
+        if now >= 14 * SECOND_NS {
+            worst = worst.max(sigmas(filter));
+        }
+    });
+    println!(
+        "{worst:.1} sigmas at worst, position {:.2} m off",
+        error_m(&filter)
+    );
+    assert!(worst < 3.5, "{worst}");
+}
+
+#[test]
+fn a_beacon_that_creeps_by_2_cm_a_second_is_flagged_and_shows_in_sigma() {
+    let (mut flagged_ns, mut worst) = (None, 0.0_f64);
+    let _ = flown(60 * SECOND_NS, 0, |now, filter, sweep| {
+        let since_s = now.saturating_sub(10 * SECOND_NS) as f64 * 1e-9;
+        sweep.gmt.position_m += Vector3::new(0.012, 0.016, 0.0) * since_s;
+        if filter.health().beacon_implausible {
+            flagged_ns.get_or_insert(now);
+        }
+        if filter.is_running() {
+            worst = worst.max(sigmas(filter));
+        }
+    });
+    println!("flagged at {flagged_ns:?} ns, {worst:.1} sigmas at worst");
+    assert!(flagged_ns.is_some_and(|at| at < 22 * SECOND_NS), "{flagged_ns:?}");
+    assert!(worst < 3.5, "{worst}");
+}
