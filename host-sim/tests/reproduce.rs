@@ -114,7 +114,7 @@ fn patterns_and_costs_are_printed_and_drawn() {
         .find(|row| row["solver"] == "closed, vector form")
         .expect("ours");
     assert!(vector["failed"] == 0 && number(vector, "evaluations") == 1.0);
-    drawn("cost.svg", &["bisection along the ray", "log10 of ns a point"]);
+    drawn("cost.svg", &["bisection along the ray", "log10 of ns per point"]);
 }
 
 #[test]

@@ -323,7 +323,7 @@ impl std::fmt::Display for Tally {
         if self.known {
             write!(
                 f,
-                ", {} truly first-order ({:.1} %); {} first-order paths in all",
+                ", {} of correct order ({:.1} %); {} first-order paths in all",
                 self.accepted_first,
                 100.0 * self.accepted_first as f64 / self.accepted.max(1) as f64,
                 self.first

@@ -39,21 +39,37 @@ fn rows(report: &Report) -> Vec<(&'static str, String)> {
     add("measured paths", Some(report.measurements.to_string()));
     add("accepted reflection points", Some(map.accepted.to_string()));
     add(
-        "accepted a sweep with first-order paths",
+        "points per sweep with a first-order path",
         map.accepted_per_sweep.map(|v| format!("{v:.1}")),
     );
     add(
-        "of these, of one reflection",
+        "of these, first order",
         map.accepted_first_order_per_sweep.map(|v| format!("{v:.1}")),
     );
     add("map points (voxels)", Some(map.points.to_string()));
-    add("truly of their order", percent(map.precision));
-    add("of one reflection, truly", percent(map.precision_first_order));
-    add("of several, truly", percent(map.precision_higher_order));
+    add("correct reflection order", percent(map.precision));
+    add(
+        "correct, presumed first order",
+        percent(map.precision_first_order),
+    );
+    add(
+        "correct, presumed higher order",
+        percent(map.precision_higher_order),
+    );
     add("first-order paths accepted", percent(map.recall_first_order));
-    add("point error, median", metres(map.point_median_m));
-    add("point error, 95 %", metres(map.point_p95_m));
-    add("point error, rms", metres(map.point_rmse_m));
+    add(
+        "error of points of correct order, median",
+        metres(map.point_median_m),
+    );
+    add("error of points of correct order, rms", metres(map.point_rmse_m));
+    add(
+        "all accepted points to surface, median",
+        metres(map.accepted_surface_median_m),
+    );
+    add(
+        "all accepted points to surface, rms",
+        metres(map.accepted_surface_rmse_m),
+    );
     add("map to true surface, median", metres(map.surface_median_m));
     add("map to true surface, rms", metres(map.surface_rmse_m));
     add("lit walls mapped within 0.5 m", percent(map.completeness_0p5m));
@@ -69,9 +85,12 @@ fn rows(report: &Report) -> Vec<(&'static str, String)> {
         flown.attitude_rmse_deg.map(|v| format!("{v:.3} deg")),
     );
     add("clock error, rms", clock.rmse_ns.map(|v| format!("{v:.3} ns")));
-    add("link state right", percent(report.link_state.accuracy));
     add(
-        "downlink bytes a point",
+        "link state accuracy in flight",
+        percent(report.link_state.accuracy),
+    );
+    add(
+        "downlink bytes per point",
         report.telemetry.bytes_per_point.map(|v| format!("{v:.1}")),
     );
     add("computed in", Some(format!("{:.2} s", report.elapsed_s)));

@@ -292,11 +292,11 @@ fn panels(rows: &[Row]) -> Vec<Panel> {
     };
     vec![
         panel(
-            "log10 of evaluations a point",
+            "log10 of evaluations per point",
             [-0.2, 5.5],
             curves(|row| row.evaluations),
         ),
-        panel("log10 of ns a point", [0.0, 6.5], curves(|row| row.time_ns)),
+        panel("log10 of ns per point", [0.0, 6.5], curves(|row| row.time_ns)),
     ]
 }
 
@@ -311,7 +311,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         "failed",
         "evaluations",
         "RMSE m",
-        "ns a point",
+        "ns per point",
     ]);
     for row in &rows {
         if args.json {

@@ -112,7 +112,7 @@ fn setups(what: What) -> Vec<(&'static str, Setup)> {
                 without(|s| s.link_state = Some(LinkStateChoice::Rules)),
             ),
             (
-                "paths of one reflection only",
+                "first-order paths only",
                 without(|s| s.mapped = Some(MappedChoice::FirstOrder)),
             ),
             (
@@ -184,31 +184,31 @@ fn present(log: &FlightLog) -> Option<f64> {
 
 const FIGURES: [Figure; 17] = [
     Figure {
-        name: "sweeps with the GMT in sight, %",
+        name: "sweeps with line of sight, %",
         join: mean,
         decimals: 0,
         of: |log, _| share(log, |_| true, |orders| orders.contains(&0)),
     },
     Figure {
-        name: "sweeps without, in which one reflection is left, %",
+        name: "NLOS sweeps with a first-order path, %",
         join: mean,
         decimals: 0,
         of: |log, _| share(log, |orders| !orders.contains(&0), |orders| orders.contains(&1)),
     },
     Figure {
-        name: "points of the reflections that they presume, %",
+        name: "correct reflection order, %",
         join: mean,
         decimals: 1,
         of: |_, e| e.map.precision.map(|share| 100.0 * share),
     },
     Figure {
-        name: "of one reflection that truly are, %",
+        name: "correct, presumed first order, %",
         join: mean,
         decimals: 1,
         of: |_, e| e.map.precision_first_order.map(|share| 100.0 * share),
     },
     Figure {
-        name: "of several that truly are, %",
+        name: "correct, presumed higher order, %",
         join: mean,
         decimals: 1,
         of: |_, e| e.map.precision_higher_order.map(|share| 100.0 * share),
@@ -226,19 +226,19 @@ const FIGURES: [Figure; 17] = [
         of: |_, e| e.map.surface_rmse_m,
     },
     Figure {
-        name: "point error, median, m",
+        name: "error of points of correct order, median, m",
         join: mean,
         decimals: 3,
         of: |_, e| e.map.point_median_m,
     },
     Figure {
-        name: "accepted points a sweep with first-order paths",
+        name: "points per sweep with a first-order path",
         join: mean,
         decimals: 2,
         of: |_, e| e.map.accepted_per_sweep,
     },
     Figure {
-        name: "of these, of paths of one reflection",
+        name: "of these, first order",
         join: mean,
         decimals: 2,
         of: |_, e| e.map.accepted_first_order_per_sweep,

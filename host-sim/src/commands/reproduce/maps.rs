@@ -83,7 +83,7 @@ fn all(args: &Args) -> anyhow::Result<()> {
         "map",
         "sweeps",
         "points",
-        "truly first order",
+        "correct, first order",
         "point median m",
         "RMSE m",
         "surface median m",

@@ -161,7 +161,7 @@ fn kinds(budget: &Budget) -> Table {
 
 /// A point and everything, ours and others'.
 fn points(budget: &Budget) -> Table {
-    let mut table = Table::new(["", "bytes a point", "bytes/s, all", "signed"]);
+    let mut table = Table::new(["", "bytes per point", "bytes/s, all", "signed"]);
     let decimals = |value: f64| format!("{value:.2}");
     let obstacle = rivals::OBSTACLE_DISTANCE_3D + rivals::MAVLINK_FRAME;
     table.row([

@@ -120,7 +120,7 @@ pub(super) fn paths(log: &FlightLog) -> String {
         Scale::Linear(0.0, end_s),
         Scale::from_zero(most),
         "time, s",
-        "paths a sweep",
+        "paths per sweep",
     );
     chart
         .area(&truth, "paths-true")
@@ -131,7 +131,7 @@ pub(super) fn paths(log: &FlightLog) -> String {
         ("k-paths-measured", "measured"),
         ("k-paths-accepted", "accepted points"),
     ];
-    figure("Paths a sweep", &keys, &chart.svg("Paths a sweep"))
+    figure("Paths per sweep", &keys, &chart.svg("Paths per sweep"))
 }
 
 /// Estimated probabilities of the link's states; nothing without a classifier.

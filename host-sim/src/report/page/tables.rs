@@ -63,11 +63,11 @@ pub(super) fn tiles(report: &Report) -> String {
             map.surface_median_m.map(|v| format!("{v:.3} m")),
         ),
         (
-            "reflection point error, median",
+            "error of points of correct order, median",
             map.point_median_m.map(|v| format!("{v:.3} m")),
         ),
         (
-            "points truly of their order",
+            "correct reflection order",
             map.precision.map(|v| format!("{:.1} %", 100.0 * v)),
         ),
         (
@@ -114,22 +114,28 @@ fn map(report: &Report) -> String {
         row(&["points in the map (voxels)", &m.points.to_string()]),
         row(&["accepted reflection points", &m.accepted.to_string()]),
         row(&[
-            "accepted a sweep with first-order paths",
+            "points per sweep with a first-order path",
             &number(m.accepted_per_sweep, ""),
         ]),
         row(&[
-            "of these, of one reflection",
+            "of these, first order",
             &number(m.accepted_first_order_per_sweep, ""),
         ]),
-        row(&["truly of their order", &percent(m.precision)]),
-        row(&["of one reflection, truly", &percent(m.precision_first_order)]),
-        row(&["of several, truly", &percent(m.precision_higher_order)]),
+        row(&["correct reflection order", &percent(m.precision)]),
+        row(&["correct, presumed first order", &percent(m.precision_first_order)]),
+        row(&[
+            "correct, presumed higher order",
+            &percent(m.precision_higher_order),
+        ]),
         row(&["without a true path (ghosts)", &m.ghosts.to_string()]),
         row(&["first-order paths measured", &percent(m.measured_first_order)]),
         row(&["first-order paths accepted", &percent(m.recall_first_order)]),
-        row(&["point error, median", &metres(m.point_median_m)]),
-        row(&["point error, rms", &metres(m.point_rmse_m)]),
-        row(&["point error, 95 %", &metres(m.point_p95_m)]),
+        row(&[
+            "error of points of correct order, median",
+            &metres(m.point_median_m),
+        ]),
+        row(&["error of points of correct order, rms", &metres(m.point_rmse_m)]),
+        row(&["error of points of correct order, 95 %", &metres(m.point_p95_m)]),
         row(&["map to surface, median", &metres(m.surface_median_m)]),
         row(&["map to surface, rms", &metres(m.surface_rmse_m)]),
         row(&["map to surface, 95 %", &metres(m.surface_p95_m)]),
@@ -248,7 +254,7 @@ fn fates(report: &Report) -> String {
         let counts = [f.los, f.first_order, f.higher_order, f.ghosts].map(|n| n.to_string());
         let name = match f.verdict.as_str() {
             MeasuredPath::OK => "accepted",
-            MeasuredPath::OK_HIGHER_ORDER => "accepted, of several reflections",
+            MeasuredPath::OK_HIGHER_ORDER => "accepted, higher order",
             verdict => verdict,
         };
         [name.to_owned()].into_iter().chain(counts).collect()
@@ -256,7 +262,7 @@ fn fates(report: &Report) -> String {
     let rows: Vec<Vec<String>> = report.fates.iter().map(line).collect();
     let header = ["", "line of sight", "first order", "higher order", "no true path"];
     table(
-        "What became of measured paths, by what they truly were",
+        "What became of measured paths, by their true order",
         &header,
         &rows,
     )
@@ -270,8 +276,8 @@ fn rest(report: &Report) -> String {
         row(&["computed in", &format!("{:.2} s", report.elapsed_s)]),
         row(&["measured paths", &report.measurements.to_string()]),
         row(&["packets", &t.packets.to_string()]),
-        row(&["bytes a point", &number(t.bytes_per_point, "")]),
-        row(&["bytes a second", &number(t.bytes_per_s, "")]),
+        row(&["bytes per point", &number(t.bytes_per_point, "")]),
+        row(&["bytes per second", &number(t.bytes_per_s, "")]),
         row(&[
             "sweeps with line of sight",
             &report.link_state.los_visible.to_string(),
