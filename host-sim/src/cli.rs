@@ -32,6 +32,11 @@ enum Command {
     ///
     /// Times the work as a user gets it, everything included. Figures hold for this machine and its load only.
     Bench(commands::bench::Args),
+    /// Many flights in one command, and what they say together
+    ///
+    /// Scenes, seeds, worlds and modes, on all processors; ended, it goes on where it was. Prints median, worst and pooled
+    /// figures with their intervals, and the flights furthest from the others. Two campaigns are compared flight by flight.
+    Campaign(commands::campaign::Args),
     /// Classify links and paths: line of sight, one reflection, or more
     ///
     /// The models that come with the program, exactly as they fly: integer networks over features of the measured paths.
@@ -152,6 +157,7 @@ fn run(command: Option<Command>) -> anyhow::Result<()> {
     match command {
         Some(Command::Accuracy(args)) => commands::accuracy::run(&args),
         Some(Command::Bench(args)) => commands::bench::run(&args),
+        Some(Command::Campaign(args)) => commands::campaign::run(&args),
         Some(Command::Classify(args)) => commands::classify::run(&args),
         Some(Command::Completions(args)) => commands::completions::run(&args, Cli::command()),
         Some(Command::Dataset(args)) => commands::dataset::run(&args),

@@ -7,6 +7,7 @@ mod output;
 pub mod accuracy;
 pub mod allan;
 pub mod bsm;
+pub mod campaign;
 pub mod channel;
 pub mod cli;
 mod commands;

@@ -2,6 +2,7 @@
 
 pub(crate) mod accuracy;
 pub(crate) mod bench;
+pub(crate) mod campaign;
 pub(crate) mod classify;
 pub(crate) mod completions;
 pub(crate) mod dataset;

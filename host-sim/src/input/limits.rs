@@ -56,6 +56,9 @@ pub const SCENE_VERTICES: usize = 4_000_000;
 /// Vertices of one face: whether it crosses itself is looked up edge against edge, half a million pairs at most.
 pub const FACE_VERTICES: usize = 1024;
 
+/// Reports of flights: a hundred times the longest in use.
+pub const REPORT: Limit = Limit::whole(4 * MIB);
+
 /// Points, x,y,z a line.
 pub const POINTS: Limit = Limit::lines(64 * MIB, KIB as usize);
 /// Points of one file.

@@ -209,6 +209,11 @@ fn result_directory(args: &Args) -> Result<ResultDirectory, InputError> {
     ResultDirectory::open(&args.out, Outputs::KIND)
 }
 
+/// The world of a configuration file.
+pub(crate) fn read_world(file: &Path) -> Result<WorldConfig, InputError> {
+    Ok(read_config(Some(file))?.world)
+}
+
 fn read_config(file: Option<&Path>) -> Result<Config, InputError> {
     let Some(file) = file else {
         return Ok(Config::default());

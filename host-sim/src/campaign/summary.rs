@@ -1,0 +1,284 @@
+//! What the flights of a campaign say together.
+
+use serde::Serialize;
+use serde_json::Value;
+
+use super::figure::{FIGURES, Figure, number};
+use super::shard::Shard;
+use crate::random::Stream;
+use crate::statistics::{median, quantile};
+use crate::table::Table;
+
+/// Draws of the bootstrap.
+const DRAWS: usize = 2000;
+/// Interval that is given, as quantiles of the draws.
+const INTERVAL: [f64; 2] = [0.025, 0.975];
+/// Flights that are named as the worst.
+const WORST: usize = 10;
+/// A standard deviation of normal numbers in median absolute deviations.
+const SIGMA_PER_DEVIATION: f64 = 1.4826;
+
+/// One figure over all flights. Values are those of the reports, not scaled.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Line {
+    /// Where it stands in a report.
+    pub key: &'static str,
+    /// Flights that have it.
+    pub flights: usize,
+    /// Median over flights.
+    pub median: Option<f64>,
+    /// Interval of the median, 95 %, by bootstrap over flights.
+    pub median_interval: [Option<f64>; 2],
+    /// What 90 % of the flights are no worse than.
+    pub worse_10_percent: Option<f64>,
+    /// The worst flight's.
+    pub worst: Option<f64>,
+    /// All flights together.
+    pub pooled: Option<f64>,
+    /// Interval of that, 95 %, by bootstrap over flights.
+    pub pooled_interval: [Option<f64>; 2],
+}
+
+/// A flight far from the others.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Worst {
+    /// Which.
+    pub flight: String,
+    /// The figure by which it is furthest off, in robust standard deviations.
+    pub sigmas: f64,
+    /// That figure and what else was special.
+    pub reason: String,
+}
+
+/// A campaign in one table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Flights that were flown.
+    pub flights: usize,
+    /// Those that could not be, and why.
+    pub failed: Vec<String>,
+    /// The figures.
+    pub figures: Vec<Line>,
+    /// The flights furthest off, worst first.
+    pub worst: Vec<Worst>,
+}
+
+impl Summary {
+    /// Of these shards.
+    pub fn of(shards: &[&Shard]) -> Self {
+        let flown: Vec<(&Shard, &Value)> = shards
+            .iter()
+            .filter_map(|shard| Some((*shard, shard.report.as_ref()?)))
+            .collect();
+        let reports: Vec<&Value> = flown.iter().map(|(_, report)| *report).collect();
+        let failed = shards.iter().filter(|shard| shard.report.is_none()).map(|shard| {
+            format!(
+                "{}: {}",
+                shard.flight.text(),
+                shard.error.as_deref().unwrap_or("no report")
+            )
+        });
+        let mut worst: Vec<Worst> = flown
+            .iter()
+            .filter_map(|(shard, report)| judge(shard, report, &reports))
+            .collect();
+        worst.sort_by(|a, b| b.sigmas.total_cmp(&a.sigmas));
+        worst.truncate(WORST);
+        Self {
+            flights: flown.len(),
+            failed: failed.collect(),
+            figures: FIGURES.iter().map(|figure| line(figure, &reports)).collect(),
+            worst,
+        }
+    }
+
+    /// It as text.
+    pub fn text(&self, title: &str) -> String {
+        let mut table = Table::new([
+            format!("{title}, {} flights", self.flights),
+            "median".into(),
+            "95 % interval".into(),
+            "90 % within".into(),
+            "worst".into(),
+            "pooled".into(),
+            "95 % interval".into(),
+        ]);
+        for (figure, line) in FIGURES.iter().zip(&self.figures) {
+            let interval =
+                |[low, high]: [Option<f64>; 2]| format!("{} .. {}", figure.text(low), figure.text(high));
+            table.row([
+                figure.name.to_owned(),
+                figure.text(line.median),
+                interval(line.median_interval),
+                figure.text(line.worse_10_percent),
+                figure.text(line.worst),
+                figure.text(line.pooled),
+                interval(line.pooled_interval),
+            ]);
+        }
+        let mut worst = Table::new(["furthest from the others", "sigmas", "why"]);
+        for flight in &self.worst {
+            worst.row([
+                flight.flight.clone(),
+                format!("{:.1}", flight.sigmas),
+                flight.reason.clone(),
+            ]);
+        }
+        let failed: String = self
+            .failed
+            .iter()
+            .map(|why| format!("not flown: {why}\n"))
+            .collect();
+        format!("{table}\n{worst}{failed}")
+    }
+}
+
+fn line(figure: &Figure, reports: &[&Value]) -> Line {
+    let values: Vec<f64> = reports.iter().filter_map(|report| figure.of(report)).collect();
+    let (mut medians, mut pools) = (Vec::with_capacity(DRAWS), Vec::with_capacity(DRAWS));
+    // The draws of every figure are the same flights.
+    let mut random = Stream::new(0, 0);
+    for _ in 0..DRAWS {
+        let drawn: Vec<&Value> = reports
+            .iter()
+            .filter_map(|_| {
+                reports
+                    .get((random.uniform() * reports.len() as f64) as usize)
+                    .copied()
+            })
+            .collect();
+        let of_drawn: Vec<f64> = drawn.iter().filter_map(|report| figure.of(report)).collect();
+        medians.extend(median(&of_drawn));
+        pools.extend(figure.pool(&drawn));
+    }
+    Line {
+        key: figure.key,
+        flights: values.len(),
+        median: median(&values),
+        median_interval: INTERVAL.map(|q| quantile(&medians, q)),
+        worse_10_percent: figure.worse(&values, 0.9),
+        worst: figure.worse(&values, 1.0),
+        pooled: figure.pool(reports),
+        pooled_interval: INTERVAL.map(|q| quantile(&pools, q)),
+    }
+}
+
+/// How far a flight is off the others, on the bad side of the figure by which it is furthest.
+fn judge(shard: &Shard, report: &Value, all: &[&Value]) -> Option<Worst> {
+    let judged = FIGURES.iter().filter_map(|figure| {
+        let values: Vec<f64> = all.iter().filter_map(|other| figure.of(other)).collect();
+        let (middle, own) = (median(&values)?, figure.of(report)?);
+        let deviations: Vec<f64> = values.iter().map(|value| (value - middle).abs()).collect();
+        let sigma = SIGMA_PER_DEVIATION * median(&deviations)?;
+        let worse = if figure.more_is_better {
+            middle - own
+        } else {
+            own - middle
+        };
+        (sigma > 0.0).then(|| (worse / sigma, figure, own, middle))
+    });
+    let (sigmas, figure, own, middle) = judged.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let mut reason = format!(
+        "{} {}, median {}",
+        figure.name,
+        figure.text(Some(own)),
+        figure.text(Some(middle))
+    );
+    if report.get("interrupted").and_then(Value::as_bool) == Some(true) {
+        reason.push_str("; ended early");
+    }
+    let visible = number(report, "link_state.los_visible").zip(number(report, "sweeps"));
+    if let Some((seen, sweeps)) = visible.filter(|(_, sweeps)| *sweeps > 0.0) {
+        reason.push_str(&format!(
+            "; line of sight in {:.0} % of the sweeps",
+            100.0 * seen / sweeps
+        ));
+    }
+    Some(Worst {
+        flight: shard.flight.text(),
+        sigmas,
+        reason,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::{Build, Flight};
+    use serde_json::json;
+
+    fn shard(seed: u64, report: Option<Value>) -> Shard {
+        Shard {
+            flight: Flight {
+                world: "default".into(),
+                mode: "best".into(),
+                scene: "outdoor".into(),
+                seed,
+            },
+            build: Build {
+                version: String::new(),
+                executable_crc: 0,
+                config_crc: 0,
+            },
+            error: report.is_none().then(|| "no flight was found".into()),
+            report,
+        }
+    }
+
+    fn flight(seed: u64, position_m: f64) -> Shard {
+        shard(
+            seed,
+            Some(
+                json!({"sweeps": 200, "link_state": {"los_visible": 50}, "map": {"precision": 0.99, "accepted": 100},
+                "trajectory": {"position_rmse_m": position_m}}),
+            ),
+        )
+    }
+
+    #[test]
+    fn median_worst_and_interval_of_nine_flights() {
+        let shards: Vec<Shard> = (1..=9).map(|n| flight(n, n as f64 / 10.0)).collect();
+        let summary = Summary::of(&shards.iter().collect::<Vec<_>>());
+        let line = summary
+            .figures
+            .iter()
+            .find(|line| line.key == "trajectory.position_rmse_m")
+            .expect("a line");
+        assert_eq!((line.flights, line.median, line.worst), (9, Some(0.5), Some(0.9)));
+        // The median of nine lies between the second and the eighth with 96 %.
+        let [low, high] = line.median_interval.map(|end| end.expect("known"));
+        assert!(
+            (0.2..=0.3).contains(&low) && (0.7..=0.8).contains(&high),
+            "{low} {high}"
+        );
+        let pooled = (285.0_f64 / 9.0).sqrt() / 10.0;
+        assert!((line.pooled.expect("known") - pooled).abs() < 1e-12);
+        assert!(
+            summary.text("a test").contains("0.500"),
+            "{}",
+            summary.text("a test")
+        );
+    }
+
+    #[test]
+    fn the_flight_that_is_off_is_named_with_the_reason() {
+        let mut shards: Vec<Shard> = (1..=8).map(|n| flight(n, 0.1 + n as f64 / 1000.0)).collect();
+        shards.push(flight(9, 1.6));
+        shards.push(shard(10, None));
+        let summary = Summary::of(&shards.iter().collect::<Vec<_>>());
+        let worst = &summary.worst[0];
+        assert!(
+            worst.flight.contains("seed 9") && worst.sigmas > 100.0,
+            "{worst:?}"
+        );
+        assert!(
+            worst.reason.contains("position, rms, m 1.600") && worst.reason.contains("25 % of the sweeps"),
+            "{worst:?}"
+        );
+        assert_eq!(
+            summary.failed,
+            ["outdoor best, default, seed 10: no flight was found"]
+        );
+        assert_eq!(summary.flights, 9);
+    }
+}

@@ -1,0 +1,288 @@
+//! `cslam campaign`: many flights in one command, and two campaigns side by side.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::ValueEnum;
+use rayon::prelude::*;
+
+use crate::campaign::{Build, Flight, Lists, Purpose, Shard, Summary, compare, read_shards};
+use crate::commands::fly::raw::{Setup, Stages, fly};
+use crate::commands::fly::{Mode, read_world};
+use crate::commands::threads::Threads;
+use crate::evaluation::evaluate;
+use crate::input::InputError;
+use crate::interrupt;
+use crate::progress;
+use crate::report::Report;
+use crate::scene::Scene;
+use crate::world::{World, WorldConfig};
+
+/// Arguments of `cslam campaign`.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Directory of the campaign, made when missing: a file for each flight, and summary.json. Flights that are there already are
+    /// not flown again, unless another build or configuration has flown them: then the campaign is refused
+    #[arg(long, value_name = "DIR", required_unless_present = "compare")]
+    out: Option<PathBuf>,
+    /// Flights of a list: those that constants may be tuned on, or those that are flown to report only (tests/seeds.toml)
+    #[arg(long, value_enum, conflicts_with_all = ["scenes", "seeds"])]
+    set: Option<Set>,
+    /// Scenes: outdoor, indoor, street, outdoor_a, city:SEED, or files
+    #[arg(long, value_name = "NAME|FILE", num_args = 1.., default_values_t = ["outdoor".to_owned()])]
+    scenes: Vec<String>,
+    /// First and last seed
+    #[arg(long, value_name = "N", num_args = 2, default_values_t = [1, 4])]
+    seeds: Vec<u64>,
+    /// Fly flights to report together with others
+    #[arg(long)]
+    any_seed: bool,
+    /// Whose methods
+    #[arg(long, value_enum, num_args = 1.., default_values_t = [Mode::Best])]
+    modes: Vec<Mode>,
+    /// Configurations of the world: each flight is flown in each
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    configs: Vec<PathBuf>,
+    /// Fly at most this many sweeps of each
+    #[arg(long, value_name = "N")]
+    steps: Option<usize>,
+    #[command(flatten)]
+    threads: Threads,
+    /// Print the summary as one JSON object on standard output
+    #[arg(long)]
+    json: bool,
+    /// Compare two campaigns flight by flight, and fly nothing
+    #[arg(long, value_name = "DIR", num_args = 2, conflicts_with_all = ["out", "json"])]
+    compare: Option<Vec<PathBuf>>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Set {
+    /// Constants may be looked at on them
+    Tuning,
+    /// Flown when the code is finished
+    Reporting,
+}
+
+/// A world that flights are flown in.
+struct Named {
+    name: String,
+    config: WorldConfig,
+    build: Build,
+}
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
+    if let Some([a, b]) = args.compare.as_deref() {
+        let text = compare(&read_shards(a)?, &read_shards(b)?).text([&text_of(a), &text_of(b)]);
+        println!("{text}");
+        return Ok(());
+    }
+    let Some(out) = &args.out else {
+        return Err(InputError::new("--out: expected a directory").into());
+    };
+    let worlds = worlds(args)?;
+    let flights = flights(args)?;
+    fs::create_dir_all(out).map_err(|e| InputError::unwritable(out, "cannot be made a directory", &e))?;
+    let mut missing = Vec::new();
+    for world in &worlds {
+        for mode in &args.modes {
+            for (scene, seed) in &flights {
+                let flight = Flight {
+                    world: world.name.clone(),
+                    mode: mode.name().to_owned(),
+                    scene: scene.clone(),
+                    seed: *seed,
+                };
+                match Shard::read(out, &flight)? {
+                    None => missing.push((flight, *mode, world)),
+                    Some(shard) if shard.build == world.build => {}
+                    Some(_) => {
+                        return Err(InputError::in_file(
+                            &out.join(flight.file_name()),
+                            "was flown by another build or configuration: expected a directory of this campaign, or a new one",
+                        )
+                        .into());
+                    }
+                }
+            }
+        }
+    }
+    let interrupted = interrupt::flag();
+    let bar = progress::bar(missing.len() as u64, "flying");
+    let failed = Mutex::new(None);
+    args.threads.install(|| {
+        missing.par_iter().for_each(|(flight, mode, world)| {
+            if interrupted.load(Ordering::Relaxed) {
+                return;
+            }
+            let shard = match flown(args, flight, *mode, &world.config, &interrupted) {
+                Ok(Some(report)) => (Some(report), None),
+                // Half a flight is none.
+                Ok(None) => return,
+                Err(error) => (None, Some(format!("{error:#}"))),
+            };
+            let shard = Shard {
+                flight: flight.clone(),
+                build: world.build.clone(),
+                report: shard.0,
+                error: shard.1,
+            };
+            if let Err(error) = shard.write(out)
+                && let Ok(mut failed) = failed.lock()
+            {
+                interrupted.store(true, Ordering::Relaxed);
+                failed.get_or_insert(error);
+            }
+            bar.inc(1);
+        });
+        Ok(())
+    })?;
+    bar.finish_and_clear();
+    if let Ok(Some(error)) = failed.into_inner() {
+        return Err(error.into());
+    }
+    report(args, out, &worlds)
+}
+
+/// Summaries of everything that lies in the directory, world by world and mode by mode.
+fn report(args: &Args, out: &Path, worlds: &[Named]) -> anyhow::Result<()> {
+    let shards = read_shards(out)?;
+    let mut summaries = Vec::new();
+    for world in worlds {
+        for mode in &args.modes {
+            let own: Vec<&Shard> = shards
+                .iter()
+                .filter(|shard| shard.flight.world == world.name && shard.flight.mode == mode.name())
+                .collect();
+            summaries.push((format!("{}, {}", world.name, mode.name()), Summary::of(&own)));
+        }
+    }
+    let object: serde_json::Map<String, serde_json::Value> = summaries
+        .iter()
+        .map(|(name, summary)| Ok((name.clone(), serde_json::to_value(summary)?)))
+        .collect::<Result<_, serde_json::Error>>()?;
+    let file = out.join("summary.json");
+    fs::write(&file, serde_json::to_string_pretty(&object)?)
+        .map_err(|e| InputError::unwritable(&file, "cannot be written", &e))?;
+    for (name, summary) in &summaries {
+        if args.json {
+            progress::note(summary.text(name));
+        } else {
+            println!("{}", summary.text(name));
+        }
+    }
+    if args.json {
+        println!("{}", serde_json::to_string(&object)?);
+    }
+    Ok(())
+}
+
+/// A flight's report; `None` when it was interrupted.
+fn flown(
+    args: &Args,
+    flight: &Flight,
+    mode: Mode,
+    config: &WorldConfig,
+    interrupted: &AtomicBool,
+) -> anyhow::Result<Option<serde_json::Value>> {
+    let start = std::time::Instant::now();
+    let scene = Scene::load(&flight.scene)?;
+    let world = World::new(&scene, config.clone(), flight.seed)?;
+    let planned = usize::try_from(world.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
+    let setup = Setup {
+        mode,
+        stages: Stages::default(),
+    };
+    let (mut log, _) = fly(
+        &setup,
+        &flight.scene,
+        &world,
+        flight.seed,
+        planned,
+        interrupted,
+        || {},
+        |_, _| {},
+    )?;
+    if log.interrupted() {
+        return Ok(None);
+    }
+    let evaluation = evaluate(&mut log, Some(&scene));
+    let report = Report::new(&log, &evaluation, start.elapsed().as_secs_f64());
+    Ok(Some(serde_json::to_value(&report)?))
+}
+
+/// The flights that are asked for, scene and seed.
+fn flights(args: &Args) -> Result<Vec<(String, u64)>, InputError> {
+    let lists = Lists::of_the_repository()?;
+    let flights = match args.set {
+        Some(Set::Tuning) => lists.flights(Purpose::Tuning),
+        Some(Set::Reporting) => lists.flights(Purpose::Reporting),
+        None => {
+            let [first, last] = args.seeds[..] else {
+                return Err(InputError::new("--seeds: expected the first and the last"));
+            };
+            let of_scene = |scene: &String| {
+                (first..=last)
+                    .map(|seed| (scene.clone(), seed))
+                    .collect::<Vec<_>>()
+            };
+            args.scenes.iter().flat_map(of_scene).collect()
+        }
+    };
+    if flights.is_empty() || args.steps == Some(0) {
+        return Err(InputError::new(
+            "nothing to fly: --seeds or --steps leave no flight",
+        ));
+    }
+    if !args.any_seed {
+        lists.refuse_mixture(&flights)?;
+    }
+    // A scene that cannot be read must not cost a night of flights.
+    let mut scenes: Vec<&String> = flights.iter().map(|(scene, _)| scene).collect();
+    scenes.dedup();
+    for scene in scenes {
+        Scene::load(scene)?;
+    }
+    Ok(flights)
+}
+
+/// The worlds that are asked for.
+fn worlds(args: &Args) -> anyhow::Result<Vec<Named>> {
+    let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+    let executable_crc = crc.checksum(&fs::read(std::env::current_exe()?)?);
+    let mut configs = Vec::new();
+    if args.configs.is_empty() {
+        configs.push(("default".to_owned(), WorldConfig::default()));
+    }
+    for file in &args.configs {
+        let name = file
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        if configs.iter().any(|(before, _)| *before == name) {
+            return Err(InputError::in_file(file, "has the name of another configuration").into());
+        }
+        configs.push((name, read_world(file)?));
+    }
+    let named = configs.into_iter().map(|(name, config)| {
+        let text = toml::to_string(&config)?;
+        let steps = format!("{text}\n{:?}", args.steps);
+        Ok(Named {
+            name,
+            config,
+            build: Build {
+                version: env!("CARGO_PKG_VERSION").to_owned(),
+                executable_crc,
+                config_crc: crc.checksum(steps.as_bytes()),
+            },
+        })
+    });
+    named.collect()
+}
+
+fn text_of(directory: &Path) -> String {
+    directory.display().to_string()
+}
