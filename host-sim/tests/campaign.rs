@@ -2,13 +2,11 @@
 
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 use std::time::SystemTime;
 
-use assert_cmd::Command;
-
 fn cslam(args: &[&str]) -> (Option<i32>, String, String) {
-    let output = Command::cargo_bin("cslam")
-        .expect("built")
+    let output = Command::new(env!("CARGO_BIN_EXE_cslam"))
         .args(args)
         .output()
         .expect("runs");
