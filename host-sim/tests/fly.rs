@@ -207,44 +207,6 @@ fn without_a_word_it_flies_outdoors_from_raw_samples() {
     );
 }
 
-/// An interrupt ends the flight, and what was flown is written whole.
-#[cfg(unix)]
-#[test]
-fn an_interrupted_flight_leaves_complete_files() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let mut flight = Command::new(env!("CARGO_BIN_EXE_cslam"))
-        .current_dir(directory.path())
-        .args(["fly", "--seed", "3"])
-        .stdout(std::process::Stdio::null())
-        .stderr(std::process::Stdio::null())
-        .spawn()
-        .expect("the binary runs");
-    // The directory is made before the flight; the flight takes far longer than this.
-    let out = directory.path().join("out");
-    for _ in 0..300 {
-        if out.is_dir() {
-            break;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(100));
-    }
-    std::thread::sleep(std::time::Duration::from_secs(4));
-    let kill = Command::new("kill")
-        .args(["-INT", &flight.id().to_string()])
-        .status()
-        .expect("kill runs");
-    assert!(kill.success() && flight.wait().expect("it ends").success());
-    let report = report(&out);
-    assert_eq!(report["interrupted"], true);
-    let sweeps = report["sweeps"].as_u64().expect("a number");
-    assert!((1..240).contains(&sweeps), "{sweeps}");
-    assert_eq!(report["map"]["points"], vertices(&out.join("map.ply")));
-    // A file of MCAP ends with its magic bytes, a page with its last tag.
-    let mcap = fs::read(out.join("flight.mcap")).expect("written");
-    assert!(mcap.ends_with(b"\x89MCAP0\r\n"));
-    let page = fs::read_to_string(out.join("report.html")).expect("written");
-    assert!(page.trim_end().ends_with("</html>"));
-}
-
 /// Twenty seconds from raw samples: the start, and the first walls.
 #[test]
 fn a_flight_from_raw_samples_finds_its_pose_and_repeats_bit_for_bit() {
