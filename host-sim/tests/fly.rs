@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use cslam_core::telemetry::Key;
+use cslam_core::telemetry::{HealthCounters, Key};
 
 fn fly(directory: &Path, args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_cslam"))
@@ -29,6 +29,22 @@ fn vertices(file: &Path) -> u64 {
     let count: u64 = count.parse().expect("a number");
     assert_eq!(body.lines().count() as u64, count, "{}", file.display());
     count
+}
+
+/// Every health counter that there is, as the report has it in both of its forms.
+fn health(out: &Path) -> [u32; HealthCounters::NAMES.len()] {
+    let page = fs::read_to_string(out.join("report.html")).expect("written");
+    let report = report(out);
+    HealthCounters::NAMES.map(|name| {
+        let count = &report["health"][name];
+        let words = name.replace('_', " ");
+        let row = format!("<tr><th scope=\"row\">{words}</th><td>{count}</td></tr>");
+        assert!(page.contains(&row), "the page has no row {row}");
+        count
+            .as_u64()
+            .and_then(|count| count.try_into().ok())
+            .expect(name)
+    })
 }
 
 #[test]
@@ -72,6 +88,7 @@ fn a_path_list_flies_and_writes_everything() {
         1700
     );
     let counters = heard.health.expect("it closes the stream").counters;
+    assert_eq!(health(&out), counters.to_array());
     assert_eq!(u64::from(counters.map_points), vertices(&out.join("map.ply")));
     let bytes_per_point = report["telemetry"]["bytes_per_point"].as_f64().expect("known");
     assert!(
@@ -205,6 +222,12 @@ fn without_a_word_it_flies_outdoors_from_raw_samples() {
         (&report["sweeps"], &report["scene"]),
         (&2.into(), &"outdoor".into())
     );
+    let out = directory.path().join("out");
+    let packets = fs::read(out.join("packets.bin")).expect("written");
+    let heard = cslam_host_sim::evaluation::downlink::decode(&packets, 1, &Key::TEST);
+    let counters = heard.health.expect("it closes the stream").counters;
+    assert!(counters.imu_samples > 500 && counters.sweeps == 2, "{counters:?}");
+    assert_eq!(health(&out), counters.to_array());
 }
 
 /// Twenty seconds from raw samples: the start, and the first walls.
