@@ -13,7 +13,6 @@ use cslam_firmware::ring::{Producer, SharedMemory};
 use cslam_firmware::sensor_stream;
 
 use board::{Board, Exit};
-use ring_file::RingFile;
 
 /// A board that waits for a ring which nobody makes.
 fn waiting(patience: Duration) -> Board {
