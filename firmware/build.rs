@@ -17,15 +17,7 @@ const BOARDS: [Board; 5] = [
     Board {
         feature: "qemu-an500",
         memory: "memory/mps2-an500.x",
-        binaries: &[
-            "cslam-an500",
-            "faults-an500",
-            "flight-an500",
-            "kernels-an500",
-            "lscn-an500",
-            "receiver-an500",
-            "sweeps-an500",
-        ],
+        binaries: &["checks-an500", "faults-an500", "receiver-an500"],
         scripts: &["defmt.x"],
     },
     Board {

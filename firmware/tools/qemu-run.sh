@@ -6,7 +6,7 @@
 #   CSLAM_RING_FILE   file of 16 MiB that becomes the board's PSRAM (mps2-an500), shared with whoever has it open
 #   CSLAM_UART1_FILE  file that takes what the board sends on UART1
 #   CSLAM_ICOUNT      N: each instruction takes 2^N ns of the board's time, so that its clocks count instructions
-#   CSLAM_TIMEOUT_S   the run is ended after this many seconds with exit code 124 (default 120)
+#   CSLAM_TIMEOUT_S   the run is ended after this many seconds with exit code 124 (default 1800)
 #
 # Exit codes of its own: 127 when a program is missing, 124 on a time-out.
 set -euo pipefail
@@ -53,7 +53,7 @@ fi
 
 set +e
 # In the foreground, so that the emulator stays in the process group of whoever has to end it.
-timeout --foreground "${CSLAM_TIMEOUT_S:-120}" qemu-system-arm "${options[@]}" -display none -monitor none \
+timeout --foreground "${CSLAM_TIMEOUT_S:-1800}" qemu-system-arm "${options[@]}" -display none -monitor none \
     -serial null -serial "$uart1" -semihosting-config "$semihosting" -kernel "$elf" </dev/null |
     defmt-print -e "$elf" stdin
 codes=("${PIPESTATUS[@]}")

@@ -12,10 +12,14 @@ pub fn root() -> &'static Path {
     package.parent().unwrap_or(package)
 }
 
-/// `cargo VERB` (build or run) of an image for the emulated board, with the flags it is made for whatever the environment
+/// `cargo VERB` (build or run) of an image for the emulated board, with the features and flags it is made for whatever the environment
 /// holds.
 pub fn emulated_board(verb: &str, image: &str) -> Command {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let features = match image {
+        "checks-an500" => "qemu-an500,rivals",
+        _ => "qemu-an500",
+    };
     let mut command = Command::new(cargo);
     command
         .current_dir(root())
@@ -27,7 +31,7 @@ pub fn emulated_board(verb: &str, image: &str) -> Command {
             "--target",
             "thumbv7em-none-eabihf",
         ])
-        .args(["-p", "cslam-firmware", "--features", "qemu-an500", "--bin", image])
+        .args(["-p", "cslam-firmware", "--features", features, "--bin", image])
         // They would replace the flags in `.cargo/config.toml`, and with them the choice of the processor.
         .env_remove("RUSTFLAGS")
         .env_remove("CARGO_ENCODED_RUSTFLAGS")

@@ -15,8 +15,8 @@ fn output() -> &'static str {
     static OUTPUT: OnceLock<String> = OnceLock::new();
     OUTPUT.get_or_init(|| {
         printed(
-            emulated_board("run", "lscn-an500")
-                .args(["--features", "rivals"])
+            emulated_board("run", "checks-an500")
+                .args(["--", "networks"])
                 .env("CSLAM_ICOUNT", "10"),
         )
     })

@@ -10,7 +10,7 @@ use super::mirrors::PLACED_M;
 use super::paths::Straight;
 use crate::geometry::{Direction, Matrix3, Position, Vector3, World};
 use crate::localization::planes::Plane;
-use crate::lscn::{LinkState, Probabilities};
+use crate::lscn::Probabilities;
 use crate::path::Path;
 use crate::reflection::{Ends, ReflectionPoint};
 
@@ -137,9 +137,7 @@ impl Least {
     pub(super) fn is_reached(self, probabilities: &Probabilities) -> bool {
         match self {
             Self::Mirrored(least) => probabilities.first_order >= least,
-            Self::Alone(least) => {
-                probabilities.state() == LinkState::FirstOrder && probabilities.first_order >= least
-            }
+            Self::Alone(least) => probabilities.is_first_order(least),
         }
     }
 }

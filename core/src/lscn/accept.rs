@@ -5,15 +5,12 @@
 //! that the point has by those of delay, angles and pose, and beside the angle of departure and where the point lies.
 //! Source: docs/link-state.md, gate.
 
-use super::probability::Probabilities;
-use crate::geometry::World;
-use crate::path::Path;
-use crate::reflection::{Ends, Form, Gates, InputError, ReflectionPoint, Rejection, Verdict, solve};
+use crate::reflection::Gates;
 
 /// Thresholds for entering the map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AcceptGate {
-    /// Least probability of first order. Default 0.8.
+    /// Least probability of first order ([`Probabilities::is_first_order`](super::Probabilities::is_first_order)). Default 0.8.
     pub min_probability: f32,
     /// Gates of the point: an error of at most 5 m, excess of 2 standard deviations, 0.3 m from both ends, departure within
     /// 2.5 standard deviations; ground and bounds where they are known.
@@ -38,52 +35,13 @@ impl Default for AcceptGate {
     }
 }
 
-/// What became of a path.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Acceptance {
-    /// A point for the map.
-    Accepted(ReflectionPoint),
-    /// Not probably a single reflection.
-    Improbable,
-    /// The point does not pass a gate.
-    Rejected(Rejection),
-}
-
-impl AcceptGate {
-    /// Judges a classified path.
-    ///
-    /// # Errors
-    /// [`InputError`] when the path is no measurement.
-    pub fn judge(
-        &self,
-        ends: &Ends,
-        path: &Path<World>,
-        probabilities: &Probabilities,
-    ) -> Result<Acceptance, InputError> {
-        // Solved in any case: a path that is no measurement is an error whatever the network says.
-        let verdict = solve(ends, path, Form::Vector, &self.point)?;
-        Ok(match verdict {
-            // Negated so that a probability that is no number accepts nothing.
-            _ if !probabilities.first_order.ge(&self.min_probability) => Acceptance::Improbable,
-            Verdict::Rejected(reason) => Acceptance::Rejected(reason),
-            Verdict::Accepted(point) => Acceptance::Accepted(point),
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Direction, Position, Vector3};
-    use crate::path::{Departure, diagonal_covariance};
-    use crate::reflection::Bounds;
+    use crate::geometry::{Direction, Position, Vector3, World};
+    use crate::path::{Departure, Path, diagonal_covariance};
+    use crate::reflection::{Bounds, Ends, Form, InputError, Rejection, Verdict, solve};
     use nalgebra::Matrix3;
-
-    const SURE: Probabilities = Probabilities {
-        los: 0.05,
-        first_order: 0.9,
-        higher_order: 0.05,
-    };
 
     fn at(x: f32, y: f32, z: f32) -> Position {
         Position::new(x, y, z).expect("finite")
@@ -110,20 +68,15 @@ mod tests {
         (ends, path)
     }
 
-    fn judged(
-        gate: &AcceptGate,
-        gap: f32,
-        change: impl Fn(&mut Path<World>),
-        p: &Probabilities,
-    ) -> Acceptance {
+    fn solved(gate: &AcceptGate, gap: f32, change: impl Fn(&mut Path<World>)) -> Verdict<f32> {
         let (ends, mut path) = case(gap);
         change(&mut path);
-        gate.judge(&ends, &path, p).expect("a measurement")
+        solve(&ends, &path, Form::Vector, &gate.point).expect("a measurement")
     }
 
     #[test]
-    fn a_probable_and_consistent_path_gives_its_point() {
-        let Acceptance::Accepted(point) = judged(&AcceptGate::default(), 12.0, |_| {}, &SURE) else {
+    fn a_consistent_path_gives_its_point() {
+        let Verdict::Accepted(point) = solved(&AcceptGate::default(), 12.0, |_| {}) else {
             panic!("consistent");
         };
         assert!((point.position.vector() - Vector3::new(0.0, 20.0, 4.0)).norm() < 1e-3);
@@ -132,42 +85,31 @@ mod tests {
     #[test]
     fn every_gate_closes() {
         let gate = AcceptGate::default();
-        let doubtful = Probabilities {
-            first_order: 0.79,
-            los: 0.21,
-            higher_order: 0.0,
-        };
-        assert_eq!(judged(&gate, 12.0, |_| {}, &doubtful), Acceptance::Improbable);
-        let broken = Probabilities {
-            first_order: f32::NAN,
-            ..doubtful
-        };
-        assert_eq!(judged(&gate, 12.0, |_| {}, &broken), Acceptance::Improbable);
         // Excess 2 sqrt(gap^2 + 404) - 40.2 = 0.20 m, 1.8 of its standard deviations of 0.11 m, 6 degrees off the GMT.
-        let small = judged(&gate, 2.0, |_| {}, &SURE);
-        assert_eq!(small, Acceptance::Rejected(Rejection::LineOfSight));
+        let small = solved(&gate, 2.0, |_| {});
+        assert_eq!(small, Verdict::Rejected(Rejection::LineOfSight));
         // 0.45 m, 4 standard deviations: along a wall 3 m away the point has an error of 2.7 m.
         assert!(matches!(
-            judged(&gate, 3.0, |_| {}, &SURE),
-            Acceptance::Accepted(point) if (2.5..3.0).contains(&point.sigma_m())
+            solved(&gate, 3.0, |_| {}),
+            Verdict::Accepted(point) if (2.5..3.0).contains(&point.sigma_m())
         ));
         // 2.4 m of excess, 2.4 standard deviations with twenty times the errors, and the point has one of 6.2 m.
         let poor = |path: &mut Path<World>| path.covariance *= 400.0;
         assert_eq!(
-            judged(&gate, 7.0, poor, &SURE),
-            Acceptance::Rejected(Rejection::IllConditioned)
+            solved(&gate, 7.0, poor),
+            Verdict::Rejected(Rejection::IllConditioned)
         );
         let mut open = gate;
         open.point.max_sigma_m = f32::INFINITY;
-        assert!(matches!(judged(&open, 7.0, poor, &SURE), Acceptance::Accepted(_)));
+        assert!(matches!(solved(&open, 7.0, poor), Verdict::Accepted(_)));
         let turned = |path: &mut Path<World>| {
             if let Some(departure) = &mut path.aod {
                 departure.direction = Direction::from_vector(Vector3::x()).expect("some");
             }
         };
         assert_eq!(
-            judged(&gate, 12.0, turned, &SURE),
-            Acceptance::Rejected(Rejection::DepartureMismatch)
+            solved(&gate, 12.0, turned),
+            Verdict::Rejected(Rejection::DepartureMismatch)
         );
         let mut small_world = gate;
         small_world.point.bounds = Some(Bounds {
@@ -175,23 +117,16 @@ mod tests {
             max: at(30.0, 50.0, 20.0),
         });
         assert_eq!(
-            judged(&small_world, 12.0, |_| {}, &SURE),
-            Acceptance::Rejected(Rejection::OutOfBounds)
+            solved(&small_world, 12.0, |_| {}),
+            Verdict::Rejected(Rejection::OutOfBounds)
         );
     }
 
     #[test]
-    fn no_measurement_is_an_error_whatever_its_probability() {
+    fn no_measurement_is_an_error() {
         let (ends, mut path) = case(12.0);
         path.c_tau_m = 5.0;
-        let error = AcceptGate::default().judge(
-            &ends,
-            &path,
-            &Probabilities {
-                first_order: 0.0,
-                ..SURE
-            },
-        );
+        let error = solve(&ends, &path, Form::Vector, &AcceptGate::default().point);
         assert_eq!(error, Err(InputError::DelayShorterThanBaseline));
     }
 }

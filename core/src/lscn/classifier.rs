@@ -41,6 +41,12 @@ impl Probabilities {
             LinkState::HigherOrder
         }
     }
+
+    /// Whether first order is the most probable state, and at least so probable. A probability that is no number reaches nothing.
+    #[must_use]
+    pub fn is_first_order(&self, least: f32) -> bool {
+        self.state() == LinkState::FirstOrder && self.first_order >= least
+    }
 }
 
 /// Why a path or a link has no probabilities.

@@ -29,7 +29,7 @@ mod probability;
 mod shape;
 mod write;
 
-pub use accept::{AcceptGate, Acceptance};
+pub use accept::AcceptGate;
 pub use classifier::{Classifier, ClassifyError, LinkState, PaperClassifier, WrongModel};
 pub use error::ModelError;
 pub use features::{

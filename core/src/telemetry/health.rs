@@ -150,6 +150,10 @@ counters! {
     beacons_refused,
     /// Packets from the ground that were genuine, but whose counters could not be stored ahead of their use.
     uplink_unreserved,
+    /// Starts and re-fixes that the magnetic heading contradicts.
+    starts_refused,
+    /// Sweeps whose first path proves the pose wrong: shorter than the straight way.
+    contrary,
 }
 
 /// Counters that every report of this version has. Those after them came later, and are sent up to the last that is not zero.

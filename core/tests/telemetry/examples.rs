@@ -222,6 +222,14 @@ pub(crate) fn down() -> Vec<Message> {
             },
             ..HealthReport::default()
         }),
+        Message::Health(HealthReport {
+            counters: HealthCounters {
+                starts_refused: 3,
+                contrary: u32::MAX,
+                ..counters
+            },
+            ..HealthReport::default()
+        }),
     ]
 }
 

@@ -199,6 +199,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             clock_steps: filter.clock_steps,
             beacons_refused: filter.beacons_refused,
             uplink_unreserved: counters.uplink_unreserved,
+            starts_refused: filter.starts_refused,
+            contrary: filter.contrary,
         }
     }
 }

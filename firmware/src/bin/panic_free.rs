@@ -5,8 +5,8 @@
 //! symbol of that name. The image is for the flight controller's memory map, so a flight path that outgrows the chip
 //! does not link either. It is made to be linked, not to be run: inputs are whatever the shared memory holds.
 //!
-//! A board's own image cannot pass, because its runtime and its log keep panics; what flies is checked here: ring,
-//! record, path, solver, map and packet encoder as [`Receiver::step`] puts them together, packets of every kind, both ways, path
+//! A board's own image cannot pass, because its runtime and its log keep panics; what flies is checked here: the application, the
+//! ring, packets of every kind, both ways, path
 //! estimation from samples to paths in both modes, with its front end, localization from samples and paths to the pose,
 //! link states from a model file and measured paths to the gate into the map, and the drivers of the library half.
 #![no_std]
@@ -29,15 +29,13 @@ use cslam_core::localization::{Localizer, LocalizerConfig};
 use cslam_core::lscn::{AcceptGate, Classifier, LinkGeometry, Model, PaperClassifier, Received};
 use cslam_core::ltd::{Correlator, Detector, EstimatorConfig, Iq, PaperEstimator, PathEstimator, Workspace};
 use cslam_core::path::Path;
-use cslam_core::reflection::{Ends, Form};
+use cslam_core::reflection::{Ends, Form, solve};
 use cslam_core::telemetry::{Decoder, Key, MAX_FRAME, Opener, Sender, Uplink};
 use cslam_core::waveform::{SAMPLES, Waveform};
 use cslam_firmware::front_end_check::{Block, CHANNELS, SUBSET};
-use cslam_firmware::measurement;
-use cslam_firmware::receiver::{BoardMap, Receiver, board_gates};
 use cslam_firmware::ring::{AccessError, Consumer, Producer, SharedMemory};
+use cslam_firmware::sensor_stream;
 use cslam_firmware::sweep_check::PATHS;
-use embedded_io::{ErrorKind, ErrorType, Write};
 
 type Paper = PaperEstimator<4, 8, CHANNELS, 72, PATHS>;
 
@@ -60,24 +58,6 @@ impl SharedMemory for Opaque {
     }
 }
 
-/// A downlink of which the compiler knows nothing.
-struct Downlink;
-
-impl ErrorType for Downlink {
-    type Error = ErrorKind;
-}
-
-impl Write for Downlink {
-    fn write(&mut self, bytes: &[u8]) -> Result<usize, ErrorKind> {
-        black_box(bytes);
-        black_box(Ok(0))
-    }
-
-    fn flush(&mut self) -> Result<(), ErrorKind> {
-        black_box(Ok(()))
-    }
-}
-
 #[entry]
 fn main() -> ! {
     let localizer = cortex_m::singleton!(: Option<Localizer<f32, { localization::STATES }>> = None);
@@ -88,12 +68,11 @@ fn main() -> ! {
         )));
     }
     // Places of their own, so that the link also shows that they fit.
-    let map = cortex_m::singleton!(: BoardMap = BoardMap::new());
     let key = Key::new(black_box([0; Key::LENGTH]));
     let decoder = cortex_m::singleton!(: Decoder = Decoder::with(Opener::unsigned(0)));
-    if let (Some(map), Some(decoder)) = (map, decoder) {
+    if let Some(decoder) = decoder {
         *decoder = Decoder::new(black_box(1), &key);
-        fly(map, decoder, &key);
+        exchange(decoder, &key);
     }
     let block = cortex_m::singleton!(: Block = [[Iq::ZERO; SAMPLES]; CHANNELS]);
     let work = cortex_m::singleton!(: Workspace = Workspace::new());
@@ -118,13 +97,12 @@ fn main() -> ! {
     }
 }
 
-fn fly(map: &mut BoardMap, decoder: &mut Decoder, key: &Key) {
-    const SLOT: usize = measurement::LENGTH;
-    let sender = Sender::new(black_box(1), key, black_box(0));
-    let mut receiver = Receiver::new(map, black_box(Form::Vector), black_box(board_gates()), sender);
+/// Everything that passes through a ring, and packets of every kind, both ways.
+fn exchange(decoder: &mut Decoder, key: &Key) {
+    const SLOT: usize = sensor_stream::LENGTH;
     let mut up = Decoder::<Uplink>::new(black_box(1), key);
     let mut ground = Sender::<Uplink>::new(black_box(1), key, black_box(0));
-    let record = black_box([0; SLOT]);
+    let mut record = black_box([0; SLOT]);
     let mut producer = Producer::<_, SLOT>::create(Opaque, black_box(1));
     let mut consumer = Consumer::<_, SLOT>::open(Opaque);
     loop {
@@ -132,14 +110,12 @@ fn fly(map: &mut BoardMap, decoder: &mut Decoder, key: &Key) {
             black_box(producer.push(&record).is_ok());
         }
         if let Ok(consumer) = &mut consumer {
-            black_box(receiver.step(consumer, &mut Downlink).is_ok());
+            black_box(consumer.pop(&mut record).is_ok());
         }
-        black_box(receiver.receive(&record, &mut Downlink).is_ok());
-        black_box(receiver.map().points().len());
         black_box(turn().is_ok());
         if let Some(Ok(heard)) = decoder.push(black_box(0)) {
             black_box(
-                receiver_sender(key)
+                any_sender(key)
                     .encode(&heard.message, &mut [0; MAX_FRAME])
                     .is_ok(),
             );
@@ -157,7 +133,7 @@ fn fly(map: &mut BoardMap, decoder: &mut Decoder, key: &Key) {
 }
 
 /// A sender that takes any message: what a decoder gives goes back through the encoder, so all of both is kept.
-fn receiver_sender(key: &Key) -> Sender {
+fn any_sender(key: &Key) -> Sender {
     Sender::new(black_box(1), key, black_box(0))
 }
 
@@ -200,7 +176,8 @@ fn classify(file: &[u8], ends: &Ends, paths: &[Received]) -> Option<usize> {
             return false;
         };
         black_box(probabilities.state());
-        black_box(gate.judge(ends, &received.path, &probabilities)).is_ok()
+        let solved = black_box(solve(ends, &received.path, black_box(Form::Vector), &gate.point));
+        solved.is_ok() && probabilities.is_first_order(gate.min_probability)
     });
     Some(accepted.count())
 }

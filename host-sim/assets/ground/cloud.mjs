@@ -109,7 +109,8 @@ export class Cloud {
   /** Takes in a message of points. */
   take({ total, runs, floats, bytes }) {
     const last = runs.reduce((most, run) => Math.max(most, run.first + run.count), 0);
-    if (last > this.capacity) this.room(Math.max(last, 2 * this.capacity));
+    // By powers of two, whatever came at once: a room that just fits would be too small, and all be uploaded again, with the next point.
+    if (last > this.capacity) this.room(2 ** Math.ceil(Math.log2(last)));
     const { position, seen, tags } = this.object.geometry.attributes;
     let piece = null;
     const upload = () => {

@@ -5,9 +5,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use cslam_core::geometry::Position;
-use cslam_core::lscn::{
-    AcceptGate, Acceptance, Classifier, LinkState, PaperClassifier, Probabilities, Received,
-};
+use cslam_core::lscn::{AcceptGate, Classifier, LinkState, PaperClassifier, Probabilities, Received};
 use cslam_core::reflection::{Bounds, Ends, Form, Gates, Verdict, solve};
 use serde::Serialize;
 
@@ -207,10 +205,10 @@ fn classify(
             first_order: p.map(|p| p.first_order),
             accepted: p.is_some_and(|p| match judge {
                 Judge::Best(_) => {
-                    matches!(gate.judge(&ends, &received.path, &p), Ok(Acceptance::Accepted(_)))
+                    p.is_first_order(gate.min_probability) && has_point(&ends, received, &gate.point)
                 }
                 // The paper maps the strongest path of a first-order link, and knows nothing of the others.
-                Judge::Paper(_) => p.state() == LinkState::FirstOrder && has_point(&ends, received),
+                Judge::Paper(_) => p.is_first_order(0.0) && has_point(&ends, received, &Gates::open()),
             }),
         });
     Ok(Line {
@@ -221,10 +219,10 @@ fn classify(
     })
 }
 
-/// Whether the closed form has a point at all.
-fn has_point(ends: &Ends, received: &Received) -> bool {
+/// Whether the closed form has a point that passes the gates.
+fn has_point(ends: &Ends, received: &Received, gates: &Gates) -> bool {
     matches!(
-        solve(ends, &received.path, Form::Vector, &Gates::open()),
+        solve(ends, &received.path, Form::Vector, gates),
         Ok(Verdict::Accepted(_))
     )
 }

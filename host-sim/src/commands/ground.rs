@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use crate::ground::cloud::Size;
 use crate::ground::decode::Ears;
 use crate::ground::keys::Trust;
+use crate::ground::mavlink::Frame;
 use crate::ground::playback::{Pace, Playback};
 use crate::ground::{self, Inputs, LISTEN, Options, PAGE};
 use crate::input::InputError;
@@ -53,6 +54,10 @@ pub(crate) struct Args {
     /// Send MAVLink 2 to this UDP address
     #[arg(long, value_name = "ADDR")]
     mavlink: Option<SocketAddr>,
+    /// With --mavlink: what the frame of the poses is called. ArduPilot takes frd alone and ignores ned without a word; PX4 takes both,
+    /// ned with a world whose north is true (docs/autopilots.md)
+    #[arg(long, value_name = "FRAME", default_value = "frd", requires = "mavlink")]
+    mavlink_frame: Frame,
     /// Draw the walls of a scene behind the map: a built-in one or a file
     #[arg(long, value_name = "NAME|FILE")]
     scene: Option<String>,
@@ -101,6 +106,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         http: args.http.unwrap_or(PAGE),
         record: args.record.clone(),
         mavlink: args.mavlink,
+        mavlink_frame: args.mavlink_frame,
         scene: args.scene.clone(),
         size: Size {
             capacity: args.capacity,

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use cslam_core::telemetry::{
-    ConfigReport, Decoder, EventReport, HealthReport, Key, LinkReport, Message, PointReport, PoseReport,
+    ConfigReport, Decoder, EventReport, HealthCounters, HealthReport, Key, LinkReport, Message, PointReport,
+    PoseReport,
 };
 
 use crate::flight_log::Downlink;
@@ -47,6 +48,15 @@ pub fn decode(bytes: &[u8], uav: u8, key: &Key) -> Downlinked {
 }
 
 impl Downlinked {
+    /// Every counter of the last word on the receiver's health, by name: whatever a health packet may hold. Empty without such a word.
+    pub fn health_counters(&self) -> BTreeMap<String, u32> {
+        let counters = self.health.iter().flat_map(|health| {
+            let names = HealthCounters::NAMES.into_iter().map(str::to_owned);
+            names.zip(health.counters.to_array())
+        });
+        counters.collect()
+    }
+
     /// Enters a message whose packet was that many bytes long, framing included.
     fn take(&mut self, message: Message, length: u64) {
         self.traffic.enter(&message, length);

@@ -86,6 +86,8 @@ pub struct FlightLog {
     pub voxel_edge_m: f64,
     /// Whatever the receiver counts besides the verdicts of its paths: name, number.
     pub counters: BTreeMap<String, u64>,
+    /// The receiver's own counters, as its last health packet said them: name, number. Empty when it sent none.
+    pub health: BTreeMap<String, u32>,
     /// What went to the ground.
     pub downlink: Downlink,
 }
@@ -101,6 +103,7 @@ impl FlightLog {
             map: Vec::new(),
             voxel_edge_m,
             counters: BTreeMap::new(),
+            health: BTreeMap::new(),
             downlink: Downlink::default(),
         }
     }

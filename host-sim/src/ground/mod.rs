@@ -75,6 +75,8 @@ pub struct Options {
     pub record: Option<PathBuf>,
     /// Where MAVLink goes.
     pub mavlink: Option<SocketAddr>,
+    /// What its poses' frame is called.
+    pub mavlink_frame: mavlink::Frame,
     /// Scene behind the map.
     pub scene: Option<String>,
     /// Size of the merged map.
@@ -89,6 +91,7 @@ impl Default for Options {
             http: PAGE,
             record: None,
             mavlink: None,
+            mavlink_frame: mavlink::Frame::default(),
             scene: None,
             size: Size::default(),
         }
@@ -115,7 +118,10 @@ impl Running {
         let address = listener.local_addr()?;
         let scene = options.scene.as_deref().map(Scene::load).transpose()?;
         let recording = options.record.as_deref().map(Recording::begin).transpose()?;
-        let mavlink = options.mavlink.map(mavlink::Out::new).transpose()?;
+        let mavlink = options
+            .mavlink
+            .map(|to| mavlink::Out::new(to, options.mavlink_frame))
+            .transpose()?;
         let mut outputs = vec![options.trust.words()];
         outputs.extend(
             options

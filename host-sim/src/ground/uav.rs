@@ -16,7 +16,7 @@ pub const MOST_EVENTS: usize = 64;
 pub const STALE_AFTER_S: f64 = 2.0;
 
 /// A clock that goes back by so much began anew, s.
-const RESTARTED_S: f64 = 1.0;
+pub(super) const RESTARTED_S: f64 = 1.0;
 
 /// Something with the station's time at which it came, s.
 #[derive(Clone, Debug, PartialEq)]

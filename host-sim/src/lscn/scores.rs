@@ -1,7 +1,8 @@
 //! How well links and paths are classified, and what a map made of the accepted ones would be worth.
 
 use cslam_core::geometry::Position;
-use cslam_core::lscn::{AcceptGate, Acceptance, Classifier, LinkGeometry};
+use cslam_core::lscn::{AcceptGate, Classifier, LinkGeometry};
+use cslam_core::reflection::{Form, Verdict, solve};
 use rayon::prelude::*;
 
 use super::calibration::{CalibrationError, most_likely};
@@ -124,9 +125,9 @@ impl Subject<'_> {
                 scores.links_float.add(float_right);
                 scores.links_calibration.add(&integer, class);
             }
-            let verdict = self.gate.judge(&measured.ends, &received.path, &probabilities);
+            let verdict = solve(&measured.ends, &received.path, Form::Vector, &self.gate.point);
             let error_m = match verdict {
-                Ok(Acceptance::Accepted(point)) => {
+                Ok(Verdict::Accepted(point)) if probabilities.is_first_order(self.gate.min_probability) => {
                     let [x, y, z] = truth.last_vertex_m;
                     let exact = Position::new(x, y, z);
                     exact

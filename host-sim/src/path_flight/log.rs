@@ -7,8 +7,9 @@ use cslam_core::path::Path;
 
 use super::receiver::{Answer, Answered, ListMap};
 use super::{Sweep, Times};
+use crate::evaluation::downlink::Downlinked;
 use crate::flight_log::{
-    Downlink, FlightLog, Header, LinkEstimate, MapVoxel, MeasuredPath, PointRecord, PoseTruth, SweepEstimate,
+    FlightLog, Header, LinkEstimate, MapVoxel, MeasuredPath, PointRecord, PoseTruth, SweepEstimate,
     SweepRecord, SweepTruth,
 };
 use crate::paths::Link;
@@ -24,13 +25,13 @@ pub struct Flown<'a> {
     pub answered: Answered,
 }
 
-/// The log of what was flown, sweep by sweep, what that cost on the way to the ground, and the receiver's map at the end. The
+/// The log of what was flown, sweep by sweep, what the ground heard of it, and the receiver's map at the end. The
 /// pose counts as given, not estimated; without attitude in the list the body's axes are the world's.
 pub fn log(
     header: Header,
     flown: &[Flown<'_>],
     times: &Times,
-    downlink: Downlink,
+    heard: &Downlinked,
     map: &ListMap,
 ) -> FlightLog {
     let mut log = FlightLog::new(header, f64::from(map.edge_m()));
@@ -57,7 +58,8 @@ pub fn log(
         log.sweeps.push(record(one, time_s, gmt_index));
     }
     log.map = map.points().map(MapVoxel::from).collect();
-    log.downlink = downlink;
+    log.health = heard.health_counters();
+    log.downlink = heard.traffic;
     log
 }
 

@@ -170,9 +170,7 @@ impl<'m> ListReceiver<'m> {
                     outcome = PathOutcome::Rejected(Rejection::LineOfSight);
                 }
                 // In this order a probability that is no number accepts nothing.
-                (Ok(verdict), Some(p))
-                    if p.state() == LinkState::FirstOrder && p.first_order >= accept.min_probability =>
-                {
+                (Ok(verdict), Some(p)) if p.is_first_order(accept.min_probability) => {
                     match verdict {
                         Verdict::Rejected(reason) => outcome = PathOutcome::Rejected(reason),
                         Verdict::Accepted(solved) => {

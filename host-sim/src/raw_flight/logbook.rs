@@ -118,7 +118,9 @@ impl Logbook {
 
     /// Closes the log with the receiver's map and the packets that it sent.
     pub(super) fn close<const N: usize>(mut self, map: &PointCloud<N>, packets: &[u8]) -> FlightLog {
-        self.log.downlink = downlink::decode(packets, UAV, &Key::TEST).traffic;
+        let heard = downlink::decode(packets, UAV, &Key::TEST);
+        self.log.health = heard.health_counters();
+        self.log.downlink = heard.traffic;
         self.log.map = map
             .points()
             .map(|point| MapVoxel {

@@ -37,6 +37,8 @@ pub struct Report {
     pub verdicts: BTreeMap<String, u64>,
     /// Whatever else the receiver counts: name, number.
     pub counters: BTreeMap<String, u64>,
+    /// The receiver's own counters, all those of its last health packet: name, number.
+    pub health: BTreeMap<String, u32>,
     /// What became of every measured path, by what it truly was.
     pub fates: Vec<Fate>,
     /// Figures of the trajectory.
@@ -93,6 +95,7 @@ impl Report {
             measurements: log.sweeps.iter().map(|s| s.estimate.paths.len()).sum(),
             verdicts,
             counters,
+            health: log.health.clone(),
             fates: evaluation.fates.clone(),
             trajectory: evaluation.trajectory.clone(),
             clock: evaluation.clock,

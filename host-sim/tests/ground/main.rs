@@ -3,6 +3,7 @@
 
 mod crowd;
 mod endings;
+mod interrupted;
 mod recording;
 mod station;
 

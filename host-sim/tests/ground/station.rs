@@ -9,7 +9,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
 /// How long anything may take that must come.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(300);
 
 /// `cslam ground` with arguments.
 pub(crate) fn cslam(arguments: &[&str]) -> Command {
@@ -87,22 +87,12 @@ impl Station {
 
     /// All figures.
     pub(crate) fn status(&self) -> Value {
-        let page = self.page;
-        let answer = self.ask(&format!(
-            "GET /status.json HTTP/1.1\r\nHost: {page}\r\nConnection: close\r\n\r\n"
-        ));
-        let (_, body) = answer.split_once("\r\n\r\n").expect("a body");
-        serde_json::from_str(body).expect("JSON")
+        status_of(self.page)
     }
 
     /// The answer to a request of a connection of its own, until the station closes it.
     pub(crate) fn ask(&self, request: &str) -> String {
-        let mut stream = TcpStream::connect(self.page).expect("it listens");
-        stream.set_read_timeout(Some(PATIENCE)).expect("settable");
-        stream.write_all(request.as_bytes()).expect("sent");
-        let mut answer = String::new();
-        stream.read_to_string(&mut answer).expect("an answer");
-        answer
+        ask(self.page, request)
     }
 
     /// Waits until the status is as wanted.
@@ -146,6 +136,24 @@ impl Drop for Station {
         let _ended = self.child.kill();
         let _ended = self.child.wait();
     }
+}
+
+/// The answer of a page to a request of a connection of its own, until the connection is closed.
+fn ask(page: SocketAddr, request: &str) -> String {
+    let mut stream = TcpStream::connect(page).expect("it listens");
+    stream.set_read_timeout(Some(PATIENCE)).expect("settable");
+    stream.write_all(request.as_bytes()).expect("sent");
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).expect("an answer");
+    answer
+}
+
+/// All figures of the station with this page.
+pub(crate) fn status_of(page: SocketAddr) -> Value {
+    let request = format!("GET /status.json HTTP/1.1\r\nHost: {page}\r\nConnection: close\r\n\r\n");
+    let answer = ask(page, &request);
+    let (_, body) = answer.split_once("\r\n\r\n").expect("a body");
+    serde_json::from_str(body).expect("JSON")
 }
 
 /// Packets that were taken of a UAV.

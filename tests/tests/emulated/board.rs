@@ -2,22 +2,17 @@
 
 use std::fs::{self, File};
 use std::os::unix::process::CommandExt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
-use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-use cslam_firmware::measurement::LENGTH;
-use cslam_firmware::ring::Producer;
 use cslam_tests::{emulated_board, root};
 use tempfile::TempDir;
 
 use crate::ring_file::RingFile;
 
-/// Longest run. An idle board takes under a second.
-const PATIENCE: Duration = Duration::from_secs(90);
-/// How long the host rests when the ring is full.
-const REST: Duration = Duration::from_micros(50);
+/// Longest run, however busy the machine is. An idle one takes under a second.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(300);
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,55 +31,32 @@ pub(crate) struct Run {
     pub(crate) uart1: Vec<u8>,
 }
 
-/// How feeding went.
-pub(crate) struct Fed {
-    /// Records taken by the ring.
-    pub(crate) records: u32,
-    /// Times the ring was full.
-    pub(crate) full: u32,
-}
-
 /// A running board. Dropping it ends it.
-pub(crate) struct Board<R> {
+pub(crate) struct Board {
     child: Child,
-    ring: R,
     started: Instant,
     patience: Duration,
     folder: TempDir,
 }
 
-impl<R> Board<R> {
-    /// Starts the board with arguments for its program; `ring` prepares its PSRAM before it runs.
-    pub(crate) fn start(arguments: &[&str], ring: impl FnOnce(RingFile) -> R) -> Self {
-        Self::start_within(PATIENCE, arguments, ring)
-    }
-
-    /// The same, with another time limit.
-    pub(crate) fn start_within(
+impl Board {
+    /// Starts an image with arguments for its program, for so long at most; `prepare` makes its PSRAM what it is before it runs.
+    pub(crate) fn start(
+        image: &str,
         patience: Duration,
         arguments: &[&str],
-        ring: impl FnOnce(RingFile) -> R,
+        prepare: impl FnOnce(&RingFile),
     ) -> Self {
-        static IMAGE: OnceLock<PathBuf> = OnceLock::new();
-        let image = IMAGE.get_or_init(|| build("cslam-an500"));
-        Self::start_image(image, patience, arguments, ring)
-    }
-
-    /// The same of another image.
-    pub(crate) fn start_image(
-        image: &Path,
-        patience: Duration,
-        arguments: &[&str],
-        ring: impl FnOnce(RingFile) -> R,
-    ) -> Self {
+        let image = build(image);
         let folder = tempfile::tempdir().expect("a temporary folder");
         let psram = folder.path().join("psram");
-        let ring = ring(RingFile::make(&psram));
+        prepare(&RingFile::make(&psram));
         let log = File::create(folder.path().join("log")).expect("a log file");
         let child = Command::new(runner())
             .arg("mps2-an500")
             .arg(image)
             .args(arguments)
+            .current_dir(folder.path())
             .env("CSLAM_RING_FILE", &psram)
             .env("CSLAM_UART1_FILE", folder.path().join("uart1"))
             .env("CSLAM_TIMEOUT_S", patience.as_secs().to_string())
@@ -97,7 +69,6 @@ impl<R> Board<R> {
             .expect("the runner script starts");
         Self {
             child,
-            ring,
             started: Instant::now(),
             patience,
             folder,
@@ -107,7 +78,7 @@ impl<R> Board<R> {
     /// Waits for the end of the run.
     pub(crate) fn wait(mut self) -> Run {
         // The script keeps the limit; this one is for the script.
-        let limit = self.patience + Duration::from_secs(10);
+        let limit = self.patience + PATIENCE;
         let exit = loop {
             if let Some(status) = self.child.try_wait().expect("a child of ours") {
                 break match status.code() {
@@ -161,32 +132,14 @@ impl<R> Board<R> {
             let _ = self.child.wait();
             // The others of the group are not ours to wait for; they are gone when init has done so.
             let asked = Instant::now();
-            while runs(self.child.id()) && asked.elapsed() < Duration::from_secs(5) {
+            while runs(self.child.id()) && asked.elapsed() < PATIENCE {
                 std::thread::sleep(Duration::from_millis(5));
             }
         }
     }
 }
 
-impl Board<Producer<RingFile, LENGTH>> {
-    /// Puts every record into the ring, waiting while it is full, as long as the board runs.
-    pub(crate) fn feed(&mut self, records: &[[u8; LENGTH]]) -> Fed {
-        let mut fed = Fed { records: 0, full: 0 };
-        for record in records {
-            while !self.ring.push(record).expect("the board keeps its index sound") {
-                fed.full += 1;
-                if self.child.try_wait().expect("a child of ours").is_some() {
-                    return fed;
-                }
-                std::thread::sleep(REST);
-            }
-            fed.records += 1;
-        }
-        fed
-    }
-}
-
-impl<R> Drop for Board<R> {
+impl Drop for Board {
     fn drop(&mut self) {
         self.end();
     }

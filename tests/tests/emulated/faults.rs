@@ -1,20 +1,24 @@
 //! What cannot happen happens: a record survives the reset, and the next start tells the ground.
 
-use std::time::Duration;
+use cslam_core::telemetry::{Decoder, Event, EventReport, Key, Message, ResetCause};
+use cslam_firmware::sensor_stream::UAV;
 
-use cslam_core::telemetry::{Event, EventReport, Message, ResetCause};
-
-use crate::board::{Board, Exit, build};
-use crate::compare;
-
-const PATIENCE: Duration = Duration::from_secs(60);
+use crate::board::{Board, Exit, PATIENCE};
 
 /// Deadline of the task that hangs, and how long it goes round before, ms.
 const DEADLINE_MS: u32 = 50;
 
+/// Every message of a stream, none of which may be damaged.
+fn messages(bytes: &[u8]) -> Vec<Message> {
+    let mut decoder = Decoder::new(UAV, &Key::TEST);
+    let packets = bytes.iter().filter_map(|byte| decoder.push(*byte));
+    packets
+        .map(|packet| packet.expect("no packet is damaged").message)
+        .collect()
+}
+
 #[test]
 fn a_panic_a_fault_a_hang_and_a_stack_too_small_are_recorded_and_told_after_the_reset() {
-    let image = build("faults-an500");
     for (mode, stage, cause, said) in [
         ("panic", 1, ResetCause::Panic, "a panic in stage 1"),
         ("fault", 2, ResetCause::Fault, "called from"),
@@ -26,14 +30,14 @@ fn a_panic_a_fault_a_hang_and_a_stack_too_small_are_recorded_and_told_after_the_
         ),
         ("overflow", 4, ResetCause::Fault, "the stack overflowed"),
     ] {
-        let run = Board::start_image(&image, PATIENCE, &[mode], |_| ()).wait();
+        let run = Board::start("faults-an500", PATIENCE, &[mode], |_| ()).wait();
         let log = &run.log;
         assert_eq!(run.exit, Exit::Code(0), "{mode}: the board's log:\n{log}");
         assert!(
             log.contains("the program before ended") && log.contains(said),
             "{mode}: {log}"
         );
-        let messages = compare::messages(&run.uart1);
+        let messages = messages(&run.uart1);
         let [
             Message::Event(EventReport {
                 event: Event::Reset(record),
@@ -61,6 +65,6 @@ fn a_panic_a_fault_a_hang_and_a_stack_too_small_are_recorded_and_told_after_the_
 
 #[test]
 fn a_record_of_another_cause_is_noticed() {
-    let run = Board::start_image(&build("faults-an500"), PATIENCE, &["nonsense"], |_| ()).wait();
+    let run = Board::start("faults-an500", PATIENCE, &["nonsense"], |_| ()).wait();
     assert_eq!(run.exit, Exit::Code(2), "the board's log:\n{}", run.log);
 }

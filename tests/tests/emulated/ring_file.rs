@@ -6,15 +6,17 @@ use std::os::unix::fs::FileExt;
 use std::path::Path;
 use std::sync::Arc;
 
-use cslam_firmware::measurement::LENGTH;
-use cslam_firmware::ring::{AccessError, Producer, SharedMemory};
+use cslam_firmware::ring::{AccessError, SharedMemory};
 
 /// Length of the emulated board's PSRAM.
 const PSRAM_LENGTH: usize = 16 * 1024 * 1024;
 
-/// A view of the file.
+/// A view of the file from some place on.
 #[derive(Debug)]
-pub(crate) struct RingFile(Arc<File>);
+pub(crate) struct RingFile {
+    file: Arc<File>,
+    at: usize,
+}
 
 impl RingFile {
     /// Makes the file, all zero.
@@ -26,37 +28,34 @@ impl RingFile {
             .open(path)
             .expect("a new file");
         file.set_len(PSRAM_LENGTH as u64).expect("a sparse file");
-        Self(Arc::new(file))
+        let file = Arc::new(file);
+        Self { file, at: 0 }
     }
 
-    /// Another view of the same file.
-    pub(crate) fn view(&self) -> Self {
-        Self(Arc::clone(&self.0))
-    }
-
-    /// Makes the ring that the board reads.
-    pub(crate) fn producer(memory: Self, slots: u32) -> Producer<Self, LENGTH> {
-        Producer::create(memory, slots).expect("the ring fits the memory")
+    /// Another view of the same file, from `at` on.
+    pub(crate) fn from(&self, at: usize) -> Self {
+        let file = Arc::clone(&self.file);
+        Self { file, at }
     }
 }
 
 impl SharedMemory for RingFile {
     fn size(&self) -> usize {
-        PSRAM_LENGTH
+        PSRAM_LENGTH - self.at
     }
 
     fn read(&self, offset: usize, bytes: &mut [u8]) -> Result<(), AccessError> {
-        self.0
-            .read_exact_at(bytes, offset as u64)
+        self.file
+            .read_exact_at(bytes, (self.at + offset) as u64)
             .map_err(|_| AccessError::Failed)
     }
 
     fn write(&mut self, offset: usize, bytes: &[u8]) -> Result<(), AccessError> {
-        if bytes.len() > PSRAM_LENGTH.saturating_sub(offset) {
+        if bytes.len() > self.size().saturating_sub(offset) {
             return Err(AccessError::OutOfRange);
         }
-        self.0
-            .write_all_at(bytes, offset as u64)
+        self.file
+            .write_all_at(bytes, (self.at + offset) as u64)
             .map_err(|_| AccessError::Failed)
     }
 }

@@ -22,12 +22,10 @@ fn fly(states: usize) -> Flown {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (recording, lines) = (folder.path().join("recording"), folder.path().join("lines"));
     std::fs::write(&recording, super::recording()).expect("writable");
-    let output = emulated_board("run", "flight-an500")
-        .arg("--")
-        .arg(states.to_string())
+    let output = emulated_board("run", "checks-an500")
+        .args(["--", "flight", &states.to_string()])
         .args([&recording, &lines])
         .env("CSLAM_ICOUNT", "10")
-        .env("CSLAM_TIMEOUT_S", "500")
         .output()
         .expect("cargo starts");
     let log = format!(

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 
 use cslam_host_sim::ground::inputs::Udp;
 use cslam_host_sim::ground::keys::Trust;
+use cslam_host_sim::ground::mavlink::Frame;
 use cslam_host_sim::ground::{Inputs, Options, Running};
 
 /// A free port of this machine.
@@ -25,7 +26,7 @@ impl Station {
     fn start(
         http: SocketAddr,
         udp: SocketAddr,
-        mavlink: Option<SocketAddr>,
+        mavlink: Option<(SocketAddr, Frame)>,
         record: Option<PathBuf>,
     ) -> Self {
         let input = Udp::open(udp).expect("a free port");
@@ -38,7 +39,8 @@ impl Station {
             trust: Trust::Test,
             http,
             record,
-            mavlink,
+            mavlink: mavlink.map(|(to, _)| to),
+            mavlink_frame: mavlink.map(|(_, frame)| frame).unwrap_or_default(),
             ..Options::default()
         };
         let running = Running::start(inputs, &options).expect("a free port");

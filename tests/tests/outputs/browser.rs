@@ -11,13 +11,17 @@ use crate::{synthetic, write};
 
 /// Notes errors of the page's scripts and, when it has been drawn, how wide it is, where a dump of the page shows them.
 const WATCH: &str = "<script>addEventListener('error', e => { document.body.dataset.error = e.message; });\
-addEventListener('load', () => setTimeout(() => {\
+const look = () => {\
+ if (document.body.dataset.error) return void (document.body.dataset.seen = true);\
+ if (!document.body.dataset.view) return void setTimeout(look, 50);\
  const gl = document.getElementById('view').getContext('webgl');\
  const [w, h] = [gl.drawingBufferWidth, gl.drawingBufferHeight], pixels = new Uint8Array(4 * w * h);\
  gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, pixels);\
  let drawn = 0; for (let k = 0; k < pixels.length; k += 4) drawn += pixels[k] !== pixels[0] || pixels[k + 1] !== pixels[1];\
  Object.assign(document.body.dataset, { drawn, wide: document.documentElement.scrollWidth, view: document.body.dataset.view });\
-}, 1000));</script>";
+ document.body.dataset.seen = true;\
+};\
+addEventListener('load', look);</script>";
 
 /// The page after its scripts have run in a frame of a width, in CSS pixels.
 fn dump(directory: &Path, width: u32) -> String {
@@ -30,8 +34,9 @@ fn dump(directory: &Path, width: u32) -> String {
     // A browser's window has a least width, a frame has none.
     let frame = format!(
         "<!doctype html><iframe style='border:0;width:{width}px;height:900px' src='watched.html'></iframe><script>\
-         setTimeout(() => {{ const page = document.querySelector('iframe').contentDocument.body; \
-         document.body.append(Object.entries(page.dataset).map(([k, v]) => `[${{k}}=${{v}}]`).join('')); }}, 3000)</script>"
+         const look = () => {{ const page = document.querySelector('iframe').contentDocument.body; \
+         if (!page?.dataset.seen) return setTimeout(look, 50); \
+         document.body.append(Object.entries(page.dataset).map(([k, v]) => `[${{k}}=${{v}}]`).join('')); }}; look();</script>"
     );
     fs::write(directory.join("frame.html"), frame).expect("writable");
     let output = Command::new("chromium")
@@ -44,7 +49,8 @@ fn dump(directory: &Path, width: u32) -> String {
         .args([
             "--enable-unsafe-swiftshader",
             "--allow-file-access-from-files",
-            "--virtual-time-budget=8000",
+            // Of the page's own time, which stands still while the browser works: nothing is waited for when it is done.
+            "--virtual-time-budget=60000",
             "--dump-dom",
         ])
         .arg(format!("--user-data-dir={}", directory.join("browser").display()))

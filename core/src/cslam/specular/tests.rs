@@ -139,8 +139,9 @@ fn a_mirror_asks_less_of_the_network() {
             "{probabilities:?}"
         );
     }
-    // However little is asked, alone the state must be first order.
+    // However little is asked, alone the state must be first order, and a number.
     assert!(!Least::Alone(0.0).is_reached(&of(0.5, 0.4)));
+    assert!(!Least::Alone(0.0).is_reached(&of(0.0, f32::NAN)));
 }
 
 #[test]

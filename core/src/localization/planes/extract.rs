@@ -166,12 +166,6 @@ impl<const P: usize> PlaneMap<P> {
         self.counters
     }
 
-    /// Puts a plane in, whatever it is.
-    #[cfg(test)]
-    pub(super) fn insert(&mut self, surface: Surface) {
-        let _ = self.surfaces.push(surface);
-    }
-
     /// One piece of work: about `(SETTLING + seeds + 2)` passes over the cloud. `seen_from`: a place in free space,
     /// such as the UAV's, towards which new planes face.
     pub fn update<const N: usize>(&mut self, cloud: &PointCloud<N>, seen_from: &Position<World>) {

@@ -45,13 +45,6 @@ impl Plane {
         point - self.normal.vector() * (2.0 * self.height_m(point))
     }
 
-    /// Mirror image of a free vector, such as a direction: `a' = a - 2 (n . a) n`.
-    #[must_use]
-    pub fn reflect(&self, vector: &Vector3<f32>) -> Vector3<f32> {
-        let n = self.normal.vector();
-        vector - n * (2.0 * n.dot(vector))
-    }
-
     /// Derivative of [`Plane::image`] over (shift, tilt along t1, tilt along t2): columns `2 n` and
     /// `-2 [(t . (G - c)) n + (n . (G - c)) t]` (docs/localization.md, "The model").
     #[must_use]
@@ -117,7 +110,6 @@ mod tests {
         assert!((wall.height_m(&point) + wall.height_m(&image)).abs() < 1e-4);
         assert!((image - point).cross(wall.normal.vector()).norm() < 1e-4);
         assert!((wall.image(&image) - point).norm() < 1e-4);
-        assert!((wall.reflect(&point) - (wall.image(&point) - wall.image(&Vector3::zeros()))).norm() < 1e-4);
         assert!((wall.offset_m() - wall.normal.vector().dot(wall.centre.vector())).abs() < 1e-5);
     }
 

@@ -1,8 +1,7 @@
 use super::*;
-use crate::geometry::{Direction, Matrix3, Position, Vector3, World};
+use crate::geometry::{Matrix3, Position, Vector3, World};
 use crate::map::PointCloud;
-use crate::path::{Path, diagonal_covariance};
-use crate::reflection::{Ends, ReflectionPoint};
+use crate::reflection::ReflectionPoint;
 
 /// Fractions of a low-discrepancy sequence.
 fn spread(i: u32, step: f64) -> f32 {
@@ -138,63 +137,4 @@ fn a_full_list_keeps_the_best_supported() {
     }
     assert_eq!(planes.surfaces().len(), 1);
     assert!(planes.counters().no_room > 0);
-}
-
-/// The path from GMT to UAV over the wall x = 20, moved by (m, rad, rad).
-fn reflected([late_m, a1, a2]: [f32; 3]) -> (Ends, Path<World>) {
-    let (gmt, uav) = (Vector3::new(0.0, 4.0, 1.5), Vector3::new(8.0, 11.0, 6.0));
-    let way = Vector3::new(40.0, 4.0, 1.5) - uav;
-    let exact = Direction::<World>::from_vector(way).expect("not zero");
-    let (e1, e2) = exact.tangents();
-    let ends = Ends {
-        uav: Position::from_vector(uav).expect("finite"),
-        uav_covariance: Matrix3::identity() * 0.0025,
-        gmt: Position::from_vector(gmt).expect("finite"),
-    };
-    let path = Path {
-        c_tau_m: way.norm() + late_m,
-        aoa: Direction::from_vector(exact.vector() + e1 * a1 + e2 * a2).expect("not zero"),
-        aod: None,
-        covariance: diagonal_covariance(0.05, 0.002),
-    };
-    (ends, path)
-}
-
-#[test]
-fn a_reflection_is_matched_to_its_wall_only() {
-    let planes = found(&two_walls(), 60);
-    let east = near(&planes, [-1.0, 0.0, 0.0], -20.0).expect("the wall x = 20");
-    let (ends, path) = reflected([0.0; 3]);
-    let Association::Surface {
-        id,
-        chi_square,
-        freedom,
-    } = planes.associate(&ends, &path)
-    else {
-        panic!("no match");
-    };
-    assert!(id == east.id && freedom == 3 && chi_square < 1.0, "{chi_square}");
-    // A metre late, or five degrees aside: from elsewhere.
-    for moved in [[1.0, 0.0, 0.0], [0.0, 0.087, 0.0], [0.0, 0.0, 0.087]] {
-        let (ends, path) = reflected(moved);
-        assert_eq!(planes.associate(&ends, &path), Association::None, "{moved:?}");
-    }
-}
-
-#[test]
-fn two_walls_that_explain_a_path_are_ambiguous() {
-    let planes = found(&two_walls(), 60);
-    let east = near(&planes, [-1.0, 0.0, 0.0], -20.0).expect("the wall x = 20");
-    let shifted = east
-        .plane
-        .corrected([0.02, 0.0, 0.0], east.plane.covariance)
-        .expect("finite");
-    let mut double = planes.clone();
-    double.insert(Surface {
-        id: 99,
-        plane: shifted,
-        ..east
-    });
-    let (ends, path) = reflected([0.0; 3]);
-    assert_eq!(double.associate(&ends, &path), Association::Ambiguous);
 }

@@ -8,17 +8,15 @@ use semihosting::process;
 #[repr(i32)]
 #[allow(dead_code, reason = "not every image ends in every way")]
 pub(crate) enum Exit {
-    /// The stream has ended and everything that was sent has arrived, or the self-test has passed.
+    /// All is as it should be.
     Done = 0,
-    /// The self-test has failed.
-    SelfTest = 1,
+    /// A check has failed, or what it was given is damaged.
+    Failed = 1,
     /// The arguments are wrong.
     Usage = 2,
     /// The ring cannot be used.
     Ring = 3,
-    /// No ring, or no record, for too long.
-    Starved = 4,
-    /// The stream has ended and records are missing, or packets were not sent.
+    /// What the flight came to could not be written.
     Lost = 5,
     /// A panic.
     Panic = 101,

@@ -70,7 +70,7 @@ fn main() -> ! {
     };
     let Some(receiver) = receiver(stages) else {
         defmt::error!("the models in flash are damaged");
-        exit(Exit::SelfTest)
+        exit(Exit::Failed)
     };
     exit(match fly(receiver, stages, lines) {
         Ok(()) => Exit::Done,

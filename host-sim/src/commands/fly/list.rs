@@ -68,7 +68,7 @@ pub(super) fn run(
         sweep_period_s: times.period_s(),
         delay_cycle_m: None,
     };
-    let log = path_flight::log(header, &flight.flown, &times, heard.traffic, &flight.map);
+    let log = path_flight::log(header, &flight.flown, &times, &heard, &flight.map);
     Ok(Flown {
         log,
         scene,

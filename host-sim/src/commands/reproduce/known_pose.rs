@@ -6,7 +6,7 @@ use cslam_core::cslam::{Config, LinkStates, Mapped};
 use cslam_core::geometry::{Gmt, Matrix3, Position, Rotation, World};
 use cslam_core::localization::filter::DELAY_PERIOD_M;
 use cslam_core::lscn::{
-    Acceptance, Classifier, LinkGeometry, LinkState, PaperClassifier, Probabilities, Received, models,
+    Classifier, LinkGeometry, LinkState, PaperClassifier, Probabilities, Received, models,
 };
 use cslam_core::ltd::{EstimatedPath, EstimatorConfig, PathEstimator, WorkLimit};
 use cslam_core::path::{Departure, Path};
@@ -204,11 +204,13 @@ impl KnownPose {
             return self.solve(perceived, index).ok_or("no solution");
         }
         let gate = &self.config.accept;
-        match gate.judge(&perceived.ends, &path.path, &probabilities) {
-            Ok(Acceptance::Accepted(point)) => Ok(point),
-            Ok(Acceptance::Improbable) => Err("first order not sure enough"),
-            Ok(Acceptance::Rejected(reason)) => Err(reason.as_str()),
+        match solve(&perceived.ends, &path.path, self.config.form, &gate.point) {
             Err(error) => Err(error.as_str()),
+            Ok(_) if !probabilities.is_first_order(gate.min_probability) => {
+                Err("first order not sure enough")
+            }
+            Ok(Verdict::Rejected(reason)) => Err(reason.as_str()),
+            Ok(Verdict::Accepted(point)) => Ok(point),
         }
     }
 }

@@ -5,10 +5,33 @@ use nalgebra::Matrix3;
 
 use crate::ground::model::Severity;
 
-/// North-east-down from the origin (MAV_FRAME_LOCAL_NED).
-const LOCAL_NED: u8 = 1;
 /// Forward-right-down (MAV_FRAME_BODY_FRD).
 const BODY_FRD: u8 = 12;
+
+/// The frame that ODOMETRY names for its position and attitude. The numbers are the same in both: north, east and down of the
+/// world, from its origin. What differs is what an autopilot makes of the name (docs/autopilots.md).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Frame {
+    /// MAV_FRAME_LOCAL_FRD: local axes whose heading need not be north's. ArduPilot takes no other, PX4 takes it.
+    #[default]
+    Frd,
+    /// MAV_FRAME_LOCAL_NED: the first axis is true north. For PX4; ArduPilot ignores it without a word.
+    Ned,
+}
+
+impl Frame {
+    /// Its number (MAV_FRAME of `common.xml`).
+    pub fn id(self) -> u8 {
+        match self {
+            Self::Frd => 20,
+            Self::Ned => 1,
+        }
+    }
+}
+
+/// How the estimate was made (MAV_ESTIMATOR_TYPE_VIO): by bearings to things outside and an inertial unit. PX4 refuses kinds that it
+/// takes for satellites' or its own, and ignores covariances of the kind called naive.
+const VISUAL_INERTIAL: u8 = 3;
 
 /// Flags of ESTIMATOR_STATUS (ESTIMATOR_STATUS_FLAGS).
 pub mod estimator_flags {
@@ -31,24 +54,26 @@ pub struct Heartbeat {
     pub is_active: bool,
 }
 
-/// ODOMETRY (331), position in local NED, velocity in body FRD.
+/// ODOMETRY (331), position in a local frame, velocity in body FRD.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Odometry {
     /// UAV clock, us.
     pub time_us: u64,
+    /// What the local frame is called.
+    pub frame: Frame,
     /// North, east, down, m.
     pub position_m: [f64; 3],
-    /// FRD to NED, [w, x, y, z].
+    /// Body FRD to the local frame, [w, x, y, z].
     pub quaternion: [f64; 4],
     /// Forward, right, down, m/s.
     pub velocity_m_per_s: [f64; 3],
     /// Covariance of north, east, down, m^2.
     pub position_covariance: Matrix3<f64>,
-    /// Covariance of the rotations about north, east, down, rad^2.
+    /// Covariance of the rotations about forward, right, down (roll, pitch, yaw), rad^2.
     pub attitude_covariance: Matrix3<f64>,
     /// Covariance of the velocity in its axes, (m/s)^2.
     pub velocity_covariance: Matrix3<f64>,
-    /// Rises when the pose jumps.
+    /// Rises by one, and wraps, at every jump of the pose.
     pub reset_counter: u8,
     /// Quality, 1..=100; 0 unknown, -1 failed.
     pub quality: i8,
@@ -188,16 +213,11 @@ fn encode_odometry(odometry: &Odometry) -> Vec<u8> {
         (3..6, 3..6) => odometry.attitude_covariance[(i - 3, j - 3)],
         _ => 0.0,
     });
-    let mut velocity = upper(&|i, j| match (i, j) {
+    // Angular rates are not sent (NaN). Their variances stay zero: NaN has a meaning in the first element alone, for all of them.
+    let velocity = upper(&|i, j| match (i, j) {
         (0..3, 0..3) => odometry.velocity_covariance[(i, j)],
         _ => 0.0,
     });
-    // Angular rates are not sent: their variances are unknown, and an unknown first element would void all.
-    for (index, value) in velocity.iter_mut().enumerate() {
-        if [15, 18, 20].contains(&index) {
-            *value = f64::NAN;
-        }
-    }
     Payload::default()
         .put(odometry.time_us.to_le_bytes())
         .floats(&odometry.position_m)
@@ -206,8 +226,8 @@ fn encode_odometry(odometry: &Odometry) -> Vec<u8> {
         .floats(&[f64::NAN; 3])
         .floats(&pose)
         .floats(&velocity)
-        .put([LOCAL_NED, BODY_FRD, odometry.reset_counter])
-        // Extensions: unknown kind of estimator (0), quality.
-        .put([0, odometry.quality.cast_unsigned()])
+        .put([odometry.frame.id(), BODY_FRD, odometry.reset_counter])
+        // Extensions.
+        .put([VISUAL_INERTIAL, odometry.quality.cast_unsigned()])
         .0
 }

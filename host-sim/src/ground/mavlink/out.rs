@@ -7,11 +7,12 @@ use std::collections::BTreeMap;
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
 
-use super::axes::{covariance_frd, covariance_ned, quaternion_ned_frd, rotation, to_ned, world_to_frd};
+use super::axes::{rotation, world_to_frd};
 use super::frame::Framer;
 use super::messages::{
-    EstimatorStatus, Heartbeat, Message, Obstacle, Odometry, StatusText, estimator_flags as flags,
+    EstimatorStatus, Frame, Heartbeat, Message, Obstacle, StatusText, estimator_flags as flags,
 };
+use super::odometry::Poses;
 use crate::ground::model::{self, Heard, Pose};
 use crate::ground::uav::STALE_AFTER_S;
 
@@ -23,7 +24,7 @@ const DATAGRAM: usize = 1200;
 /// What is remembered of a UAV.
 #[derive(Clone, Debug, Default)]
 struct Known {
-    pose: Option<Pose>,
+    poses: Poses,
     seen_s: f64,
     next_obstacle: u16,
 }
@@ -33,19 +34,22 @@ struct Known {
 pub struct Out {
     socket: UdpSocket,
     to: SocketAddr,
+    frame: Frame,
     framer: Framer,
     uavs: BTreeMap<u8, Known>,
     heartbeat_due_s: f64,
     /// Datagrams that the operating system did not take.
     refused: u64,
+    /// Poses that a later one had overtaken.
+    overtaken: u64,
 }
 
 impl Out {
-    /// An output to an address.
+    /// An output to an address, its poses in a frame.
     ///
     /// # Errors
     /// Those of the operating system.
-    pub fn new(to: SocketAddr) -> io::Result<Self> {
+    pub fn new(to: SocketAddr, frame: Frame) -> io::Result<Self> {
         let any: SocketAddr = if to.is_ipv4() {
             ([0, 0, 0, 0], 0).into()
         } else {
@@ -54,16 +58,23 @@ impl Out {
         Ok(Self {
             socket: UdpSocket::bind(any)?,
             to,
+            frame,
             framer: Framer::default(),
             uavs: BTreeMap::new(),
             heartbeat_due_s: 0.0,
             refused: 0,
+            overtaken: 0,
         })
     }
 
     /// Datagrams that the operating system did not take.
     pub fn refused(&self) -> u64 {
         self.refused
+    }
+
+    /// Poses that were not passed on because a later one had overtaken them.
+    pub fn overtaken(&self) -> u64 {
+        self.overtaken
     }
 
     /// MAVLink counts systems from 1.
@@ -98,8 +109,10 @@ impl Out {
         known.seen_s = now_s;
         let messages: Vec<Message> = match &heard.message {
             model::Message::Pose(pose) => {
-                known.pose = Some(*pose);
-                odometry(pose)
+                let in_order = known.poses.take(pose);
+                self.overtaken += u64::from(!in_order);
+                let odometry = in_order.then(|| known.poses.odometry(self.frame)).flatten();
+                odometry
                     .map(|odometry| Message::Odometry(Box::new(odometry)))
                     .into_iter()
                     .collect()
@@ -107,7 +120,7 @@ impl Out {
             model::Message::Points { points } => {
                 let seen = |point: &model::Point| {
                     known.next_obstacle = known.next_obstacle.wrapping_add(1);
-                    obstacle(known.pose.as_ref()?, point, known.next_obstacle).map(Message::Obstacle)
+                    obstacle(known.poses.last()?, point, known.next_obstacle).map(Message::Obstacle)
                 };
                 points.iter().filter_map(seen).collect()
             }
@@ -129,7 +142,13 @@ impl Out {
         let due: Vec<(u8, bool, Option<Pose>)> = self
             .uavs
             .iter()
-            .map(|(uav, known)| (*uav, now_s - known.seen_s <= STALE_AFTER_S, known.pose))
+            .map(|(uav, known)| {
+                (
+                    *uav,
+                    now_s - known.seen_s <= STALE_AFTER_S,
+                    known.poses.last().copied(),
+                )
+            })
             .collect();
         for (uav, is_fresh, pose) in due {
             let is_active = is_fresh && pose.is_some_and(|pose| !pose.flags.starting);
@@ -139,28 +158,6 @@ impl Out {
             self.send(uav, &both);
         }
     }
-}
-
-/// A pose in MAVLink's axes; `None` before the filter has started.
-fn odometry(pose: &Pose) -> Option<Odometry> {
-    let attitude = rotation(pose.quaternion_wb).filter(|_| !pose.flags.starting)?;
-    let quality = match () {
-        () if pose.flags.lost || pose.flags.attitude_lost => -1,
-        () if pose.flags.contested => 10,
-        () if pose.flags.dead_reckoning || pose.flags.inertial_missing => 30,
-        () => 100,
-    };
-    Some(Odometry {
-        time_us: (pose.time_s * 1e6) as u64,
-        position_m: to_ned(pose.position_m),
-        quaternion: quaternion_ned_frd(&attitude),
-        velocity_m_per_s: world_to_frd(&attitude, pose.velocity_m_per_s),
-        position_covariance: covariance_ned(&pose.position.matrix()),
-        attitude_covariance: covariance_ned(&pose.attitude.matrix()),
-        velocity_covariance: covariance_frd(&attitude, &pose.velocity.matrix()),
-        reset_counter: pose.resets,
-        quality,
-    })
 }
 
 /// Where a reflection point lies as the UAV sees it.
@@ -185,7 +182,7 @@ fn estimator_status(pose: &Pose, is_fresh: bool) -> EstimatorStatus {
         true => flags::ATTITUDE | velocity | position,
     };
     EstimatorStatus {
-        time_us: (pose.time_s * 1e6) as u64,
+        time_us: (pose.time_s * 1e6).round() as u64,
         flags: good,
         horizontal_m: libm::hypot(east, north),
         vertical_m: up,
@@ -203,9 +200,9 @@ mod tests {
     fn frames_share_datagrams_in_their_order() {
         let listener = UdpSocket::bind("127.0.0.1:0").expect("a free port");
         listener
-            .set_read_timeout(Some(Duration::from_secs(5)))
+            .set_read_timeout(Some(Duration::from_secs(60)))
             .expect("longer than nothing");
-        let mut out = Out::new(listener.local_addr().expect("bound")).expect("a free port");
+        let mut out = Out::new(listener.local_addr().expect("bound"), Frame::default()).expect("a free port");
         let texts = (0..40).map(|number| {
             Message::StatusText(StatusText {
                 severity: Severity::Info,

@@ -104,6 +104,7 @@ pub(super) fn all(report: &Report) -> String {
         link_state(report),
         fates(report),
         rest(report),
+        health(report),
     ]
     .concat()
 }
@@ -295,4 +296,14 @@ fn rest(report: &Report) -> String {
             .map(|(name, count)| vec![name.clone(), count.to_string()]),
     );
     table("Flight, downlink and counters", &["", "value"], &rows)
+}
+
+/// The receiver's own counters; nothing when it sent none.
+fn health(report: &Report) -> String {
+    let words = |(name, count): (&String, &u32)| vec![name.replace('_', " "), count.to_string()];
+    let rows: Vec<Vec<String>> = report.health.iter().map(words).collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    table("Receiver's health counters", &["", "value"], &rows)
 }

@@ -209,7 +209,7 @@ pub(crate) const STAGES: &[Stage] = &[
                 "-p=cslam-firmware",
                 EMULATED_BOARD,
                 "--no-deps",
-                "--bin=cslam-an500",
+                "--bin=receiver-an500",
             ]),
         ]),
     },
@@ -335,7 +335,7 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "emulated",
-        what: "the emulated Cortex-M7 sends the bytes that the host sends",
+        what: "panics, faults, hangs and overflows on the emulated Cortex-M7 leave a record, and its exit codes say how a run ended",
         needs: &["toolchain", "qemu", "defmt-print", "firmware"],
         work: Work::Steps(&[step(&[
             "test",

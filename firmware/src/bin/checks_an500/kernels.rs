@@ -1,27 +1,19 @@
-//! Instruction counts of the path estimator's kernels on an emulated Cortex-M7, and their equality with the portable
-//! form. Run with `CSLAM_ICOUNT=10`: the emulator's clock then advances 1024 ns an instruction, so that the board's
-//! 25 MHz counter gives instructions = ticks / 25.6. These are instructions, not cycles.
+//! Instruction counts of the path estimator's kernels, and their equality with the portable form.
 //!
-//! One line a kernel, `name instructions`, then one line a block, `block index digest clips unexamined exponent`. Exit code 0
-//! unless the assembly and the portable form differ.
-#![no_std]
-#![no_main]
+//! One line a kernel, `name: instructions`, then one line a block, `block index digest clips unexamined exponent`. It fails when the
+//! assembly and the portable form differ.
 
 use core::hint::black_box;
-use core::panic::PanicInfo;
-use core::ptr;
 
-use cortex_m_rt::entry;
 use cslam_core::ltd::kernels::{Kernels, Native, Portable};
 use cslam_core::ltd::{Channel, Correlator, Detector, Iq, Workspace};
 use cslam_core::waveform::{SAMPLES, Waveform};
 use cslam_firmware::front_end::{Checksum, SoftwareCrc};
 use cslam_firmware::front_end_check::{self as check, BLOCKS, Block, CHANNELS, SUBSET};
-use defmt_semihosting as _;
-use semihosting::process::exit;
 
-/// 32-bit up-counter of the board's FPGA, 25 MHz.
-const COUNTER: usize = 0x4002_8018;
+use crate::exit::Exit;
+use crate::measure::report;
+
 /// A block like those of a receiver whose gain control works: two paths well over the noise, 12 bits, near -12 dB of full
 /// scale. Not noise: a path gathers its energy in few words of the last stages, where it might meet a limit.
 const NOMINAL: u32 = 31;
@@ -30,17 +22,14 @@ const JAMMED: u32 = 10;
 /// Noise far below the level of the gain control.
 const WEAK: u32 = 20;
 
-#[entry]
-fn main() -> ! {
+pub(crate) fn run() -> Result<(), Exit> {
     let buffers = cortex_m::singleton!(: (Block, Workspace, Workspace) = ([[Iq::ZERO; SAMPLES]; CHANNELS], Workspace::new(), Workspace::new()));
-    let Some((block, work, other)) = buffers else {
-        exit(101)
-    };
+    let (block, work, other) = buffers.ok_or(Exit::Panic)?;
     let waveform = Waveform::default();
     let native = Correlator::<Native>::new(&waveform);
     let portable = Correlator::<Portable>::new(&waveform);
 
-    count("empty", || ());
+    report("", "empty", || ());
     costs("", &native, block, work);
     irregular_costs(&native, block, work);
     black_box(report("", "checksum of a frame, 64 KiB", || {
@@ -57,7 +46,7 @@ fn main() -> ! {
             defmt::println!("block {=u32}: the portable form differs", index);
         }
     }
-    exit(i32::from(!equal))
+    if equal { Ok(()) } else { Err(Exit::Failed) }
 }
 
 /// Counts every kernel of a set on a nominal block.
@@ -100,35 +89,4 @@ fn irregular_costs<K: Kernels>(correlator: &Correlator<K>, block: &mut Block, wo
     black_box(report("", "level, 32 channels, with a shift", || {
         correlator.level(check::as_captured(black_box(block), WEAK))
     }));
-}
-
-/// Instructions of a kernel in a set, printed.
-fn report<R>(set: &str, name: &str, kernel: impl FnOnce() -> R) -> R {
-    let (result, instructions) = measure(kernel);
-    defmt::println!("{=str}{=str}: {=u32}", set, name, instructions);
-    result
-}
-
-/// Instructions of a kernel.
-#[inline(never)]
-fn measure<R>(kernel: impl FnOnce() -> R) -> (R, u32) {
-    let start = ticks();
-    let result = kernel();
-    let span = ticks().wrapping_sub(start);
-    (result, (u64::from(span) * 10 / 256) as u32)
-}
-
-fn count(name: &str, kernel: impl FnOnce()) {
-    report("", name, kernel);
-}
-
-fn ticks() -> u32 {
-    // SAFETY: an aligned 32-bit register that exists on this board and that reading does not change.
-    unsafe { ptr::read_volatile(COUNTER as *const u32) }
-}
-
-#[panic_handler]
-fn panic(info: &PanicInfo<'_>) -> ! {
-    defmt::error!("{}", defmt::Display2Format(info));
-    exit(101)
 }

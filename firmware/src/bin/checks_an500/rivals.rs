@@ -5,7 +5,7 @@ use core::hint::black_box;
 use embedded_nn::fully_connected::fully_connected_per_channel_s8;
 use embedded_nn::types::{Activation, Dims, FcParams, PerChannelQuantParams};
 
-use super::report_in;
+use crate::measure::report;
 
 const PARAMETERS: FcParams = FcParams {
     input_offset: 0,
@@ -25,7 +25,7 @@ pub(super) fn count() {
         (50, 100, "embedded-nn 0.2.3, 50x100"),
         (100, 3, "embedded-nn 0.2.3, 100x3"),
     ] {
-        report_in("", name, || layer(black_box(inputs), black_box(outputs)));
+        report("", name, || layer(black_box(inputs), black_box(outputs)));
     }
 }
 

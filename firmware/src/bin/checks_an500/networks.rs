@@ -1,43 +1,34 @@
-//! Instruction counts of the link state networks on an emulated Cortex-M7, and their equality with the portable form. Run
-//! with `CSLAM_ICOUNT=10`, as `kernels_an500`; these are instructions, not cycles.
+//! Instruction counts of the link state networks, and their equality with the portable form.
 //!
 //! One line a step, `name: instructions`, then one line a link, `link index digest` of the models that fly and
-//! `random index digest` of random ones. Exit code 0 unless the assembly and the portable form differ.
-#![no_std]
-#![no_main]
-
-mod rivals;
+//! `random index digest` of random ones. It fails when the assembly and the portable form differ.
 
 use core::hint::black_box;
-use core::panic::PanicInfo;
-use core::ptr;
 
-use cortex_m_rt::entry;
 use cslam_core::lscn::kernels::{Kernels, Native, Portable};
 use cslam_core::lscn::{Activations, Features, LinkGeometry, Network, Probabilities, paper_inputs};
 use cslam_core::reflection::InputError;
 use cslam_firmware::lscn_check::{LINKS, Link, ModelFile, Networks, PAPER_INPUTS, PATHS, Which};
-use defmt_semihosting as _;
-use semihosting::process::exit;
 
-/// 32-bit up-counter of the board's FPGA, 25 MHz.
-const COUNTER: usize = 0x4002_8018;
+use crate::exit::Exit;
+use crate::measure::{between, report};
+use crate::rivals;
+use crate::stages::ticks;
 
-#[entry]
-fn main() -> ! {
+pub(crate) fn run() -> Result<(), Exit> {
     let files = cortex_m::singleton!(: [ModelFile; 3] = [ModelFile::EMPTY; 3]);
-    let Some([a, b, c]) = files else { exit(101) };
+    let [a, b, c] = files.ok_or(Exit::Panic)?;
     let (Ok(a), Ok(b), Ok(c)) = (
         a.random(Which::WithDeparture),
         b.random(Which::WithoutDeparture),
         c.random(Which::Paper),
     ) else {
-        exit(101)
+        return Err(Exit::Panic);
     };
-    report("empty", || ());
-    let Ok(nominal) = Link::random(0) else { exit(101) };
+    report("", "empty", || ());
+    let nominal = Link::random(0).map_err(|_| Exit::Panic)?;
     let (Ok(native), Ok(portable)) = (Networks::<Native>::shipped(), Networks::<Portable>::shipped()) else {
-        exit(101)
+        return Err(Exit::Panic);
     };
     steps("geometric", &native.with_departure, &GEOMETRIC);
     steps("paper", &native.paper, &PAPER);
@@ -47,7 +38,7 @@ fn main() -> ! {
     let random = [a, b, c];
     let equal =
         links("link", &native, &portable) & links("random", &Networks::new(random), &Networks::new(random));
-    exit(i32::from(!equal))
+    if equal { Ok(()) } else { Err(Exit::Failed) }
 }
 
 /// Steps of the geometric network.
@@ -74,7 +65,7 @@ fn steps<K: Kernels, const N: usize>(set: &str, network: &Network<'_, K>, names:
     );
     let mut before = start;
     for (name, stamp) in names.iter().zip(stamps) {
-        defmt::println!("{=str}, {=str}: {=u32}", set, name, instructions(before, stamp));
+        defmt::println!("{=str}, {=str}: {=u32}", set, name, between(before, stamp));
         before = stamp;
     }
 }
@@ -84,22 +75,20 @@ fn inference<K: Kernels>(set: &str, networks: &Networks<'_, K>, link: &Link) {
     let (geometric, paper) = (&networks.with_departure, &networks.paper);
     let (mut inputs, mut work) = ([0.0; PAPER_INPUTS], Activations::new());
     paper_inputs(link.paths(), &mut inputs);
-    black_box(report_in(set, "paper K = 9, one link", || {
+    black_box(report(set, "paper K = 9, one link", || {
         paper.classify(black_box(&inputs), &mut work).is_ok()
     }));
     let features = one(link);
     if let Some(inputs) = features.as_ref().ok().and_then(Features::with_departure) {
-        black_box(report_in(set, "geometric 23-48-32-3, one path", || {
+        black_box(report(set, "geometric 23-48-32-3, one path", || {
             geometric.classify(black_box(inputs), &mut work).is_ok()
         }));
-        black_box(report_in(set, "sums of geometric 23-48-32-3", || {
+        black_box(report(set, "sums of geometric 23-48-32-3", || {
             geometric.sums(black_box(inputs), &mut work).is_ok()
         }));
     }
-    black_box(report_in(set, "features, one path", || {
-        one(black_box(link)).is_ok()
-    }));
-    black_box(report_in(set, "features and geometric, nine paths", || {
+    black_box(report(set, "features, one path", || one(black_box(link)).is_ok()));
+    black_box(report(set, "features and geometric, nine paths", || {
         classify(geometric, black_box(link), &mut work)
     }));
 }
@@ -142,40 +131,4 @@ fn links(name: &str, native: &Networks<'_, Native>, portable: &Networks<'_, Port
         defmt::println!("{=str} {=u32} {=u64:016x}", name, index, digest.unwrap_or(0));
     }
     equal
-}
-
-/// Instructions of a step in a set, printed.
-fn report_in<R>(set: &str, name: &str, step: impl FnOnce() -> R) -> R {
-    let (result, instructions) = measure(step);
-    defmt::println!("{=str}{=str}: {=u32}", set, name, instructions);
-    result
-}
-
-fn report<R>(name: &str, step: impl FnOnce() -> R) -> R {
-    report_in("", name, step)
-}
-
-/// Instructions of a step.
-#[inline(never)]
-fn measure<R>(step: impl FnOnce() -> R) -> (R, u32) {
-    let start = ticks();
-    let result = step();
-    let end = ticks();
-    (result, instructions(start, end))
-}
-
-/// Instructions between two readings of the counter: 25.6 ticks each.
-fn instructions(start: u32, end: u32) -> u32 {
-    (u64::from(end.wrapping_sub(start)) * 10 / 256) as u32
-}
-
-fn ticks() -> u32 {
-    // SAFETY: an aligned 32-bit register that exists on this board and that reading does not change.
-    unsafe { ptr::read_volatile(COUNTER as *const u32) }
-}
-
-#[panic_handler]
-fn panic(info: &PanicInfo<'_>) -> ! {
-    defmt::error!("{}", defmt::Display2Format(info));
-    exit(101)
 }

@@ -1,13 +1,10 @@
 //! Instructions of each kind of work: mean and most.
 
-use core::ptr;
-
 use cslam_core::localization::filter::{SweepVerdict, TimingVerdict};
 use cslam_core::localization::imu::{HeadingRefusal, ImuStep};
 use cslam_firmware::flight_check::Observer;
 
-/// 32-bit up-counter of the board's FPGA, 25 MHz.
-const COUNTER: usize = 0x4002_8018;
+use crate::measure::measure;
 
 /// Work of one kind.
 #[derive(Clone, Copy, Default)]
@@ -102,18 +99,4 @@ impl Observer for Counts {
         self.magnetic.add(instructions);
         result
     }
-}
-
-/// Instructions of some work.
-#[inline(never)]
-fn measure<R>(work: impl FnOnce() -> R) -> (R, u32) {
-    let start = ticks();
-    let result = work();
-    let span = ticks().wrapping_sub(start);
-    (result, (u64::from(span) * 10 / 256) as u32)
-}
-
-fn ticks() -> u32 {
-    // SAFETY: an aligned 32-bit register that exists on this board and that reading does not change.
-    unsafe { ptr::read_volatile(COUNTER as *const u32) }
 }

@@ -1,0 +1,72 @@
+//! What is checked and counted on an emulated MPS2+ board with the AN500 image (Cortex-M7), one check a run. Run with `CSLAM_ICOUNT=10` for
+//! counts: the emulator's clock then advances 1024 ns an instruction, so that the board's 25 MHz counter gives instructions = ticks / 25.6.
+//! These are instructions, not cycles; without it the counts mean nothing.
+//!
+//! Arguments:
+//!
+//! - `kernels`: the path estimator's kernels ([`kernels`]).
+//! - `networks`: the link state networks ([`networks`]).
+//! - `sweeps best|paper RECORDING LINES`: the whole path estimator over recorded sweeps ([`sweeps`]).
+//! - `flight 46|58 RECORDING LINES`: localization over a recorded flight, with so many states ([`flight`]).
+//! - `panic`, `fault`: ends that way, to see that whoever runs the board notices.
+//!
+//! Recording and lines are files of the host, by semihosting. Exit codes are those of `exit.rs`.
+#![no_std]
+#![no_main]
+
+mod counter;
+mod counts;
+#[path = "../an500/exit.rs"]
+mod exit;
+mod flight;
+mod kernels;
+#[path = "../semihosting/lines.rs"]
+mod lines;
+#[path = "../icount/measure.rs"]
+mod measure;
+mod networks;
+#[path = "../semihosting/recording.rs"]
+mod recording;
+mod rivals;
+#[path = "../icount/stages.rs"]
+mod stages;
+mod sweeps;
+#[path = "../semihosting/words.rs"]
+mod words;
+
+use cortex_m_rt::entry;
+use defmt_semihosting as _;
+
+use exit::{Exit, exit};
+use words::words;
+
+#[entry]
+fn main() -> ! {
+    let outcome = if let Some([check]) = words() {
+        match check.path().to_bytes() {
+            b"kernels" => kernels::run(),
+            b"networks" => networks::run(),
+            b"panic" => panic!("asked for"),
+            b"fault" => cortex_m::asm::udf(),
+            _ => Err(Exit::Usage),
+        }
+    } else if let Some([check, how, recording, lines]) = words() {
+        match check.path().to_bytes() {
+            b"sweeps" => sweeps::run(&how, &recording, &lines),
+            b"flight" => flight::run(&how, &recording, &lines),
+            _ => Err(Exit::Usage),
+        }
+    } else {
+        Err(Exit::Usage)
+    };
+    exit(match outcome {
+        Ok(()) => Exit::Done,
+        Err(Exit::Usage) => {
+            defmt::error!(
+                "expected: kernels, networks, sweeps HOW RECORDING LINES, flight STATES RECORDING LINES, panic or fault"
+            );
+            Exit::Usage
+        }
+        Err(other) => other,
+    })
+}
