@@ -10,6 +10,7 @@ pub mod bsm;
 pub mod channel;
 pub mod cli;
 mod commands;
+pub mod config;
 pub mod crlb;
 pub mod estimate;
 pub mod evaluation;

@@ -110,7 +110,7 @@ fn the_seed_decides_every_byte() {
 #[test]
 fn without_errors_points_are_exact_and_the_paper_maps_the_strongest_path_only() {
     let directory = tempfile::tempdir().expect("a directory");
-    let zero = "[errors]\nc_tau_m = 0.0\naoa_deg = 0.0\nposition_m = 0.0\naod_deg = 0.5\n";
+    let zero = "[path_errors]\nc_tau_m = 0.0\naoa_deg = 0.0\nposition_m = 0.0\naod_deg = 0.5\n";
     fs::write(directory.path().join("zero.toml"), zero).expect("writable");
     let run = |mode: &str| {
         let output = fly(
@@ -163,12 +163,12 @@ fn bad_input_is_one_line_and_exit_2() {
     let directory = tempfile::tempdir().expect("a directory");
     fs::write(
         directory.path().join("typo.toml"),
-        "[errors]\naoa_degrees = 1.0\n",
+        "[path_errors]\naoa_degrees = 1.0\n",
     )
     .expect("writable");
     fs::write(
         directory.path().join("negative.toml"),
-        "[errors]\naoa_deg = -1.0\n",
+        "[path_errors]\naoa_deg = -1.0\n",
     )
     .expect("writable");
     fs::write(directory.path().join("empty.jsonl"), "").expect("writable");
@@ -180,7 +180,7 @@ fn bad_input_is_one_line_and_exit_2() {
         ),
         (
             ["--config", "negative.toml"],
-            "negative.toml: errors.aoa_deg must be",
+            "negative.toml:2: path_errors.aoa_deg is -1, expected a number of at least 0",
         ),
         (["--paths", "empty.jsonl"], "nothing to fly"),
         (["--paths", "absent.jsonl"], "absent.jsonl: cannot be read"),

@@ -4,6 +4,7 @@ pub(crate) mod accuracy;
 pub(crate) mod bench;
 pub(crate) mod classify;
 pub(crate) mod completions;
+pub(crate) mod config;
 pub(crate) mod dataset;
 pub(crate) mod estimate;
 pub(crate) mod fly;
