@@ -207,6 +207,29 @@ fn without_a_word_it_flies_outdoors_from_raw_samples() {
     );
 }
 
+/// Nothing on board can show such a lie, but whoever set the GMT up: by default a simulated flight knows where that was.
+#[test]
+fn a_beacon_that_lies_from_the_start_is_held_against_the_place_of_set_up() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let lie =
+        "[[world.sensors.faults.beacon]]\nstart_s = 0.0\nduration_s = 1e9\noffset_m = [12.0, 16.0, 0.0]\n";
+    let error_m = |setup: &str| {
+        fs::write(directory.path().join("c.toml"), format!("{lie}{setup}")).expect("writable");
+        let output = fly(
+            directory.path(),
+            &["fly", "--steps", "24", "--config", "c.toml", "--out", "out"],
+        );
+        assert!(output.status.success());
+        let report = report(&directory.path().join("out"));
+        report["trajectory"]["position_rmse_m"].as_f64().expect("poses")
+    };
+    let (known, not_known) = (
+        error_m(""),
+        error_m("[receiver.gmt_setup]\nwithin_m = 100000.0\n"),
+    );
+    assert!(known < 5.0 && not_known > 15.0, "{known} m, {not_known} m");
+}
+
 /// An interrupt ends the flight, and what was flown is written whole.
 #[cfg(unix)]
 #[test]
