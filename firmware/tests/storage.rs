@@ -4,7 +4,7 @@ mod flash;
 
 use std::cell::Cell;
 
-use cslam_firmware::storage::{Mount, SLOT, Settings, StorageError, Store};
+use cslam_firmware::storage::{EarthField, GmtPlace, Mount, SLOT, Settings, StorageError, Store};
 
 use flash::slow::{ERASE_MS, Slow};
 use flash::{Flash, SECTOR};
@@ -17,6 +17,8 @@ fn settings(number: u32) -> Settings {
         downlink_counter: 1024 * number,
         uplink_counter: number,
         session: number as u16,
+        gmt_place: GmtPlace::new([number as i32, -7, 1500], 1000).filter(|_| number & 1 == 0),
+        magnetic_field: EarthField::new(48_000, 65_000, -(number as i32)).filter(|_| number & 4 == 0),
     }
 }
 

@@ -51,6 +51,11 @@ enum Command {
     ///
     /// fish: cslam completions fish > ~/.config/fish/completions/cslam.fish
     Completions(commands::completions::Args),
+    /// Print every key of a configuration with its default, unit, range and meaning, or check a file
+    ///
+    /// One TOML file for the simulated world, the receiver and the board: `fly`, `record`, `synth`, `imu` and `key image` take it
+    /// with --config. The output is a configuration itself, that of the defaults. docs/formats.md
+    Config(commands::config::Args),
     /// Make a data set for the link-state classifier: ray-traced links as NumPy columns
     ///
     /// Every transmitter with every free point of a receiver grid, or a seeded sample of these links. The paper's
@@ -160,6 +165,7 @@ fn run(command: Option<Command>) -> anyhow::Result<()> {
         Some(Command::Campaign(args)) => commands::campaign::run(&args),
         Some(Command::Classify(args)) => commands::classify::run(&args),
         Some(Command::Completions(args)) => commands::completions::run(&args, Cli::command()),
+        Some(Command::Config(args)) => commands::config::run(&args),
         Some(Command::Dataset(args)) => commands::dataset::run(&args),
         Some(Command::Estimate(args)) => commands::estimate::run(&args),
         #[cfg(feature = "ground")]

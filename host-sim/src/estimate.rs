@@ -9,12 +9,12 @@ use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction, Frame, Gmt, Matrix3, Rotation, World};
 use cslam_core::ltd::{EstimatedPath, Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays};
 use cslam_core::path::Path;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::sigmf::{self, Recording};
 
 /// Which estimator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mode {
     /// Streaming peak search with off-grid scoring: the default of the receiver.

@@ -11,6 +11,7 @@ pub mod campaign;
 pub mod channel;
 pub mod cli;
 mod commands;
+pub mod config;
 pub mod crlb;
 pub mod estimate;
 pub mod evaluation;

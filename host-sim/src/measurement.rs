@@ -38,8 +38,8 @@ impl Sigmas {
     /// Checks that every value is finite and not negative.
     ///
     /// # Errors
-    /// The first wrong key with its value and what was expected, in words.
-    pub fn check(&self) -> Result<(), String> {
+    /// [`crate::input::InputError`] naming the first wrong key with its value and what was expected.
+    pub fn check(&self) -> Result<(), crate::input::InputError> {
         let values = [
             ("c_tau_m", self.c_tau_m),
             ("aoa_deg", self.aoa_deg),
@@ -51,8 +51,9 @@ impl Sigmas {
             .find(|(_, value)| !value.is_finite() || *value < 0.0)
         {
             None => Ok(()),
-            Some((key, value)) => Err(format!(
-                "{key} must be a finite number of at least 0, not {value}"
+            Some((key, value)) => Err(crate::input::InputError::at_key(
+                key,
+                format!("is {value}, expected a number of at least 0"),
             )),
         }
     }

@@ -1,7 +1,7 @@
 //! The paths format: one link a line, JSON, strongest path first.
 //!
 //! Links come from a ray tracer (with interaction vertices, order and complex gain) or from measurements (without).
-//! World frame; angles as everywhere in this project (zenith from +z, azimuth from +x). docs/paths.md has the keys. A line may
+//! World frame; angles as everywhere in this project (zenith from +z, azimuth from +x). docs/formats.md, "Path lists", has the keys. A line may
 //! hold more than a [`Link`] does: what `cslam estimate` and `cslam trace` write besides, and what reference lists say of a
 //! diffraction (`keys`). Any other key is refused.
 

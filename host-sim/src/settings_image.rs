@@ -5,16 +5,20 @@
 
 use std::convert::Infallible;
 
-use cslam_firmware::storage::{Mount, SLOT, Settings, StorageError, Store};
+use cslam_firmware::storage::{SLOT, Settings, StorageError, Store};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
-/// Settings for a UAV that has never flown with this key.
+use crate::config::Config;
+
+/// Settings for a UAV that has never flown with this key: of the configuration, what a board is told.
 #[must_use]
-pub fn settings(uav: u8, key: [u8; 32], mount: Mount) -> Settings {
+pub fn settings(uav: u8, key: [u8; 32], config: &Config) -> Settings {
     Settings {
         uav,
-        mount,
+        mount: config.board.mount,
         key: Some(key),
+        gmt_place: config.receiver.gmt_setup.for_board(),
+        magnetic_field: config.receiver.magnetic_field.and_then(|field| field.for_board()),
         ..Settings::default()
     }
 }
@@ -66,12 +70,21 @@ impl NorFlash for Blank<'_> {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
+    use cslam_firmware::storage::{EarthField, GmtPlace};
+
     use super::*;
 
     #[test]
     fn a_receiver_finds_its_settings_in_the_image() {
-        let mount = Mount::new([-2, 1, 3]).expect("a rotation");
-        let settings = settings(7, [0xc5; 32], mount);
+        let text = "[board]\nmount = [-2, 1, 3]\n[receiver.gmt_setup]\nposition_m = [1.5, -2.25, 0.0004]\nwithin_m = 0.8\n\
+            [receiver.magnetic_field]\nstrength_ut = 48.0\ninclination_deg = 65.0\ndeclination_deg = -3.0\n";
+        let config = Config::parse(Path::new("c.toml"), text).expect("sound");
+        let settings = settings(7, [0xc5; 32], &config);
+        assert_eq!(settings.mount.axes(), [-2, 1, 3]);
+        assert_eq!(settings.gmt_place, GmtPlace::new([1500, -2250, 0], 800));
+        assert_eq!(settings.magnetic_field, EarthField::new(48_000, 65_000, -3_000));
         let image = image(&settings).expect("no faults");
         let mut flash = [0xff; 2 * SLOT];
         flash[..SLOT].copy_from_slice(&image);

@@ -38,10 +38,8 @@ impl WorldConfig {
     /// [`InputError`] naming the key and what was expected.
     pub fn check(&self) -> Result<(), InputError> {
         self.flight.check()?;
-        self.sensors.check()?;
-        self.channel
-            .check()
-            .map_err(|message| InputError::new(format!("channel.{message}")))
+        self.sensors.check().map_err(|error| error.under("sensors"))?;
+        self.channel.check().map_err(|error| error.under("channel"))
     }
 }
 

@@ -174,7 +174,7 @@ fn angles_are_those_of_the_world_and_of_the_body() {
     fs::write(
         &config,
         format!(
-            "[motion]\nuav_quaternion_wb = [{}, {}, {}, {}]\ngmt_heading_deg = 40.0\n[impairments]\nfree_array_phase = true\n\
+            "[world.channel.motion]\nuav_quaternion_wb = [{}, {}, {}, {}]\ngmt_heading_deg = 40.0\n[world.channel.impairments]\nfree_array_phase = true\n\
              uav_element_phase_rms_deg = 0.0\nuav_axis_rms_deg = 0.0\nuav_array_delay_rms_ps = 0.0\n\
              gmt_element_phase_rms_deg = 0.0\ngmt_element_delay_rms_ps = 0.0\n",
             q.w, q.i, q.j, q.k
@@ -273,7 +273,11 @@ fn estimates_lead_the_solver_to_the_walls() {
 fn paper_mode_and_lost_beams_are_estimated_too() {
     let folder = tempfile::tempdir().expect("folder");
     let config = folder.path().join("channel.toml");
-    fs::write(&config, "[impairments]\ndropped_beams = [0, 1, 2, 70]\n").expect("written");
+    fs::write(
+        &config,
+        "[world.channel.impairments]\ndropped_beams = [0, 1, 2, 70]\n",
+    )
+    .expect("written");
     let link = &links(1)[0];
     let recordings = record(
         folder.path(),

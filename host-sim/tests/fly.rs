@@ -127,7 +127,7 @@ fn the_seed_decides_every_byte() {
 #[test]
 fn without_errors_points_are_exact_and_the_paper_maps_the_strongest_path_only() {
     let directory = tempfile::tempdir().expect("a directory");
-    let zero = "[errors]\nc_tau_m = 0.0\naoa_deg = 0.0\nposition_m = 0.0\naod_deg = 0.5\n";
+    let zero = "[path_errors]\nc_tau_m = 0.0\naoa_deg = 0.0\nposition_m = 0.0\naod_deg = 0.5\n";
     fs::write(directory.path().join("zero.toml"), zero).expect("writable");
     let run = |mode: &str| {
         let output = fly(
@@ -180,12 +180,12 @@ fn bad_input_is_one_line_and_exit_2() {
     let directory = tempfile::tempdir().expect("a directory");
     fs::write(
         directory.path().join("typo.toml"),
-        "[errors]\naoa_degrees = 1.0\n",
+        "[path_errors]\naoa_degrees = 1.0\n",
     )
     .expect("writable");
     fs::write(
         directory.path().join("negative.toml"),
-        "[errors]\naoa_deg = -1.0\n",
+        "[path_errors]\naoa_deg = -1.0\n",
     )
     .expect("writable");
     fs::write(directory.path().join("empty.jsonl"), "").expect("writable");
@@ -197,7 +197,7 @@ fn bad_input_is_one_line_and_exit_2() {
         ),
         (
             ["--config", "negative.toml"],
-            "negative.toml: errors.aoa_deg must be",
+            "negative.toml:2: path_errors.aoa_deg is -1, expected a number of at least 0",
         ),
         (["--paths", "empty.jsonl"], "nothing to fly"),
         (["--paths", "absent.jsonl"], "absent.jsonl: cannot be read"),
@@ -228,6 +228,29 @@ fn without_a_word_it_flies_outdoors_from_raw_samples() {
     let counters = heard.health.expect("it closes the stream").counters;
     assert!(counters.imu_samples > 500 && counters.sweeps == 2, "{counters:?}");
     assert_eq!(health(&out), counters.to_array());
+}
+
+/// Nothing on board can show such a lie, but whoever set the GMT up: by default a simulated flight knows where that was.
+#[test]
+fn a_beacon_that_lies_from_the_start_is_held_against_the_place_of_set_up() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let lie =
+        "[[world.sensors.faults.beacon]]\nstart_s = 0.0\nduration_s = 1e9\noffset_m = [12.0, 16.0, 0.0]\n";
+    let error_m = |setup: &str| {
+        fs::write(directory.path().join("c.toml"), format!("{lie}{setup}")).expect("writable");
+        let output = fly(
+            directory.path(),
+            &["fly", "--steps", "24", "--config", "c.toml", "--out", "out"],
+        );
+        assert!(output.status.success());
+        let report = report(&directory.path().join("out"));
+        report["trajectory"]["position_rmse_m"].as_f64().expect("poses")
+    };
+    let (known, not_known) = (
+        error_m(""),
+        error_m("[receiver.gmt_setup]\nwithin_m = 100000.0\n"),
+    );
+    assert!(known < 5.0 && not_known > 15.0, "{known} m, {not_known} m");
 }
 
 /// Twenty seconds from raw samples: the start, and the first walls.

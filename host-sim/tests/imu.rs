@@ -38,11 +38,11 @@ fn the_configuration_counts_and_bad_input_ends_with_two_and_one_line() {
     let directory = tempfile::tempdir().expect("a directory");
     let file = directory.path().join("noisy.toml");
     let config = file.to_str().expect("a plain name");
-    std::fs::write(&file, "[sensors.imu]\ngyro_noise_mdps_per_sqrt_hz = 28.0\n").expect("writable");
+    std::fs::write(&file, "[world.sensors.imu]\ngyro_noise_mdps_per_sqrt_hz = 28.0\n").expect("writable");
     let output = imu(&["--hours", "0.02", "--json", "--config", config]);
     let text = String::from_utf8(output.stdout).expect("text");
     assert!(text.contains("\"given_white_per_sqrt_hz\":28.0"), "{text}");
-    std::fs::write(&file, "[sensors.imu]\ngyro_turn_on_bias_dps = -1.0\n").expect("writable");
+    std::fs::write(&file, "[world.sensors.imu]\ngyro_turn_on_bias_dps = -1.0\n").expect("writable");
     let cases: [(&[&str], &str); 3] = [
         (&["--config", config], "gyro_turn_on_bias_dps"),
         (&["--hours", "0"], "--hours"),

@@ -10,7 +10,7 @@ use cslam_host_sim::input::limits;
 /// The page for users has the limits in force.
 #[test]
 fn the_page_lists_every_limit() {
-    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/inputs.md"))
+    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/formats.md"))
         .expect("the page");
     for (name, limit) in [
         ("path list", limits::PATH_LIST),
@@ -284,7 +284,21 @@ fn configurations() {
         "--config",
         "c.toml",
     ];
+    let check: &[&str] = &["config", "--check", "c.toml"];
+    let image: &[&str] = &["key", "image", "uav.key", "x.bin", "--config", "c.toml"];
     all_refused(&[
+        (
+            "c.toml",
+            "[board]\nmount = [1, 2, -3]\n".into(),
+            image,
+            "c.toml:2: board.mount: [1, 2, -3] is no rotation",
+        ),
+        (
+            "c.toml",
+            "[receiver]\n[receiver.filter.gates]\nlost_m = 0\n".into(),
+            check,
+            "c.toml:3: receiver.filter.gates.lost_m is 0, expected a number above 0",
+        ),
         (
             "c.toml",
             "[world.flight]\n\nduration = 3\n".into(),
@@ -295,29 +309,29 @@ fn configurations() {
             "c.toml",
             "[world.flight]\nduration_s = 1e6\n".into(),
             fly,
-            "c.toml: flight.duration_s is 1000000",
+            "c.toml:2: world.flight.duration_s is 1000000",
         ),
         (
             "c.toml",
-            "[errors]\naoa_deg = -1\n".into(),
+            "[path_errors]\naoa_deg = -1\n".into(),
             fly,
-            "c.toml: errors.aoa_deg must be",
+            "c.toml:2: path_errors.aoa_deg is -1",
         ),
         (
             "c.toml",
-            "[sensors.imu]\nrate = 3\n".into(),
+            "[world.sensors.imu]\nrate = 3\n".into(),
             record,
             "c.toml:2: unknown field `rate`",
         ),
         (
             "c.toml",
-            "[channel.front_end]\nadc_bits = 99\n".into(),
+            "[world.channel.front_end]\nadc_bits = 99\n".into(),
             record,
-            "c.toml: channel.front_end.adc_bits is 99",
+            "c.toml:2: world.channel.front_end.adc_bits is 99",
         ),
         (
             "c.toml",
-            "[front_end]\nadc_bit = 12\n".into(),
+            "[world.channel.front_end]\nadc_bit = 12\n".into(),
             synth,
             "c.toml:2: unknown field `adc_bit`",
         ),

@@ -358,12 +358,12 @@ fn angles_in_body_axes_are_turned_by_the_attitude_of_their_line() {
     );
 }
 
-/// The example of docs/paths.md: what stands there is what is printed, and the flight has the two points.
+/// The example of docs/formats.md, "Your own measured paths": what stands there is what is printed, and the flight has the two points.
 #[test]
 fn the_example_of_the_docs_is_solved_classified_and_flown_as_it_says() {
     let directory = tempfile::tempdir().expect("a directory");
     let at = directory.path();
-    let page = include_str!("../../docs/paths.md");
+    let page = include_str!("../../docs/formats.md");
     let (_, rest) = page.split_once("<<'END'\n").expect("the list");
     let (list, rest) = rest.split_once("END\n").expect("its end");
     fs::write(at.join("mine.jsonl"), list).expect("writable");

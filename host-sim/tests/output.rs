@@ -35,6 +35,7 @@ const COMMANDS: &[&[&str]] = &[
     &["estimate", "link.sigmf-meta", "--json"],
     &["fly", "--paths", "bundled", "--steps", "2"],
     &["fly", "--paths", "bundled", "--steps", "2", "--json"],
+    &["config"],
     &["fly", "--print-config"],
     #[cfg(feature = "ground")]
     &["ground", "--test-key", "--file", "flown/packets.bin", "--json"],

@@ -114,7 +114,7 @@ fn options_reach_the_samples() {
     let config = folder.path().join("channel.toml");
     fs::write(
         &config,
-        "[front_end]\nadc_bits = 8\n[impairments]\ndropped_beams = [3]\n[motion]\nuav_quaternion_wb = [2, 0, 0, 0]\n",
+        "[world.channel]\nfront_end.adc_bits = 8\nimpairments.dropped_beams = [3]\n[world.channel.motion]\nuav_quaternion_wb = [2, 0, 0, 0]\n",
     )
     .expect("written");
     let make = |name: &str, more: &[&str]| {
@@ -183,7 +183,7 @@ fn bad_input_is_one_line_and_exit_two() {
     assert!(synth(&folder.path().join("absent.jsonl"), &[]).contains("cannot be read"));
     assert!(synth(&paths, &["--snr-offset", "nan"]).contains("snr_offset_db is NaN"));
     let config = folder.path().join("bad.toml");
-    fs::write(&config, "[front_end]\nadc_bits = 17\n").expect("written");
+    fs::write(&config, "[world.channel.front_end]\nadc_bits = 17\n").expect("written");
     assert!(synth(&paths, &["--config", text(&config)]).contains("adc_bits is 17, expected 8 to 16"));
     let nowhere = folder.path().join("no/such/folder");
     let output = cslam(&["synth", "--paths", text(&paths), "--out", text(&nowhere)], "1");

@@ -1,4 +1,5 @@
-//! What a receiver keeps while it has no power: who it is, its key, how far its counters have come, how it is mounted.
+//! What a receiver keeps while it has no power: who it is, its key, how far its counters have come, how it is mounted,
+//! where it flies.
 //!
 //! [`Store`] appends records to one of two halves of a flash memory. The newest sound record counts; when a half is full the
 //! other one is erased and goes on. A record is sound when its checksum, its last bytes, is right, and nothing that counts is ever
@@ -20,6 +21,7 @@ mod error;
 mod ledger;
 mod record;
 mod settings;
+mod site;
 mod store;
 
 pub use erase::EraseInBackground;
@@ -27,4 +29,5 @@ pub use error::{RecordError, StorageError};
 pub use ledger::{DOWNLINK_RESERVE, Ledger, ROOM, ROOM_IN_FLIGHT, UPLINK_RESERVE};
 pub use record::{SLOT, VERSION};
 pub use settings::{Mount, Settings};
+pub use site::{EarthField, GmtPlace};
 pub use store::Store;

@@ -8,7 +8,7 @@ use super::settings::{CONTENT, Settings};
 use crate::front_end::SoftwareCrc;
 
 /// Version of the records.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 /// Bytes of a record with what fills it up: four words of an STM32H743's flash.
 pub const SLOT: usize = 128;
 
@@ -78,8 +78,8 @@ mod tests {
     #[test]
     fn what_is_not_ours_is_named() {
         assert_eq!(altered(0, b'X'), Err(RecordError::Magic));
-        assert_eq!(altered(4, 2), Err(RecordError::Version { found: 2 }));
-        assert_eq!(altered(6, 50), Err(RecordError::Length { found: 50 }));
+        assert_eq!(altered(4, 1), Err(RecordError::Version { found: 1 }));
+        assert_eq!(altered(6, 47), Err(RecordError::Length { found: 47 }));
         // Mount, whether there is a key.
         for (at, byte) in [(13, 2), (14, 0), (26, 2)] {
             assert_eq!(altered(at, byte), Err(RecordError::Content), "byte {at}");
@@ -89,6 +89,10 @@ mod tests {
             Err(RecordError::Content),
             "a key that there is not"
         );
+        // A place or a field that there is not, and ones that cannot be.
+        for (at, byte) in [(59, 2), (60, 1), (59, 1), (76, 2), (77, 1), (76, 1)] {
+            assert_eq!(altered(at, byte), Err(RecordError::Content), "byte {at}");
+        }
         assert_eq!(altered(8, 6), Ok((6, Settings::default())));
     }
 

@@ -2,10 +2,12 @@
 
 use core::fmt;
 
+use cslam_core::cslam::{Config, Localization};
 use cslam_core::localization::ImuSample;
 use nalgebra::Vector3;
 
 use super::error::RecordError;
+use super::site::{EarthField, GmtPlace};
 
 /// How the inertial sensor sits in the UAV, and the magnetometer beside it: each axis of the body (forward, left, up) is an axis of
 /// the sensor, or its opposite.
@@ -77,6 +79,10 @@ pub struct Settings {
     pub uplink_counter: u32,
     /// Session that was last opened with the front end.
     pub session: u16,
+    /// Where the GMT was set up; `None` when nobody has said.
+    pub gmt_place: Option<GmtPlace>,
+    /// The earth's field where it flies; without it the magnetometer is not used.
+    pub magnetic_field: Option<EarthField>,
 }
 
 impl Default for Settings {
@@ -89,6 +95,8 @@ impl Default for Settings {
             downlink_counter: 0,
             uplink_counter: 0,
             session: 0,
+            gmt_place: None,
+            magnetic_field: None,
         }
     }
 }
@@ -102,18 +110,30 @@ impl fmt::Debug for Settings {
             .field("downlink_counter", &self.downlink_counter)
             .field("uplink_counter", &self.uplink_counter)
             .field("session", &self.session)
+            .field("gmt_place", &self.gmt_place)
+            .field("magnetic_field", &self.magnetic_field)
             .finish()
     }
 }
 
 /// Bytes of settings in a record.
-pub(super) const CONTENT: usize = 47;
+pub(super) const CONTENT: usize = 77;
 
 impl Settings {
     /// The next session of the front end: never 0, which a front end shows that has just started.
     #[must_use]
     pub fn next_session(&self) -> u16 {
         self.session.checked_add(1).unwrap_or(1)
+    }
+
+    /// Tells a receiver what is stored about where it flies.
+    pub fn configure(&self, config: &mut Config<'_>) {
+        if let (Some(place), Localization::Filter(filter)) = (self.gmt_place, &mut config.localization) {
+            filter.beacon.setup = Some(place.setup());
+        }
+        if let Some(field) = self.magnetic_field {
+            config.magnetic_field = Some(field.field());
+        }
     }
 
     pub(super) fn encode(&self) -> [u8; CONTENT] {
@@ -126,6 +146,8 @@ impl Settings {
         put(&mut rest, self.uplink_counter.to_le_bytes());
         put(&mut rest, [u8::from(self.key.is_some())]);
         put(&mut rest, self.key.unwrap_or_default());
+        put_words(&mut rest, self.gmt_place.map(GmtPlace::to_words));
+        put_words(&mut rest, self.magnetic_field.map(EarthField::to_words));
         bytes
     }
 
@@ -143,6 +165,8 @@ impl Settings {
             1 => Some(key),
             _ => return Err(RecordError::Content),
         };
+        let gmt_place = take_words(&mut rest, GmtPlace::from_words)?;
+        let magnetic_field = take_words(&mut rest, EarthField::from_words)?;
         Ok(Self {
             uav,
             mount,
@@ -150,6 +174,8 @@ impl Settings {
             downlink_counter,
             uplink_counter,
             session,
+            gmt_place,
+            magnetic_field,
         })
     }
 }
@@ -168,6 +194,27 @@ fn take<const N: usize>(rest: &mut &[u8]) -> [u8; N] {
             *field
         }
         None => [0; N],
+    }
+}
+
+/// A byte that says whether there is one, and its words; zeros where there is none.
+fn put_words<const N: usize>(rest: &mut &mut [u8], words: Option<[i32; N]>) {
+    put(rest, [u8::from(words.is_some())]);
+    for word in words.unwrap_or([0; N]) {
+        put(rest, word.to_le_bytes());
+    }
+}
+
+fn take_words<T, const N: usize>(
+    rest: &mut &[u8],
+    make: impl FnOnce([i32; N]) -> Option<T>,
+) -> Result<Option<T>, RecordError> {
+    let [is_there] = take(rest);
+    let words = [(); N].map(|()| i32::from_le_bytes(take(rest)));
+    match is_there {
+        0 if words == [0; N] => Ok(None),
+        1 => make(words).map(Some).ok_or(RecordError::Content),
+        _ => Err(RecordError::Content),
     }
 }
 
@@ -199,5 +246,34 @@ mod tests {
         assert_eq!(settings.next_session(), 1);
         settings.session = u16::MAX;
         assert_eq!(settings.next_session(), 1);
+    }
+
+    #[test]
+    fn a_receiver_is_told_where_it_flies() {
+        let model = cslam_core::lscn::models::paper().expect("sound");
+        let network = cslam_core::lscn::PaperClassifier::new(model).expect("fits");
+        let config = || Config::best(cslam_core::cslam::LinkStates::Paper(network));
+        let mut told = config();
+        Settings::default().configure(&mut told);
+        assert!(told.magnetic_field.is_none());
+        let setup = |config: &Config<'_>| match &config.localization {
+            Localization::Filter(filter) => filter.beacon.setup,
+            Localization::Hpc(..) => None,
+        };
+        assert!(setup(&told).is_none());
+        let settings = Settings {
+            gmt_place: GmtPlace::new([1500, -2250, 1], 800),
+            magnetic_field: EarthField::new(48_000, 65_000, 3_000),
+            ..Settings::default()
+        };
+        settings.configure(&mut told);
+        let place = setup(&told).expect("said");
+        assert_eq!(
+            (place.position_m, place.within_m),
+            (Vector3::new(1.5, -2.25, 0.001), 0.8)
+        );
+        let field = told.magnetic_field.expect("said").earth_ut;
+        assert!((field.norm() - 48.0).abs() < 1e-4 && field.z < -43.0, "{field}");
+        assert_eq!(Settings::decode(&settings.encode()), Ok(settings));
     }
 }

@@ -3,12 +3,9 @@
 //! Every impairment has its parameter, a zero setting ([`Impairments::none`]) and a default at the "Error
 //! budget" of docs/signal-model.md.
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
-use crate::input::limits::CONFIGURATION;
-use crate::input::{InputError, from_toml, read_text};
+use crate::input::InputError;
 use crate::sigmf::Codebook;
 
 /// Beams of a sweep.
@@ -225,26 +222,18 @@ impl Default for MotionConfig {
 }
 
 impl ChannelConfig {
-    /// Reads a TOML file; missing keys keep their defaults.
-    ///
-    /// # Errors
-    /// [`InputError`] naming the file and the key that is unknown, of the wrong type or out of range.
-    pub fn read(file: &Path) -> Result<Self, InputError> {
-        let config: Self = from_toml(file, &read_text(file, &CONFIGURATION)?)?;
-        config
-            .check()
-            .map_err(|message| InputError::in_file(file, message))?;
-        Ok(config)
-    }
-
     /// Checks the range of every value.
     ///
     /// # Errors
-    /// What is out of range, and the range, in words.
-    pub fn check(&self) -> Result<(), String> {
+    /// [`InputError`] naming the key that is out of range, and the range.
+    pub fn check(&self) -> Result<(), InputError> {
         let (f, i, m) = (&self.front_end, &self.impairments, &self.motion);
+        let wrong = |key: &str, message: String| Err(InputError::at_key(key, message));
         if !(8..=16).contains(&f.adc_bits) {
-            return Err(format!("front_end.adc_bits is {}, expected 8 to 16", f.adc_bits));
+            return wrong(
+                "front_end.adc_bits",
+                format!("is {}, expected 8 to 16", f.adc_bits),
+            );
         }
         // What lies beyond is no receiver and no link: 100 dB either way turn the weakest path into the strongest.
         let ranges = [
@@ -301,19 +290,20 @@ impl ChannelConfig {
         ];
         for (key, value, low, high) in ranges {
             if !(low..=high).contains(&value) {
-                return Err(format!("{key} is {value}, expected {low} to {high}"));
+                return wrong(key, format!("is {value}, expected {low} to {high}"));
             }
         }
         if let Some(channel) = i.dead_channels.iter().find(|c| **c >= 32) {
-            return Err(format!(
-                "impairments.dead_channels holds {channel}, expected 0 to 31"
-            ));
+            return wrong(
+                "impairments.dead_channels",
+                format!("holds {channel}, expected 0 to 31"),
+            );
         }
         if let Some(beam) = i.dropped_beams.iter().find(|m| usize::from(**m) >= BEAMS) {
-            return Err(format!(
-                "impairments.dropped_beams holds {beam}, expected 0 to {}",
-                BEAMS - 1
-            ));
+            return wrong(
+                "impairments.dropped_beams",
+                format!("holds {beam}, expected 0 to {}", BEAMS - 1),
+            );
         }
         if let Some(j) = &i.jammer {
             let ranges = [
@@ -327,23 +317,27 @@ impl ChannelConfig {
             ];
             for (key, value, low, high) in ranges {
                 if !(low..=high).contains(&value) {
-                    return Err(format!(
-                        "impairments.jammer.{key} is {value}, expected {low} to {high}"
-                    ));
+                    return wrong(
+                        &format!("impairments.jammer.{key}"),
+                        format!("is {value}, expected {low} to {high}"),
+                    );
                 }
             }
         }
-        let velocities = m.uav_velocity_m_per_s.iter().chain(&m.gmt_velocity_m_per_s);
-        for value in velocities {
-            if !(-300.0..=300.0).contains(value) {
-                return Err(format!(
-                    "a velocity in motion is {value}, expected -300 to 300 m/s"
-                ));
+        for (key, velocity) in [
+            ("motion.uav_velocity_m_per_s", m.uav_velocity_m_per_s),
+            ("motion.gmt_velocity_m_per_s", m.gmt_velocity_m_per_s),
+        ] {
+            if let Some(value) = velocity.iter().find(|v| !(-300.0..=300.0).contains(*v)) {
+                return wrong(key, format!("holds {value}, expected -300 to 300"));
             }
         }
         let norm: f64 = m.uav_quaternion_wb.iter().map(|c| c * c).sum();
         if !(norm.is_finite() && norm > 1e-12) {
-            return Err("motion.uav_quaternion_wb is no rotation, expected [w, x, y, z]".to_owned());
+            return wrong(
+                "motion.uav_quaternion_wb",
+                "is no rotation, expected [w, x, y, z]".to_owned(),
+            );
         }
         Ok(())
     }
@@ -354,10 +348,9 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Result<ChannelConfig, String> {
-        let folder = tempfile::tempdir().expect("folder");
-        let file = folder.path().join("channel.toml");
-        std::fs::write(&file, text).expect("written");
-        ChannelConfig::read(&file).map_err(|e| e.to_string())
+        let config: ChannelConfig = toml::from_str(text).map_err(|e| e.message().to_owned())?;
+        config.check().map_err(|e| e.to_string())?;
+        Ok(config)
     }
 
     #[test]
@@ -383,7 +376,7 @@ mod tests {
     fn what_is_wrong_is_named() {
         for (text, expected) in [
             ("[front_end]\nadc_bits = 7", "adc_bits is 7, expected 8 to 16"),
-            ("[front_end]\n\nadc_bit = 12", ":3: unknown field `adc_bit`"),
+            ("[front_end]\n\nadc_bit = 12", "unknown field `adc_bit`"),
             ("[impairments]\ncfo_hz = nan", "cfo_hz is NaN"),
             ("[impairments]\ndead_channels = [32]", "dead_channels holds 32"),
             (

@@ -9,16 +9,16 @@ use clap::ValueEnum;
 use rayon::prelude::*;
 
 use crate::campaign::{Build, Flight, Lists, Purpose, Shard, Summary, compare, read_shards};
-use crate::commands::fly::raw::{Setup, Stages, fly};
-use crate::commands::fly::{Mode, read_world};
+use crate::commands::fly::raw::fly;
 use crate::commands::threads::Threads;
+use crate::config::{Config, Mode};
 use crate::evaluation::evaluate;
 use crate::input::InputError;
 use crate::interrupt;
 use crate::progress;
 use crate::report::Report;
 use crate::scene::Scene;
-use crate::world::{World, WorldConfig};
+use crate::world::World;
 
 /// Arguments of `cslam campaign`.
 #[derive(clap::Args, Debug)]
@@ -42,7 +42,7 @@ pub(crate) struct Args {
     /// Whose methods
     #[arg(long, value_enum, num_args = 1.., default_values_t = [Mode::Best])]
     modes: Vec<Mode>,
-    /// Configurations of the world: each flight is flown in each
+    /// Configurations (`cslam config`): each flight is flown with each. Their mode is that of --modes
     #[arg(long, value_name = "FILE", num_args = 1..)]
     configs: Vec<PathBuf>,
     /// Fly at most this many sweeps of each
@@ -69,7 +69,7 @@ enum Set {
 /// A world that flights are flown in.
 struct Named {
     name: String,
-    config: WorldConfig,
+    config: Config,
     build: Build,
 }
 
@@ -184,19 +184,17 @@ fn flown(
     args: &Args,
     flight: &Flight,
     mode: Mode,
-    config: &WorldConfig,
+    config: &Config,
     interrupted: &AtomicBool,
 ) -> anyhow::Result<Option<serde_json::Value>> {
     let start = std::time::Instant::now();
     let scene = Scene::load(&flight.scene)?;
-    let world = World::new(&scene, config.clone(), flight.seed)?;
+    let world = World::new(&scene, config.world.clone(), flight.seed)?;
     let planned = usize::try_from(world.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
-    let setup = Setup {
-        mode,
-        stages: Stages::default(),
-    };
+    let mut receiver = config.receiver.clone();
+    receiver.mode = mode;
     let (mut log, _) = fly(
-        &setup,
+        &receiver,
         &flight.scene,
         &world,
         flight.seed,
@@ -254,7 +252,7 @@ fn worlds(args: &Args) -> anyhow::Result<Vec<Named>> {
     let executable_crc = crc.checksum(&fs::read(std::env::current_exe()?)?);
     let mut configs = Vec::new();
     if args.configs.is_empty() {
-        configs.push(("default".to_owned(), WorldConfig::default()));
+        configs.push(("default".to_owned(), Config::default()));
     }
     for file in &args.configs {
         let name = file
@@ -265,7 +263,7 @@ fn worlds(args: &Args) -> anyhow::Result<Vec<Named>> {
         if configs.iter().any(|(before, _)| *before == name) {
             return Err(InputError::in_file(file, "has the name of another configuration").into());
         }
-        configs.push((name, read_world(file)?));
+        configs.push((name, Config::read(Some(file))?));
     }
     let named = configs.into_iter().map(|(name, config)| {
         let text = toml::to_string(&config)?;

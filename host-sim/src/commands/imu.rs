@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::record::read_config;
+use crate::config::Config;
 use crate::input::InputError;
 use crate::progress;
 use crate::sensors::{Characterisation, static_run};
@@ -20,7 +20,7 @@ pub(crate) struct Args {
     /// Let the temperature drift as in flight; data sheets and benches hold it constant
     #[arg(long)]
     in_flight: bool,
-    /// Configuration (TOML) as of `cslam record`, of which [sensors.imu] counts; the budget when absent
+    /// Configuration file (TOML), of which [world.sensors.imu] counts; `cslam config` shows what it may hold
     #[arg(long, value_name = "FILE")]
     config: Option<std::path::PathBuf>,
     /// Print one JSON object a sensor on stdout instead of the tables
@@ -51,9 +51,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
             InputError::new(format!("--hours is {}, expected 0.01 to {MAX_HOURS}", args.hours)).into(),
         );
     }
-    let sensors = read_config(args.config.as_deref())?.sensors;
-    sensors.check()?;
-    let config = sensors.imu;
+    let config = Config::read(args.config.as_deref())?.world.sensors.imu;
     let config = if args.in_flight {
         config
     } else {

@@ -7,6 +7,7 @@ use clap::Subcommand;
 use cslam_core::telemetry::Key;
 use cslam_firmware::storage::Mount;
 
+use crate::config::Config;
 use crate::input::InputError;
 use crate::link_key::{self, LinkKey};
 use crate::settings_image;
@@ -42,14 +43,14 @@ enum What {
         file: PathBuf,
         /// The image, which must not exist
         out: PathBuf,
-        /// Body axes forward, left, up as axes of the inertial sensor: 1, 2, 3 for its x, y, z, negative for the opposite
-        #[arg(
-            long,
-            value_name = "X,Y,Z",
-            default_value = "1,2,3",
-            allow_hyphen_values = true
-        )]
-        mount: String,
+        /// Configuration file (TOML), of which [board], [receiver.gmt_setup] and [receiver.magnetic_field] count; `cslam config`
+        /// shows what it may hold
+        #[arg(long, value_name = "FILE")]
+        config: Option<PathBuf>,
+        /// Body axes forward, left, up as axes of the inertial sensor: 1, 2, 3 for its x, y, z, negative for the opposite; instead
+        /// of the configuration's
+        #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+        mount: Option<String>,
     },
 }
 
@@ -57,9 +58,18 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let (file, LinkKey { uav, key }) = match &args.what {
         What::New { file, uav } => (file, link_key::create(file, *uav)?),
         What::Check { file } => (file, link_key::read(file)?),
-        What::Image { file, out, mount } => {
+        What::Image {
+            file,
+            out,
+            config,
+            mount,
+        } => {
+            let mut config = Config::read(config.as_deref())?;
+            if let Some(mount) = mount {
+                config.board.mount = read_mount(mount)?;
+            }
             let (uav, bytes) = link_key::read_bytes(file)?;
-            let settings = settings_image::settings(uav, bytes, read_mount(mount)?);
+            let settings = settings_image::settings(uav, bytes, &config);
             write(out, &settings_image::image(&settings)?)?;
             let key = Key::new(bytes);
             (out, LinkKey { uav, key })

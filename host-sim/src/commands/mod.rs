@@ -5,6 +5,7 @@ pub(crate) mod bench;
 pub(crate) mod campaign;
 pub(crate) mod classify;
 pub(crate) mod completions;
+pub(crate) mod config;
 pub(crate) mod dataset;
 pub(crate) mod estimate;
 pub(crate) mod fly;

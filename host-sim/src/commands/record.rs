@@ -5,8 +5,8 @@ use std::sync::atomic::Ordering;
 
 use rayon::prelude::*;
 
-use crate::input::limits::CONFIGURATION;
-use crate::input::{InputError, from_toml, read_text};
+use crate::config::Config;
+use crate::input::InputError;
 use crate::interrupt;
 use crate::paths::Link;
 use crate::progress;
@@ -14,7 +14,7 @@ use crate::recording::{self, Manifest};
 use crate::result_directory::ResultDirectory;
 use crate::scene::Scene;
 use crate::sigmf::{self, Codebook, Recording};
-use crate::world::{HeardSweep, World, WorldConfig};
+use crate::world::{HeardSweep, World};
 
 /// Arguments of `cslam record`.
 #[derive(clap::Args, Debug)]
@@ -22,10 +22,10 @@ pub(crate) struct Args {
     /// Scene: outdoor, indoor, street, outdoor_a, city:SEED, indoor:SEED, or a file (.json, .obj, .ply)
     #[arg(long, value_name = "NAME|FILE", default_value = "outdoor")]
     scene: String,
-    /// Configuration (TOML: [flight], [sensors], [channel]); --print-config shows what it may hold
+    /// Configuration file (TOML), of which [world] counts; `cslam config` shows what it may hold
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Print the configuration in force as TOML and end
+    /// Print the configuration with what the options changed as TOML and end
     #[arg(long)]
     print_config: bool,
     /// Seed of the flight and of every error
@@ -47,16 +47,16 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
-    let mut config = read_config(args.config.as_deref())?;
+    let mut config = Config::read(args.config.as_deref())?;
     if let Some(duration_s) = args.duration {
-        config.flight.duration_s = duration_s;
+        config.world.flight.duration_s = duration_s;
     }
     if args.print_config {
         print!("{}", toml::to_string(&config)?);
         return Ok(());
     }
     let scene = Scene::load(&args.scene)?;
-    let world = World::new(&scene, config, args.seed)?;
+    let world = World::new(&scene, config.world, args.seed)?;
     let manifest = write(&world, args)?;
     if args.json {
         println!("{}", serde_json::to_string(&manifest)?);
@@ -68,15 +68,6 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         args.out.display()
     ));
     Ok(())
-}
-
-pub(super) fn read_config(file: Option<&Path>) -> Result<WorldConfig, InputError> {
-    let Some(file) = file else {
-        return Ok(WorldConfig::default());
-    };
-    let config: WorldConfig = from_toml(file, &read_text(file, &CONFIGURATION)?)?;
-    config.check().map_err(|error| error.within(file))?;
-    Ok(config)
 }
 
 fn write(world: &World<'_>, args: &Args) -> anyhow::Result<Manifest> {

@@ -8,7 +8,8 @@ use cslam_core::array::SquintScheme;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::channel::{ChannelConfig, Impairments, Instant, Simulator, Sweep};
+use crate::channel::{Impairments, Instant, Simulator, Sweep};
+use crate::config::Config;
 use crate::input::InputError;
 use crate::paths::{self, Link};
 use crate::progress;
@@ -32,7 +33,7 @@ pub(crate) struct Args {
     /// Errors of arrays, clock and transmitter: none, or the design's budget (the default)
     #[arg(long, value_enum, conflicts_with = "config")]
     impairments: Option<Preset>,
-    /// Channel configuration (TOML: [front_end], [impairments], [motion]); missing keys keep their defaults
+    /// Configuration file (TOML), of which [world.channel] counts; `cslam config` shows what it may hold
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// What the transmitter sends: its 72 beams, or the beam squint symbols that follow them
@@ -66,20 +67,16 @@ struct Written {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
-    let mut config = match (&args.config, args.impairments) {
-        (Some(file), _) => ChannelConfig::read(file)?,
-        (None, Some(Preset::None)) => ChannelConfig {
-            impairments: Impairments::none(),
-            ..ChannelConfig::default()
-        },
-        (None, Some(Preset::Budget) | None) => ChannelConfig::default(),
-    };
+    let mut config = Config::read(args.config.as_deref())?.world.channel;
+    if let Some(Preset::None) = args.impairments {
+        config.impairments = Impairments::none();
+    }
     config.front_end.snr_offset_db += args.snr_offset;
     config
         .check()
         .map_err(|m| InputError::new(format!("--snr-offset {}: {m}", args.snr_offset)))?;
-    let instant =
-        Instant::of(&config.motion).map_err(|e| InputError::new(format!("motion.uav_quaternion_wb: {e}")))?;
+    let instant = Instant::of(&config.motion)
+        .map_err(|e| InputError::at_key("world.channel.motion.uav_quaternion_wb", e.to_string()))?;
     let quaternion_wb = unit(config.motion.uav_quaternion_wb);
     let links = paths::read(&args.paths)?;
     if links.is_empty() {

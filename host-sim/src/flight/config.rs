@@ -141,16 +141,20 @@ impl FlightConfig {
             if value.is_finite() && value > least && value <= most {
                 Ok(())
             } else {
-                Err(InputError::new(format!(
-                    "{key} is {value}, expected above {least}, up to {most}"
-                )))
+                Err(InputError::at_key(
+                    key,
+                    format!("is {value}, expected above {least}, up to {most}"),
+                ))
             }
         };
         let within = |key: &str, value: f64, most: f64| {
             if (0.0..=most).contains(&value) {
                 Ok(())
             } else {
-                Err(InputError::new(format!("{key} is {value}, expected 0 to {most}")))
+                Err(InputError::at_key(
+                    key,
+                    format!("is {value}, expected 0 to {most}"),
+                ))
             }
         };
         let hour = 3600.0;
@@ -163,8 +167,9 @@ impl FlightConfig {
             60.0,
         )?;
         if self.schedule.sweeps_per_stop == 0 {
-            return Err(InputError::new(
-                "flight.schedule.sweeps_per_stop is 0, expected at least 1",
+            return Err(InputError::at_key(
+                "flight.schedule.sweeps_per_stop",
+                "is 0, expected at least 1",
             ));
         }
         above(
@@ -200,10 +205,10 @@ impl FlightConfig {
             value.map_or(Ok(()), |value| above(key, value, 0.0, 10.0))?;
         }
         if !(1..=100).contains(&self.levels) {
-            return Err(InputError::new(format!(
-                "flight.levels is {}, expected 1 to 100",
-                self.levels
-            )));
+            return Err(InputError::at_key(
+                "flight.levels",
+                format!("is {}, expected 1 to 100", self.levels),
+            ));
         }
         above("flight.mast_m", self.mast_m, 0.0, 20.0)?;
         within("flight.gmt_step_m", self.gmt_step_m, 10.0)?;

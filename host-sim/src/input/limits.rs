@@ -1,5 +1,5 @@
 //! How large an input may be. Every reader of this crate takes its limits from here, and refuses what exceeds one by name
-//! before it takes memory or time for it. docs/inputs.md lists them.
+//! before it takes memory or time for it. docs/formats.md, "Limits", lists them.
 
 /// Sizes of a kind of file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

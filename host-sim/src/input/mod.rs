@@ -3,6 +3,7 @@
 
 pub mod limits;
 mod read;
+mod toml_places;
 
 use std::fmt;
 use std::io;
@@ -18,18 +19,47 @@ const MESSAGE_CHARS: usize = 1000;
 pub struct InputError {
     file: Option<PathBuf>,
     line: Option<usize>,
+    key: Option<String>,
     message: String,
     kind: Option<io::ErrorKind>,
 }
 
 impl InputError {
-    /// An argument or a key that belongs to no file.
+    /// An argument that belongs to no file.
     pub fn new(message: impl Into<String>) -> Self {
         Self {
             file: None,
             line: None,
+            key: None,
             message: message.into(),
             kind: None,
+        }
+    }
+
+    /// A key of a configuration, and what is wrong with its value: `is 3, expected 8 to 16`.
+    pub fn at_key(key: impl Into<String>, message: impl Into<String>) -> Self {
+        Self {
+            key: Some(key.into()),
+            ..Self::new(message)
+        }
+    }
+
+    /// The same key, of a table.
+    #[must_use]
+    pub fn under(self, table: &str) -> Self {
+        Self {
+            key: self.key.map(|key| format!("{table}.{key}")),
+            ..self
+        }
+    }
+
+    /// The same error in a TOML file of this text, with the line of the key where the file has it.
+    #[must_use]
+    pub fn in_toml(self, file: &Path, text: &str) -> Self {
+        let line = self.key.as_ref().and_then(|key| toml_places::line_of(text, key));
+        Self {
+            line: self.line.or(line),
+            ..self.within(file)
         }
     }
 
@@ -37,9 +67,7 @@ impl InputError {
     pub fn in_file(file: &Path, message: impl Into<String>) -> Self {
         Self {
             file: Some(file.to_owned()),
-            line: None,
-            message: message.into(),
-            kind: None,
+            ..Self::new(message)
         }
     }
 
@@ -59,10 +87,8 @@ impl InputError {
     /// One line of a file; lines count from 1.
     pub fn at_line(file: &Path, line: usize, message: impl Into<String>) -> Self {
         Self {
-            file: Some(file.to_owned()),
             line: Some(line),
-            message: message.into(),
-            kind: None,
+            ..Self::in_file(file, message)
         }
     }
 
@@ -84,6 +110,9 @@ impl fmt::Display for InputError {
                 write!(f, "{line}:")?;
             }
             f.write_str(" ")?;
+        }
+        if let Some(key) = &self.key {
+            write!(f, "{key} ")?;
         }
         // One line whatever a library's message holds.
         let message = self.message.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -113,10 +142,23 @@ mod tests {
 
     #[test]
     fn a_key_is_put_into_its_file_once() {
-        let error = InputError::new("a.b is 3").within(Path::new("x.toml"));
+        let error = InputError::at_key("b", "is 3")
+            .under("a")
+            .within(Path::new("x.toml"));
         assert_eq!(
             error.clone().within(Path::new("y")).to_string(),
             "x.toml: a.b is 3"
         );
+    }
+
+    #[test]
+    fn a_key_has_the_line_that_the_file_gives_it() {
+        let at = |key: &str, text: &str| {
+            InputError::at_key(key, "is 3")
+                .in_toml(Path::new("x"), text)
+                .to_string()
+        };
+        assert_eq!(at("a.b", "# a.b\n[a]\nc = 1\nb = 3\n"), "x:4: a.b is 3");
+        assert_eq!(at("a.b", "[a]\nc = 1\n"), "x: a.b is 3");
     }
 }

@@ -7,8 +7,8 @@ use std::path::Path;
 use flate2::read::MultiGzDecoder;
 use serde::de::DeserializeOwned;
 
-use super::InputError;
 use super::limits::Limit;
+use super::{InputError, toml_places};
 
 /// The bytes of a file.
 ///
@@ -147,9 +147,16 @@ fn json_at<T: DeserializeOwned>(
 /// # Errors
 /// [`InputError`] naming the file, the line where there is one, and the key that is wrong.
 pub fn from_toml<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, InputError> {
-    toml::from_str(text).map_err(|e| match e.span() {
-        Some(span) => InputError::at_line(file, line_at(text.as_bytes(), span.start), e.message()),
-        None => InputError::in_file(file, e.message()),
+    toml::from_str(text).map_err(|e| {
+        let Some(span) = e.span() else {
+            return InputError::in_file(file, e.message());
+        };
+        let message = match toml_places::key_at(text, span.start) {
+            // A message about a key that does not belong names it.
+            Some(key) if !e.message().starts_with("unknown field") => format!("{key}: {}", e.message()),
+            _ => e.message().to_owned(),
+        };
+        InputError::at_line(file, line_at(text.as_bytes(), span.start), message)
     })
 }
 
@@ -179,7 +186,7 @@ fn as_text(file: &Path, bytes: Vec<u8>) -> Result<String, InputError> {
 }
 
 /// Number of the line that holds a byte, from 1.
-fn line_at(text: &[u8], byte: usize) -> usize {
+pub(super) fn line_at(text: &[u8], byte: usize) -> usize {
     1 + text.iter().take(byte).filter(|b| **b == b'\n').count()
 }
 
@@ -282,6 +289,10 @@ mod tests {
             .expect_err("unknown")
             .to_string();
         assert!(toml.starts_with("f:3: unknown field `bee`"), "{toml}");
+        let toml = from_toml::<One>(file, "\na = \"b\"\n")
+            .expect_err("no number")
+            .to_string();
+        assert!(toml.starts_with("f:2: a: invalid type: string \"b\""), "{toml}");
         let json = from_json::<One>(file, "{\n\"bee\": 1}", "a thing")
             .expect_err("unknown")
             .to_string();

@@ -10,6 +10,7 @@ use nalgebra::{Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::flight::Schedule;
+use crate::input::InputError;
 use crate::seeded::{Seeded, Source};
 
 /// Errors of what the GMT says about itself. Defaults are the budget of design section 6.
@@ -55,7 +56,7 @@ impl BeaconConfig {
     }
 
     /// Checks the figures; the error names the key.
-    pub(super) fn check(&self) -> Result<(), String> {
+    pub(super) fn check(&self) -> Result<(), InputError> {
         super::not_negative(&[
             ("beacon.position_error_m", self.position_error_m),
             ("beacon.position_error_time_s", self.position_error_time_s),

@@ -7,6 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::ClockStep;
+use crate::input::InputError;
 use crate::seeded::{Seeded, Source};
 
 /// Errors of the UAV clock. The default is a TCXO, budget of design section 6.
@@ -74,7 +75,7 @@ impl ClockConfig {
     }
 
     /// Checks the figures; the error names the key.
-    pub(super) fn check(&self) -> Result<(), String> {
+    pub(super) fn check(&self) -> Result<(), InputError> {
         super::not_negative(&[
             ("clock.initial_offset_us", self.initial_offset_us),
             ("clock.initial_drift_ppm", self.initial_drift_ppm),
@@ -86,8 +87,16 @@ impl ClockConfig {
             ("clock.ramp_ns_per_s2", self.ramp_ns_per_s2),
             ("clock.ramp_reversal_s", self.ramp_reversal_s),
         ])?;
-        if self.initial_offset_us > 1e5 || self.initial_drift_ppm > 100.0 {
-            return Err("clock: expected an offset up to 100000 us and a drift up to 100 ppm".into());
+        for (key, value, most) in [
+            ("clock.initial_offset_us", self.initial_offset_us, 1e5),
+            ("clock.initial_drift_ppm", self.initial_drift_ppm, 100.0),
+        ] {
+            if value > most {
+                return Err(InputError::at_key(
+                    key,
+                    format!("is {value}, expected 0 to {most}"),
+                ));
+            }
         }
         Ok(())
     }

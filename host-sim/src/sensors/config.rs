@@ -48,35 +48,39 @@ impl SensorsConfig {
             .and_then(|()| self.timing.check())
             .and_then(|()| self.clock.check())
             .and_then(|()| self.faults.check())
-            .map_err(InputError::new)
     }
 }
 
 /// A rate whose period is a whole number of microseconds.
-pub(super) fn divides_a_second(key: &str, rate_hz: u32) -> Result<(), String> {
+pub(super) fn divides_a_second(key: &str, rate_hz: u32) -> Result<(), InputError> {
     if rate_hz == 0 || 1_000_000 % rate_hz != 0 {
-        return Err(format!(
-            "{key} is {rate_hz}, expected a rate that divides 1 000 000"
-        ));
+        let message = format!("is {rate_hz}, expected a rate that divides 1 000 000");
+        return Err(InputError::at_key(key, message));
     }
     Ok(())
 }
 
 /// Finite and not negative.
-pub(super) fn not_negative(figures: &[(&str, f64)]) -> Result<(), String> {
+pub(super) fn not_negative(figures: &[(&str, f64)]) -> Result<(), InputError> {
     match figures
         .iter()
         .find(|(_, value)| !(value.is_finite() && *value >= 0.0))
     {
-        Some((key, value)) => Err(format!("{key} is {value}, expected a number of at least 0")),
+        Some((key, value)) => Err(InputError::at_key(
+            *key,
+            format!("is {value}, expected a number of at least 0"),
+        )),
         None => Ok(()),
     }
 }
 
 /// A share.
-pub(super) fn at_most_one(key: &str, share: f64) -> Result<(), String> {
+pub(super) fn at_most_one(key: &str, share: f64) -> Result<(), InputError> {
     if share > 1.0 {
-        return Err(format!("{key} is {share}, expected a share of 0 to 1"));
+        return Err(InputError::at_key(
+            key,
+            format!("is {share}, expected a share of 0 to 1"),
+        ));
     }
     Ok(())
 }
@@ -116,6 +120,6 @@ mod tests {
         );
         assert!(message(|c| c.beacon.loss = 1.5).contains("beacon.loss"));
         assert!(message(|c| c.timing.availability = f64::INFINITY).contains("timing.availability"));
-        assert!(message(|c| c.clock.initial_drift_ppm = 1e4).contains("clock"));
+        assert!(message(|c| c.clock.initial_drift_ppm = 1e4).contains("clock.initial_drift_ppm"));
     }
 }

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::drift::BiasDrift;
 use super::imu_chip::stamp;
+use crate::input::InputError;
 use crate::seeded::{Seeded, Source};
 
 /// Errors of the IMU, in the units of data sheets. Every figure is zero or positive.
@@ -95,7 +96,7 @@ impl ImuConfig {
     }
 
     /// Checks the figures; the error names the key.
-    pub(super) fn check(&self) -> Result<(), String> {
+    pub(super) fn check(&self) -> Result<(), InputError> {
         super::divides_a_second("imu.rate_hz", self.rate_hz)?;
         super::not_negative(&[
             (

@@ -9,6 +9,7 @@ use core::f64::consts::PI;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 
+use crate::input::InputError;
 use crate::seeded::{Seeded, Source};
 
 /// Field of one magnetometer code, uT: 16 384 codes a gauss, 18 bits for 800 uT.
@@ -76,7 +77,7 @@ impl MagnetometerConfig {
     }
 
     /// Checks the figures; the error names the key.
-    pub(super) fn check(&self) -> Result<(), String> {
+    pub(super) fn check(&self) -> Result<(), InputError> {
         super::divides_a_second("magnetometer.rate_hz", self.rate_hz)?;
         super::not_negative(&[
             ("magnetometer.field_ut", self.field_ut),
@@ -91,7 +92,10 @@ impl MagnetometerConfig {
             ("magnetometer.declination_deg", self.declination_deg),
         ] {
             if !(-180.0..=180.0).contains(&angle) {
-                return Err(format!("{key} is {angle}, expected -180 to 180"));
+                return Err(InputError::at_key(
+                    key,
+                    format!("is {angle}, expected -180 to 180"),
+                ));
             }
         }
         Ok(())

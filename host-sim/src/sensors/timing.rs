@@ -6,6 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::input::InputError;
 use crate::seeded::{Seeded, Source};
 
 /// Errors of the two-way timing. Defaults are the budget of design section 6.
@@ -45,7 +46,7 @@ impl TimingConfig {
     }
 
     /// Checks the figures; the error names the key.
-    pub(super) fn check(&self) -> Result<(), String> {
+    pub(super) fn check(&self) -> Result<(), InputError> {
         super::divides_a_second("timing.rate_hz", self.rate_hz)?;
         super::not_negative(&[
             ("timing.white_ns", self.white_ns),

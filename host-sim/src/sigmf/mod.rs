@@ -1,7 +1,7 @@
 //! Recordings: the blocks of a sweep as a SigMF pair, NAME.sigmf-meta (JSON) and NAME.sigmf-data.
 //!
 //! `ci16_le`, 32 channels interleaved sample by sample (channel 8 j + i, array-major), 512 samples a block, one capture
-//! segment a block. The global `cslam:` keys are those of docs/recordings.md; docs/recordings.md shows them and
+//! segment a block. The global `cslam:` keys are those of docs/formats.md, "Recordings of samples"; docs/formats.md shows them and
 //! how other tools open a recording. A reader checks everything before it hands out a sample: what is missing, cut short or
 //! contradicts itself is an [`InputError`].
 

@@ -68,13 +68,14 @@ pub(crate) fn application(
         models::geometric().ok()?,
         models::geometric_without_departure().ok()?,
     );
-    let config = Config::best(LinkStates::Geometric(geometric.ok()?));
+    let mut config = Config::best(LinkStates::Geometric(geometric.ok()?));
+    let settings = ledger.settings();
+    settings.configure(&mut config);
     let memory = Memory {
         estimator: estimator()?,
         squint: squint(&config)?,
         map: map()?,
     };
-    let settings = ledger.settings();
     let front_end = FrontEnd::new(unit, settings.session);
     let mut downlink = Downlink::new(settings.uav, key, ledger.first_downlink());
     downlink.sender().allow(settings.downlink_counter);

@@ -8,7 +8,8 @@ use cslam_core::cslam::{Config as Receiver, LinkStates, Mapped};
 use cslam_core::lscn::{Classifier, PaperClassifier, models};
 use cslam_core::telemetry::{Key, Sender};
 
-use super::{Args, Config, Flown, Mode};
+use super::{Args, Flown};
+use crate::config::{Config, Mode};
 use crate::evaluation::downlink;
 use crate::flight_log::Header;
 use crate::input::InputError;
@@ -56,12 +57,14 @@ pub(super) fn run(
     let times = Times::new(&links)?;
     let out = super::result_directory(args)?;
     if paths::are_measured(&links) {
-        progress::note("a measured list: no errors are added, [errors] stands for what its lines do not say");
+        progress::note(
+            "a measured list: no errors are added, [path_errors] stands for what its lines do not say",
+        );
     }
     let flight = fly(&links, &times, config, args, interrupted)?;
     let heard = downlink::decode(&flight.packets, UAV, &Key::TEST);
     let header = Header {
-        mode: args.mode.name().into(),
+        mode: config.receiver.mode.name().into(),
         scene: list_name,
         seed: args.seed,
         planned_sweeps: links.len(),
@@ -92,7 +95,7 @@ fn fly<'a>(
     interrupted: &AtomicBool,
 ) -> anyhow::Result<Flight<'a>> {
     let are_measured = paths::are_measured(links);
-    let mut receiver = ListReceiver::new(methods(args.mode)?, Sender::new(UAV, &Key::TEST, 0));
+    let mut receiver = ListReceiver::new(methods(config.receiver.mode)?, Sender::new(UAV, &Key::TEST, 0));
     let bar = progress::bar(links.len() as u64, "flying");
     let mut flown = Vec::with_capacity(links.len());
     for (index, link) in links.iter().enumerate() {
@@ -109,9 +112,9 @@ fn fly<'a>(
             .into());
         }
         let sweep = if are_measured {
-            as_measured(u32::try_from(index)?, link, &config.errors)
+            as_measured(u32::try_from(index)?, link, &config.path_errors)
         } else {
-            measure(u32::try_from(index)?, link, &config.errors, args.seed)
+            measure(u32::try_from(index)?, link, &config.path_errors, args.seed)
         };
         let sweep = sweep.map_err(|e| wrong(e.to_string()))?;
         // Whole: not negative, and within what a packet holds.

@@ -5,25 +5,22 @@ mod list;
 mod live;
 pub(crate) mod raw;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::ValueEnum;
-use serde::{Deserialize, Serialize};
 
+use crate::config::{Config, Mode};
 use crate::evaluation::evaluate;
 use crate::flight_files::Outputs;
 use crate::flight_files::ply::Encoding;
 use crate::flight_log::FlightLog;
-use crate::input::limits::CONFIGURATION;
-use crate::input::{InputError, from_toml, read_text};
+use crate::input::InputError;
 use crate::interrupt;
-use crate::measurement::Sigmas;
 use crate::progress;
 use crate::report::{Report, table};
 use crate::result_directory::ResultDirectory;
 use crate::scene::Scene;
-use crate::world::WorldConfig;
 
 /// Scene of a flight that names none.
 const DEFAULT_SCENE: &str = "outdoor";
@@ -39,10 +36,10 @@ pub(crate) struct Args {
     /// covariances or "measured": true is taken as it is; to a traced one errors of stated size are added
     #[arg(long, value_name = "FILE|bundled")]
     paths: Option<PathBuf>,
-    /// Configuration file (TOML); --print-config shows what it may hold
+    /// Configuration file (TOML), of which [world], [path_errors] and [receiver] count; `cslam config` shows what it may hold
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Print the configuration in force as TOML and end
+    /// Print the configuration with what the options changed as TOML and end
     #[arg(long)]
     print_config: bool,
     /// Seed of the flight and of all errors
@@ -51,9 +48,9 @@ pub(crate) struct Args {
     /// Fly at most this many sweeps
     #[arg(long, value_name = "N")]
     steps: Option<usize>,
-    /// Whose methods
-    #[arg(long, value_enum, default_value_t = Mode::Best)]
-    mode: Mode,
+    /// Whose methods [default: the configuration's, best]
+    #[arg(long, value_enum)]
+    mode: Option<Mode>,
     #[command(flatten)]
     stages: raw::Stages,
     /// Fly at real-time speed and show it live: starts a ground station and serves its page on this address
@@ -73,23 +70,6 @@ pub(crate) struct Args {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Mode {
-    /// Ours in every stage
-    Best,
-    /// The paper's in every stage
-    Paper,
-}
-
-impl Mode {
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Best => "best",
-            Self::Paper => "paper",
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Ply {
     /// Text
     Ascii,
@@ -106,16 +86,6 @@ impl From<Ply> for Encoding {
     }
 }
 
-/// The configuration file.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-struct Config {
-    /// Flights over a path list: standard deviations of the measurement errors. The receiver knows them, not the errors.
-    errors: Sigmas,
-    /// Flights from raw samples: the flight, its sensors and its channel.
-    world: WorldConfig,
-}
-
 impl Default for Args {
     fn default() -> Self {
         Self {
@@ -125,7 +95,7 @@ impl Default for Args {
             print_config: false,
             seed: 1,
             steps: None,
-            mode: Mode::Best,
+            mode: None,
             stages: raw::Stages::default(),
             #[cfg(feature = "ground")]
             live: None,
@@ -145,7 +115,7 @@ struct Flown {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
-    let config = read_config(args.config.as_deref())?;
+    let config = read_config(args)?;
     if args.print_config {
         print!("{}", toml::to_string(&config)?);
         return Ok(());
@@ -209,20 +179,10 @@ fn result_directory(args: &Args) -> Result<ResultDirectory, InputError> {
     ResultDirectory::open(&args.out, Outputs::KIND)
 }
 
-/// The world of a configuration file.
-pub(crate) fn read_world(file: &Path) -> Result<WorldConfig, InputError> {
-    Ok(read_config(Some(file))?.world)
-}
-
-fn read_config(file: Option<&Path>) -> Result<Config, InputError> {
-    let Some(file) = file else {
-        return Ok(Config::default());
-    };
-    let config: Config = from_toml(file, &read_text(file, &CONFIGURATION)?)?;
-    config
-        .errors
-        .check()
-        .map_err(|message| InputError::in_file(file, format!("errors.{message}")))?;
-    config.world.check().map_err(|error| error.within(file))?;
+/// The configuration, with what the options say instead.
+fn read_config(args: &Args) -> Result<Config, InputError> {
+    let mut config = Config::read(args.config.as_deref())?;
+    config.receiver.mode = args.mode.unwrap_or(config.receiver.mode);
+    args.stages.set(&mut config.receiver);
     Ok(config)
 }

@@ -4,9 +4,9 @@ use std::sync::atomic::AtomicBool;
 
 use clap::ValueEnum;
 
-use crate::commands::fly::Mode;
-use crate::commands::fly::raw::{
-    DepartureChoice, LinkStateChoice, LocalizationChoice, MappedChoice, Setup, Stages, fly,
+use crate::commands::fly::raw::fly;
+use crate::config::{
+    DepartureChoice, LinkStateChoice, LocalizationChoice, MappedChoice, Mode, ReceiverConfig,
 };
 use crate::estimate;
 use crate::evaluation::{Evaluation, FirstOrderPaths, evaluate};
@@ -70,14 +70,11 @@ enum What {
 }
 
 /// A way to fly, and its name.
-fn setups(what: What) -> Vec<(&'static str, Setup)> {
-    let of = |mode| Setup {
-        mode,
-        stages: Stages::default(),
-    };
-    let without = |change: fn(&mut Stages)| {
+fn setups(what: What) -> Vec<(&'static str, ReceiverConfig)> {
+    let of = ReceiverConfig::of;
+    let without = |change: fn(&mut ReceiverConfig)| {
         let mut setup = of(Mode::Best);
-        change(&mut setup.stages);
+        change(&mut setup);
         setup
     };
     match what {
@@ -85,8 +82,8 @@ fn setups(what: What) -> Vec<(&'static str, Setup)> {
         What::Modes => {
             // The kindest reading of what the paper leaves open.
             let mut kind = of(Mode::Paper);
-            kind.stages.estimator = Some(estimate::Mode::PaperInterpolated);
-            kind.stages.localization = Some(LocalizationChoice::Hpc);
+            kind.estimator = Some(estimate::Mode::PaperInterpolated);
+            kind.localization = Some(LocalizationChoice::Hpc);
             vec![
                 ("best", of(Mode::Best)),
                 ("paper", of(Mode::Paper)),

@@ -6,8 +6,8 @@ use std::sync::atomic::AtomicBool;
 use clap::ValueEnum;
 use cslam_core::telemetry::Key;
 
-use crate::commands::fly::Mode;
-use crate::commands::fly::raw::{Setup, Stages, fly};
+use crate::commands::fly::raw::fly;
+use crate::config::{Mode, ReceiverConfig};
 use crate::input::limits::PACKETS;
 use crate::input::{InputError, read_bytes};
 use crate::link_traffic::{BAUD, Budget, damage, loss, rivals};
@@ -84,14 +84,10 @@ fn flight(args: &Args) -> anyhow::Result<Vec<u8>> {
     let mut config = WorldConfig::default();
     config.flight.duration_s = args.duration;
     let world = World::new(&scene, config, args.seed)?;
-    let setup = Setup {
-        mode: Mode::Best,
-        stages: Stages::default(),
-    };
     let planned = usize::try_from(world.sweeps())?;
     let bar = progress::bar(planned as u64, "flying");
     let (_, packets) = fly(
-        &setup,
+        &ReceiverConfig::of(Mode::Best),
         &args.scene,
         &world,
         args.seed,

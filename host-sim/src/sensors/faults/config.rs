@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::input::InputError;
+
 /// Faults of a flight; none by default. Times are by the GMT clock, which is also the time of the flight.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -221,7 +223,7 @@ impl FaultsConfig {
     }
 
     /// Checks the figures; the error names the key.
-    pub(in crate::sensors) fn check(&self) -> Result<(), String> {
+    pub(in crate::sensors) fn check(&self) -> Result<(), InputError> {
         let positive = super::super::not_negative;
         for (n, f) in self.imu.iter().enumerate() {
             positive(&[
@@ -236,8 +238,9 @@ impl FaultsConfig {
                 (&format!("faults.beacon[{n}].duration_s"), f.duration_s),
             ])?;
             if let Some(v) = f.offset_m.iter().chain(&f.drift_m_per_s).find(|v| !v.is_finite()) {
-                return Err(format!(
-                    "faults.beacon[{n}] has an offset of {v}, expected a number"
+                return Err(InputError::at_key(
+                    format!("faults.beacon[{n}]"),
+                    format!("has an offset of {v}, expected a number"),
                 ));
             }
         }
@@ -247,8 +250,9 @@ impl FaultsConfig {
                 (&format!("faults.timing[{n}].duration_s"), f.duration_s),
             ])?;
             if let Some(v) = [f.offset_ns, f.drift_ns_per_s].iter().find(|v| !v.is_finite()) {
-                return Err(format!(
-                    "faults.timing[{n}] has an error of {v}, expected a number"
+                return Err(InputError::at_key(
+                    format!("faults.timing[{n}]"),
+                    format!("has an error of {v}, expected a number"),
                 ));
             }
         }
@@ -256,9 +260,9 @@ impl FaultsConfig {
             positive(&[(&format!("faults.clock[{n}].at_s"), f.at_s)])?;
             // A larger step would put ticks of the UAV clock in another order.
             if !(f.step_ns.is_finite() && f.step_ns.abs() <= 1e5) {
-                return Err(format!(
-                    "faults.clock[{n}].step_ns is {}, expected -100000 to 100000",
-                    f.step_ns
+                return Err(InputError::at_key(
+                    format!("faults.clock[{n}].step_ns"),
+                    format!("is {}, expected -100000 to 100000", f.step_ns),
                 ));
             }
         }
@@ -274,16 +278,20 @@ impl FaultsConfig {
                 (&format!("faults.transport[{n}].late"), f.late),
                 (&format!("faults.transport[{n}].late_by_s"), f.late_by_s),
             ])?;
+            for (key, share) in [("lost", f.lost), ("doubled", f.doubled), ("late", f.late)] {
+                super::super::at_most_one(&format!("faults.transport[{n}].{key}"), share)?;
+            }
             let sum = f.lost + f.doubled + f.late;
             if sum > 1.0 {
-                return Err(format!(
-                    "faults.transport[{n}]: lost, doubled and late make {sum}, expected at most 1"
+                return Err(InputError::at_key(
+                    format!("faults.transport[{n}].lost"),
+                    format!("makes {sum} with doubled and late, expected at most 1"),
                 ));
             }
             if f.late_by_s > 60.0 {
-                return Err(format!(
-                    "faults.transport[{n}].late_by_s is {}, expected at most 60",
-                    f.late_by_s
+                return Err(InputError::at_key(
+                    format!("faults.transport[{n}].late_by_s"),
+                    format!("is {}, expected 0 to 60", f.late_by_s),
                 ));
             }
         }
@@ -331,7 +339,7 @@ mod tests {
     #[test]
     fn bad_figures_and_unknown_words_are_named() {
         let message = |text: &str| match toml::from_str::<FaultsConfig>(text) {
-            Ok(config) => config.check().expect_err("must be refused"),
+            Ok(config) => config.check().expect_err("must be refused").to_string(),
             Err(error) => error.message().to_owned(),
         };
         let imu = "[[imu]]\nkind = \"stop\"\n";

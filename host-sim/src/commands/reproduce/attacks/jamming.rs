@@ -5,9 +5,9 @@ use std::sync::atomic::AtomicBool;
 use rayon::prelude::*;
 
 use crate::channel::{Jammer, JammerKind};
-use crate::commands::fly::Mode;
-use crate::commands::fly::raw::{Setup, Stages, fly};
+use crate::commands::fly::raw::fly;
 use crate::commands::threads::Threads;
+use crate::config::{Mode, ReceiverConfig};
 use crate::flight_log::SweepRecord;
 use crate::input::InputError;
 use crate::progress;
@@ -143,13 +143,9 @@ fn start(
     config.channel.impairments.jammer = jammer;
     let world = World::new(scene, config, seed)?;
     let planned = usize::try_from(world.sweeps())?.min(args.sweeps);
-    let setup = Setup {
-        mode: Mode::Best,
-        stages: Stages::default(),
-    };
     let never = AtomicBool::new(false);
     let (log, _) = fly(
-        &setup,
+        &ReceiverConfig::of(Mode::Best),
         &args.scene,
         &world,
         seed,

@@ -1,0 +1,248 @@
+//! Figures of the receiver's localization, as a TOML file has them: those of the flight code, key by key.
+//!
+//! The structures below only tell the names. Were one of the flight code's fields missing here, this would not compile.
+
+use cslam_core::cslam::{HpcConfig, Residuals};
+use cslam_core::localization::filter::{
+    BeaconLimits, FilterConfig, Gates, Priors, ProcessNoise, RadioNoise, Setup,
+};
+use cslam_core::localization::hpc;
+use serde::{Deserialize, Serialize};
+use std::num::NonZeroU32;
+
+use crate::input::InputError;
+
+/// Table `[receiver.filter]`: what the filter believes about sensors, radio and calibration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FilterFigures {
+    /// Between measurements.
+    #[serde(with = "ProcessNoiseKeys")]
+    pub process: ProcessNoise,
+    /// Of measurements.
+    #[serde(with = "RadioNoiseKeys")]
+    pub radio: RadioNoise,
+    /// Before the first.
+    #[serde(with = "PriorsKeys")]
+    pub priors: Priors,
+    /// Believing them.
+    #[serde(with = "GatesKeys")]
+    pub gates: Gates,
+    /// Believing the beacon. Where the GMT was set up is `[receiver.gmt_setup]`.
+    #[serde(with = "BeaconLimitsKeys")]
+    pub beacon: BeaconLimits,
+}
+
+impl FilterFigures {
+    /// For the flight code, of a GMT that was set up there, if anybody says where.
+    pub fn config(&self, setup: Option<Setup>) -> FilterConfig {
+        FilterConfig {
+            process: self.process,
+            radio: self.radio,
+            priors: self.priors,
+            gates: self.gates,
+            beacon: BeaconLimits { setup, ..self.beacon },
+        }
+    }
+
+    pub(super) fn check(&self) -> Result<(), InputError> {
+        let (p, r, q) = (&self.process, &self.radio, &self.priors);
+        let (g, b) = (&self.gates, &self.beacon);
+        above_zero(&[
+            ("process.accel_m_per_s", p.accel_m_per_s),
+            ("process.accel_scale", p.accel_scale),
+            ("process.gyro_rad", p.gyro_rad),
+            ("process.gyro_bias_rad_per_s", p.gyro_bias_rad_per_s),
+            ("process.accel_bias_m_per_s2", p.accel_bias_m_per_s2),
+            ("process.clock_offset_m", p.clock_offset_m),
+            ("process.clock_drift_m_per_s", p.clock_drift_m_per_s),
+            ("process.clock_ramp_m_per_s2", p.clock_ramp_m_per_s2),
+            ("process.beacon_m", p.beacon_m),
+            ("process.face_bias", p.face_bias),
+            ("process.gap_accel_m_per_s", p.gap_accel_m_per_s),
+            ("process.gap_gyro_rad", p.gap_gyro_rad),
+            ("radio.aoa_rad", r.aoa_rad),
+            ("radio.delay_m", r.delay_m),
+            ("radio.departure", r.departure),
+            ("radio.two_way_m", r.two_way_m),
+            ("radio.heading_rad", r.heading_rad),
+            ("radio.beacon_m", r.beacon_m),
+            ("priors.gyro_bias_rad_per_s", q.gyro_bias_rad_per_s),
+            ("priors.accel_bias_m_per_s2", q.accel_bias_m_per_s2),
+            ("priors.gyro_matrix", q.gyro_matrix),
+            ("priors.clock_drift_m_per_s", q.clock_drift_m_per_s),
+            ("priors.clock_ramp_m_per_s2", q.clock_ramp_m_per_s2),
+            ("priors.two_way_bias_m", q.two_way_bias_m),
+            ("priors.face_bias", q.face_bias[0]),
+            ("priors.face_bias", q.face_bias[1]),
+            ("priors.mast_rad", q.mast_rad),
+            ("priors.array_slope", q.array_slope),
+            ("priors.array_axis_rad", q.array_axis_rad),
+            ("gates.five", g.five),
+            ("gates.three", g.three),
+            ("gates.one", g.one),
+            ("gates.trusted_m", g.trusted_m),
+            ("gates.lost_m", g.lost_m),
+            ("gates.attitude_lost_rad", g.attitude_lost_rad),
+            ("gates.refix_after", f64::from(g.refix_after)),
+            ("beacon.speed_m_per_s", b.speed_m_per_s),
+            ("beacon.slack_m", b.slack_m),
+            ("beacon.walk_m", b.walk_m),
+            ("beacon.white_m", b.white_m),
+        ])?;
+        if !(0.0..=1.0).contains(&b.memory) {
+            return Err(InputError::at_key(
+                "beacon.memory",
+                format!("is {}, expected 0 to 1", b.memory),
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Finite and above zero.
+fn above_zero(figures: &[(&str, f64)]) -> Result<(), InputError> {
+    match figures
+        .iter()
+        .find(|(_, value)| !(value.is_finite() && *value > 0.0))
+    {
+        Some((key, value)) => Err(InputError::at_key(
+            *key,
+            format!("is {value}, expected a number above 0"),
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Table `[receiver.hpc]`: figures of the paper's localization.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct HpcFigures(#[serde(with = "HpcConfigKeys")] HpcConfig);
+
+impl HpcFigures {
+    /// For the flight code, in a mode.
+    pub fn config(&self, mode: hpc::Mode) -> HpcConfig {
+        HpcConfig { mode, ..self.0 }
+    }
+
+    pub(super) fn check(&self) -> Result<(), InputError> {
+        above_zero(&[
+            ("position_sigma_m", self.0.position_sigma_m.into()),
+            ("attitude_sigma_rad", self.0.attitude_sigma_rad.into()),
+        ])
+    }
+}
+
+/// Table `[receiver.residuals]`: what calibration leaves in a path.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct ResidualFigures(#[serde(with = "ResidualsKeys")] Residuals);
+
+impl ResidualFigures {
+    /// For the flight code.
+    pub fn config(&self) -> Residuals {
+        self.0
+    }
+
+    pub(super) fn check(&self) -> Result<(), InputError> {
+        above_zero(&[
+            ("delay_m", self.0.delay_m.into()),
+            ("angle_rad", self.0.angle_rad.into()),
+            ("departure_rad", self.0.departure_rad.into()),
+        ])
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(
+    remote = "ProcessNoise",
+    default = "ProcessNoise::default",
+    deny_unknown_fields
+)]
+struct ProcessNoiseKeys {
+    accel_m_per_s: f64,
+    accel_scale: f64,
+    gyro_rad: f64,
+    gyro_bias_rad_per_s: f64,
+    accel_bias_m_per_s2: f64,
+    clock_offset_m: f64,
+    clock_drift_m_per_s: f64,
+    clock_ramp_m_per_s2: f64,
+    beacon_m: f64,
+    face_bias: f64,
+    gap_accel_m_per_s: f64,
+    gap_gyro_rad: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "RadioNoise", default = "RadioNoise::default", deny_unknown_fields)]
+struct RadioNoiseKeys {
+    aoa_rad: f64,
+    delay_m: f64,
+    departure: f64,
+    two_way_m: f64,
+    heading_rad: f64,
+    beacon_m: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Priors", default = "Priors::default", deny_unknown_fields)]
+struct PriorsKeys {
+    gyro_bias_rad_per_s: f64,
+    accel_bias_m_per_s2: f64,
+    gyro_matrix: f64,
+    clock_drift_m_per_s: f64,
+    clock_ramp_m_per_s2: f64,
+    two_way_bias_m: f64,
+    face_bias: [f64; 2],
+    mast_rad: f64,
+    array_slope: f64,
+    array_axis_rad: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Gates", default = "Gates::default", deny_unknown_fields)]
+struct GatesKeys {
+    five: f64,
+    three: f64,
+    one: f64,
+    trusted_m: f64,
+    lost_m: f64,
+    attitude_lost_rad: f64,
+    refix_after: u32,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(
+    remote = "BeaconLimits",
+    default = "BeaconLimits::default",
+    deny_unknown_fields
+)]
+struct BeaconLimitsKeys {
+    speed_m_per_s: f64,
+    slack_m: f64,
+    walk_m: f64,
+    white_m: f64,
+    memory: f64,
+    #[serde(skip)]
+    setup: Option<Setup>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "HpcConfig", default = "HpcConfig::default", deny_unknown_fields)]
+struct HpcConfigKeys {
+    // The choice of a localization says it.
+    #[serde(skip)]
+    mode: hpc::Mode,
+    interval_sweeps: NonZeroU32,
+    position_sigma_m: f32,
+    attitude_sigma_rad: f32,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Residuals", default = "Residuals::default", deny_unknown_fields)]
+struct ResidualsKeys {
+    delay_m: f32,
+    angle_rad: f32,
+    departure_rad: f32,
+}
