@@ -134,6 +134,68 @@ fn a_check_tells_right_from_wrong() {
 }
 
 #[test]
+fn diffracted_paths_say_their_kind_and_edge_and_read_back() {
+    // Behind a house: nothing arrives without diffraction.
+    let list = fixture("outdoor_a_diffraction.jsonl.gz");
+    let links = paths::read(Path::new(&list)).expect("sound");
+    let place = |p: [f64; 3]| format!("{},{},{}", p[0], p[1], p[2]);
+    let mut kinds = std::collections::BTreeMap::new();
+    for link in &links {
+        let (tx, rx) = (place(link.tx), place(link.rx));
+        let ends = ["--scene", "outdoor_a", "--tx", &tx, "--rx", &rx];
+        let plain = good(&ends);
+        assert!(!plain.contains("kind"));
+        let text = good(&[&ends[..], &["--diffraction"]].concat());
+        let read = paths::parse(Path::new("out"), &text).expect("sound").remove(0);
+        let specular = paths::parse(Path::new("out"), &plain).expect("sound").remove(0);
+        let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        let mut reflected = 0;
+        for (path, json) in read.paths.iter().zip(value["paths"].as_array().expect("paths")) {
+            let kind = path.kind.expect("every path says its kind");
+            *kinds.entry(kind.to_string()).or_insert(0) += 1;
+            assert_eq!(json["kind"], kind.to_string());
+            assert_eq!(path.edge_point.is_some(), kind.edge().is_some());
+            assert_eq!(kind.interactions().len(), usize::from(path.order.expect("order")));
+            if let Some(at) = kind.edge() {
+                let vertex = if at == 0 {
+                    path.first_vertex
+                } else {
+                    path.last_vertex
+                };
+                assert_eq!(path.edge_point, vertex);
+            } else {
+                let mut without = path.clone();
+                without.kind = None;
+                assert_eq!(without, specular.paths[reflected]);
+                reflected += 1;
+            }
+        }
+        assert_eq!(reflected, specular.paths.len());
+    }
+    for kind in ["LOS", "R", "RR", "D", "RD", "DR"] {
+        assert!(kinds.contains_key(kind), "{kinds:?}");
+    }
+    let check = ["--scene", "outdoor_a", "--check", &list, "--diffraction"];
+    let verdict: serde_json::Value =
+        serde_json::from_str(&good(&[&check[..], &["--json"]].concat())).expect("JSON");
+    assert_eq!(verdict["passes"], true);
+    assert!(good(&check).contains("kinds D, RD and DR above -155 dB"));
+    let wrong = trace(&["--scene", "street", "--check", &list, "--diffraction"]);
+    assert_eq!(wrong.status.code(), Some(1));
+    let output = trace(&[
+        "--scene",
+        "street",
+        "--tx",
+        "1,1,1",
+        "--rx",
+        "2,2,2",
+        "--diffraction",
+        "--least-gain=3",
+    ]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
 fn bad_input_ends_with_code_2_and_one_line() {
     let directory = tempfile::tempdir().expect("a directory");
     let file = directory.path().join("points.csv");

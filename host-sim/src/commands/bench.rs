@@ -10,7 +10,7 @@ use crate::channel;
 use crate::random::Stream;
 use crate::scene::Scene;
 use crate::table::Table;
-use crate::tracer::{DEFAULT_MAX_ORDER, Tracer, for_each_link};
+use crate::tracer::{DEFAULT_MAX_ORDER, Diffraction, Propagation, Tracer, for_each_link};
 
 /// Arguments of `cslam bench`.
 #[derive(clap::Args, Debug)]
@@ -135,44 +135,23 @@ fn trace() -> anyhow::Result<Vec<Row>> {
     let transmitters: Vec<[f64; 3]> = (0..TRANSMITTERS).map(|_| free_point(Some(2.0))).collect();
     let receivers: Vec<[f64; 3]> = (0..RECEIVERS).map(|_| free_point(None)).collect();
     let tracer = Tracer::new(&scene, DEFAULT_MAX_ORDER).context("order out of range")?;
-    let available = std::thread::available_parallelism().map_or(1, usize::from);
+    let diffracting = Propagation {
+        diffraction: Some(Diffraction::default()),
+    };
+    let mut rows = Vec::new();
+    for (what, propagation) in [
+        ("trace", Propagation::default()),
+        ("trace --diffraction", diffracting),
+    ] {
+        let tracer = Tracer::with(&scene, DEFAULT_MAX_ORDER, propagation).context("order out of range")?;
+        rows.extend(links(what, &tracer, &transmitters, &receivers)?);
+    }
     let row = |name: String, threads: usize, value: f64, unit: &'static str| Row {
         name,
         threads,
         value,
         unit,
     };
-    let mut rows = Vec::new();
-    for threads in [1, 2, available] {
-        if threads > available || rows.iter().any(|r: &Row| r.threads == threads) {
-            continue;
-        }
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        let mut paths = 0;
-        let seconds = pool.install(|| {
-            timed(|| {
-                paths = 0;
-                let count = |count: usize| {
-                    paths += count;
-                    Ok::<(), anyhow::Error>(())
-                };
-                for_each_link(
-                    &tracer,
-                    &transmitters,
-                    &receivers,
-                    |_, _, found| found.len(),
-                    count,
-                )
-            })
-        })?;
-        let links = (TRANSMITTERS * RECEIVERS) as f64;
-        rows.push(row(
-            format!("trace, {TRANSMITTERS} x {RECEIVERS} links of outdoor_a, {paths} paths, trees included"),
-            threads,
-            links / seconds,
-            "links/s",
-        ));
-    }
     let mut images = 0;
     let seconds = timed(|| {
         images = transmitters
@@ -203,6 +182,46 @@ fn trace() -> anyhow::Result<Vec<Row>> {
         1e6 * seconds / (trees * RECEIVERS as f64),
         "us",
     ));
+    Ok(rows)
+}
+
+/// Links per second of a tracer, trees included, by number of threads.
+fn links(
+    what: &str,
+    tracer: &Tracer<'_>,
+    transmitters: &[[f64; 3]],
+    receivers: &[[f64; 3]],
+) -> anyhow::Result<Vec<Row>> {
+    let available = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut rows: Vec<Row> = Vec::new();
+    for threads in [1, 2, available] {
+        if threads > available || rows.iter().any(|r| r.threads == threads) {
+            continue;
+        }
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+        let mut paths = 0;
+        let seconds = pool.install(|| {
+            timed(|| {
+                paths = 0;
+                let count = |count: usize| {
+                    paths += count;
+                    Ok::<(), anyhow::Error>(())
+                };
+                for_each_link(tracer, transmitters, receivers, |_, _, found| found.len(), count)
+            })
+        })?;
+        let links = (transmitters.len() * receivers.len()) as f64;
+        rows.push(Row {
+            name: format!(
+                "{what}, {} x {} links of outdoor_a, {paths} paths, trees included",
+                transmitters.len(),
+                receivers.len()
+            ),
+            threads,
+            value: links / seconds,
+            unit: "links/s",
+        });
+    }
     Ok(rows)
 }
 
