@@ -246,6 +246,19 @@ fn bad_input_ends_with_code_2_and_one_line() {
         message.contains("crossed.json: face 0: intersects itself: edges 0 and 2 meet"),
         "{message}"
     );
+    let of_adobe = faces.replace(
+        "[{\"vertices\":[[0,0,0],[1,1,0],[1,0,0],[0,1.5,0]]",
+        "[{\"material\":\"adobe\",\"vertices\":[[0,0,0],[1,0,0],[0,1,0]]",
+    );
+    let text = fs::read_to_string(&crossed)
+        .expect("readable")
+        .replace(faces, &of_adobe);
+    fs::write(&crossed, text).expect("written");
+    let message = with(crossed.to_str().expect("text"));
+    assert!(
+        message.contains("crossed.json: face 0: material \"adobe\" is not known, expected one of"),
+        "{message}"
+    );
     // Options that clap refuses also end with code 2.
     for args in [["--max-order", "9"], ["--threads", "0"]] {
         let output = trace(&[&["--scene", "street"], &ends[..], &args[..]].concat());

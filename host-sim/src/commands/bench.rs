@@ -137,6 +137,7 @@ fn trace() -> anyhow::Result<Vec<Row>> {
     let tracer = Tracer::new(&scene, DEFAULT_MAX_ORDER).context("order out of range")?;
     let diffracting = Propagation {
         diffraction: Some(Diffraction::default()),
+        ..Propagation::default()
     };
     let mut rows = Vec::new();
     for (what, propagation) in [

@@ -81,6 +81,9 @@ struct PropagationArgs {
     /// Let the rims of open faces diffract too, as screens
     #[arg(long, requires = "diffraction")]
     rims: bool,
+    /// Let the grain of rough materials weaken their reflections
+    #[arg(long)]
+    roughness: bool,
 }
 
 impl PropagationArgs {
@@ -91,6 +94,8 @@ impl PropagationArgs {
                 most_paths: self.most_diffracted,
                 rims: self.rims,
             }),
+            roughness: self.roughness,
+            ..Propagation::default()
         }
     }
 }

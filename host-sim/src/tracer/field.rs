@@ -104,9 +104,10 @@ mod tests {
     use super::super::surface::fresnel;
     use super::*;
     use crate::scene::Material;
+    use crate::tracer::Propagation;
 
     fn lossless() -> Surface {
-        Surface::new(&Material::new(15.0, 0.0).unwrap(), 30e9)
+        Surface::new(&Material::new(15.0, 0.0).unwrap(), 30e9, &Propagation::default())
     }
 
     #[test]

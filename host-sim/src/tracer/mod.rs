@@ -29,7 +29,7 @@ pub use batch::for_each_link;
 pub use check::{Comparison, EDGE_EXCEPTION_M, Tally};
 pub use check_edges::{DiffractionComparison, STRONG_DB};
 pub use path::TracedPath;
-pub use propagation::{Diffraction, Propagation};
+pub use propagation::{Diffraction, Diffuse, Propagation};
 pub use tree::ImageTree;
 
 use edges::Edges;
@@ -77,7 +77,7 @@ impl<'s> Tracer<'s> {
             edges: propagation
                 .diffraction
                 .map(|options| Edges::of(scene, options.rims)),
-            surfaces: Surfaces::of_scene(scene),
+            surfaces: Surfaces::of_scene(scene, &propagation),
         })
     }
 

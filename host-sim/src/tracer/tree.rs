@@ -190,7 +190,10 @@ impl<'t> ImageTree<'t> {
     /// The same as [`Self::trace`], with another material on every face than the scene's. Which specular paths exist does not
     /// depend on it, only their strength does.
     pub fn trace_with(&self, rx_m: [f64; 3], material: &Material) -> Vec<TracedPath> {
-        self.paths(rx_m, &Surfaces::all_of(material, self.scene))
+        self.paths(
+            rx_m,
+            &Surfaces::all_of(material, self.scene, self.tracer.propagation()),
+        )
     }
 
     fn paths(&self, rx_m: [f64; 3], surfaces: &Surfaces<'_>) -> Vec<TracedPath> {

@@ -28,6 +28,7 @@ fn all() -> Propagation {
             most_paths: usize::MAX,
             rims: false,
         }),
+        ..Propagation::default()
     }
 }
 
@@ -94,7 +95,7 @@ fn coefficients(scene: &Scene, behind_m: f64, phi_in: f64, phi_out: f64) -> [C64
     );
     [0, 1].map(|i| {
         let field = before[i].map(|c| Complex::new(c, 0.0));
-        let surfaces = Surfaces::of_scene(scene);
+        let surfaces = Surfaces::of_scene(scene, &Propagation::default());
         // b' and b, and what goes with phi' and phi, point against each other.
         -along(
             &diffract(&field, wedge, &incidence, &incoming, &outgoing, &surfaces),
@@ -423,7 +424,7 @@ fn pruning_loses_no_diffracted_path() {
                 options: propagation.diffraction.unwrap(),
                 lit,
             };
-            let surfaces = Surfaces::of_scene(&scene);
+            let surfaces = Surfaces::of_scene(&scene, &Propagation::default());
             let expected = unpruned.trace(&tree, &rx.into(), &surfaces, true);
             let mut found = tree.trace(rx);
             found.retain(|path| path.kind().edge().is_some());
@@ -493,6 +494,7 @@ fn the_options_cut_and_without_them_nothing_changes() {
     let (plain, every) = (tracer(Propagation::default()), tracer(all()));
     let cut = tracer(Propagation {
         diffraction: Some(Diffraction::default()),
+        ..Propagation::default()
     });
     let level_only = Tracer::with(&scene, 0, all()).unwrap();
     let mut most = 0;
