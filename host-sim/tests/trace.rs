@@ -196,6 +196,51 @@ fn diffracted_paths_say_their_kind_and_edge_and_read_back() {
 }
 
 #[test]
+fn scattered_paths_are_the_same_for_a_seed_and_read_back() {
+    let ends = [
+        "--scene",
+        "outdoor_a",
+        "--tx=93.847903,108.226018,2",
+        "--rx=93.237798,80.558383,10.0208",
+    ];
+    let run =
+        |seed: &str| good(&[&ends[..], &["--diffraction", "--diffuse", "--diffuse-seed", seed]].concat());
+    let (one, other) = (run("1"), run("2"));
+    assert_eq!(one, run("1"));
+    let scattered = |text: &str| -> Vec<f64> {
+        let link = paths::parse(Path::new("out"), text).expect("sound").remove(0);
+        let of_kind = |name: &str| {
+            link.paths
+                .iter()
+                .filter(|p| p.kind.expect("kind").to_string() == name)
+                .count()
+        };
+        assert!(of_kind("D") + of_kind("RD") > 0 && of_kind("S") > 100);
+        let tiles = link
+            .paths
+            .iter()
+            .filter(|p| p.kind.is_some_and(|k| k.to_string() == "S"));
+        tiles.map(|path| path.gain_db().expect("gain")).collect()
+    };
+    let total_db = |gains_db: &[f64]| {
+        10.0 * gains_db
+            .iter()
+            .map(|db| 10_f64.powf(0.1 * db))
+            .sum::<f64>()
+            .log10()
+    };
+    let [one, other] = [&one, &other].map(|text| total_db(&scattered(text)));
+    // The reference list has -104.607 dB here.
+    assert!(
+        (one + 104.607).abs() < 0.3 && (one - other).abs() < 1e-9,
+        "{one} {other}"
+    );
+    for wrong in [["--diffuse", "--scattering=1.5"], ["--diffuse", "--lobe=0"]] {
+        assert_eq!(trace(&[&ends[..], &wrong].concat()).status.code(), Some(2));
+    }
+}
+
+#[test]
 fn bad_input_ends_with_code_2_and_one_line() {
     let directory = tempfile::tempdir().expect("a directory");
     let file = directory.path().join("points.csv");

@@ -10,7 +10,7 @@ use crate::channel;
 use crate::random::Stream;
 use crate::scene::Scene;
 use crate::table::Table;
-use crate::tracer::{DEFAULT_MAX_ORDER, Diffraction, Propagation, Tracer, for_each_link};
+use crate::tracer::{DEFAULT_MAX_ORDER, Diffraction, Diffuse, Propagation, Tracer, for_each_link};
 
 /// Arguments of `cslam bench`.
 #[derive(clap::Args, Debug)]
@@ -69,6 +69,8 @@ const LEAST: Duration = Duration::from_millis(1500);
 /// Transmitters and receivers, as many as in the reference list.
 const TRANSMITTERS: usize = 10;
 const RECEIVERS: usize = 200;
+/// Of these, for what takes milliseconds a link.
+const FEW_RECEIVERS: usize = 40;
 const SEED: u64 = 1;
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
@@ -139,13 +141,22 @@ fn trace() -> anyhow::Result<Vec<Row>> {
         diffraction: Some(Diffraction::default()),
         ..Propagation::default()
     };
+    let scattering = Propagation {
+        diffuse: Some(Diffuse::default()),
+        ..diffracting
+    };
     let mut rows = Vec::new();
-    for (what, propagation) in [
-        ("trace", Propagation::default()),
-        ("trace --diffraction", diffracting),
+    for (what, propagation, receivers) in [
+        ("trace", Propagation::default(), receivers.as_slice()),
+        ("trace --diffraction", diffracting, &receivers),
+        (
+            "trace --diffraction --diffuse",
+            scattering,
+            &receivers[..FEW_RECEIVERS],
+        ),
     ] {
         let tracer = Tracer::with(&scene, DEFAULT_MAX_ORDER, propagation).context("order out of range")?;
-        rows.extend(links(what, &tracer, &transmitters, &receivers)?);
+        rows.extend(links(what, &tracer, &transmitters, receivers)?);
     }
     let row = |name: String, threads: usize, value: f64, unit: &'static str| Row {
         name,

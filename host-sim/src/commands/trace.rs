@@ -11,10 +11,10 @@ use crate::input::limits::{POINT_COUNT, POINTS};
 use crate::input::{InputError, lines, read_text};
 use crate::paths::{self, Link, LinkPath};
 use crate::progress;
-use crate::scene::{MAX_COORDINATE_M, Scene};
+use crate::scene::{Lobe, MAX_COORDINATE_M, Scene};
 use crate::table::Table;
 use crate::tracer::{
-    Comparison, DEFAULT_MAX_ORDER, Diffraction, DiffractionComparison, EDGE_EXCEPTION_M, ImageTree,
+    Comparison, DEFAULT_MAX_ORDER, Diffraction, DiffractionComparison, Diffuse, EDGE_EXCEPTION_M, ImageTree,
     LEAST_DISTANCE_M, MAX_ORDER, Propagation, STRONG_DB, Tally, TracedPath, Tracer, for_each_link,
 };
 
@@ -84,6 +84,23 @@ struct PropagationArgs {
     /// Let the grain of rough materials weaken their reflections
     #[arg(long)]
     roughness: bool,
+    /// Diffuse scattering off faces too (kind S), as tiles of fixed phase; reflections lose what is scattered
+    #[arg(long)]
+    diffuse: bool,
+    /// Seed of the tiles' phases
+    #[arg(long, value_name = "N", default_value_t = Diffuse::default().seed, requires = "diffuse")]
+    diffuse_seed: u64,
+    /// Scattering coefficient S of materials that have none of their own, 0 to 1
+    #[arg(long, value_name = "S", default_value_t = Diffuse::default().lobe.coefficient, requires = "diffuse",
+          value_parser = coefficient)]
+    scattering: f64,
+    /// Exponent of their lobe about the mirrored direction
+    #[arg(long, value_name = "N", default_value_t = Diffuse::default().lobe.exponent, requires = "diffuse",
+          value_parser = clap::value_parser!(u32).range(1..=100))]
+    lobe: u32,
+    /// Keep N scattered paths of a link: the strongest tiles, the rest gathered
+    #[arg(long, value_name = "N", default_value_t = Diffuse::default().most_paths, requires = "diffuse")]
+    most_scattered: usize,
 }
 
 impl PropagationArgs {
@@ -95,9 +112,25 @@ impl PropagationArgs {
                 rims: self.rims,
             }),
             roughness: self.roughness,
-            ..Propagation::default()
+            diffuse: self.diffuse.then_some(Diffuse {
+                seed: self.diffuse_seed,
+                lobe: Lobe {
+                    coefficient: self.scattering,
+                    exponent: self.lobe,
+                },
+                most_paths: self.most_scattered,
+                ..Diffuse::default()
+            }),
         }
     }
+}
+
+/// A scattering coefficient.
+fn coefficient(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|coefficient| (0.0..=1.0).contains(coefficient))
+        .ok_or_else(|| "expected a scattering coefficient from 0 to 1".to_owned())
 }
 
 /// A path gain in dB.

@@ -7,7 +7,7 @@
 //! exactly from the images, must lie in their faces, and every leg must be clear. All pruning is conservative: it may keep
 //! a branch that leads nowhere, never drop one that leads somewhere.
 //!
-//! Beside these, and only when asked for ([`Propagation`]): diffraction at edges. Transmission is not modelled. A result depends on the scene and the two end
+//! Beside these, and only when asked for ([`Propagation`]): diffraction at edges, diffuse scattering. Transmission is not modelled. A result depends on the scene and the two end
 //! points only, so it is the same for any batch and any number of threads.
 
 mod angles;
@@ -21,7 +21,9 @@ mod field;
 mod pairs;
 mod path;
 mod propagation;
+mod scatter;
 mod surface;
+mod tiles;
 mod tree;
 mod utd;
 
@@ -35,6 +37,7 @@ pub use tree::ImageTree;
 use edges::Edges;
 use pairs::FacePairs;
 use surface::Surfaces;
+use tiles::Tiles;
 
 use crate::scene::Scene;
 
@@ -57,6 +60,8 @@ pub struct Tracer<'s> {
     propagation: Propagation,
     /// With diffraction.
     edges: Option<Edges>,
+    /// With diffuse scattering.
+    tiles: Option<Tiles>,
     surfaces: Surfaces<'s>,
 }
 
@@ -77,6 +82,7 @@ impl<'s> Tracer<'s> {
             edges: propagation
                 .diffraction
                 .map(|options| Edges::of(scene, options.rims)),
+            tiles: propagation.diffuse.map(|_| Tiles::of(scene)),
             surfaces: Surfaces::of_scene(scene, &propagation),
         })
     }

@@ -6,6 +6,7 @@ use super::beam::{Clipper, Plane, hidden, push_sides};
 use super::diffraction::LitEdges;
 use super::field::{self, Bounce};
 use super::path::Place;
+use super::scatter::LitTiles;
 use super::surface::Surfaces;
 use super::{LEAST_DISTANCE_M, MAX_ORDER, TracedPath, Tracer};
 use crate::paths::{Kind, Link};
@@ -42,6 +43,8 @@ pub struct ImageTree<'t> {
     obstacles: Vec<Obstacle>,
     /// With diffraction.
     lit_edges: Option<LitEdges<'t>>,
+    /// With diffuse scattering.
+    lit_tiles: Option<LitTiles<'t>>,
 }
 
 /// What blocked the last path from an image: leg and face. The next receiver is often behind the same wall; a look there
@@ -83,6 +86,7 @@ impl<'t> ImageTree<'t> {
             by_face: Vec::new(),
             obstacles: Vec::new(),
             lit_edges: None,
+            lit_tiles: None,
         };
         let mut clipper = Clipper::default();
         let mut level = 0..0;
@@ -107,6 +111,9 @@ impl<'t> ImageTree<'t> {
             let once = (0..tree.images.len()).filter(|&i| tree.images[i].parent == ROOT);
             let images = once.map(|i| (tree.images[i].face, tree.images[i].position, tree.sides_of(i)));
             tree.lit_edges = Some(LitEdges::of(scene, edges, options, &tx, images));
+        }
+        if let (Some(options), Some(tiles)) = (tracer.propagation().diffuse, &tracer.tiles) {
+            tree.lit_tiles = Some(LitTiles::of(scene, tiles, options, &tx, &tracer.surfaces));
         }
         tree
     }
@@ -188,7 +195,7 @@ impl<'t> ImageTree<'t> {
     }
 
     /// The same as [`Self::trace`], with another material on every face than the scene's. Which specular paths exist does not
-    /// depend on it, only their strength does.
+    /// depend on it, only their strength does. What faces scatter stays that of the scene's materials.
     pub fn trace_with(&self, rx_m: [f64; 3], material: &Material) -> Vec<TracedPath> {
         self.paths(
             rx_m,
@@ -213,6 +220,11 @@ impl<'t> ImageTree<'t> {
         TracedPath::drop_twins(&mut paths);
         if let Some(lit) = &self.lit_edges {
             paths.extend(lit.trace(self, &rx, surfaces, self.tracer.max_order() > 0));
+            paths.sort_by(TracedPath::by_strength);
+        }
+        if let Some(lit) = &self.lit_tiles {
+            let strongest = paths.first().map_or(0.0, |path| path.gain.norm_sqr());
+            paths.extend(lit.trace(self.scene, &self.tx, &rx, surfaces, strongest));
             paths.sort_by(TracedPath::by_strength);
         }
         paths

@@ -31,7 +31,7 @@ pub(super) struct Incidence {
 ///
 /// With `e+- = pi +- x`, less the nearest multiple of 2 pi n, `cot((pi +- x)/2n) = cot(e+-/2n)` and `a+-(x) = 2 sin^2(e+-/2)`:
 /// near a boundary nothing cancels.
-fn from_boundaries(n: f64, x: f64) -> [f64; 2] {
+fn boundary_distances(n: f64, x: f64) -> [f64; 2] {
     let period = 2.0 * PI * n;
     [x + PI, PI - x].map(|e| e - period * libm::round(e / period))
 }
@@ -43,9 +43,9 @@ impl Incidence {
     }
 
     /// Distances from the boundaries of the four scalars, in their order, rad.
-    fn from_boundaries_rad(&self) -> [f64; 4] {
-        let [d1, d2] = from_boundaries(self.n, self.phi_out_rad - self.phi_in_rad);
-        let [d3, d4] = from_boundaries(self.n, self.phi_out_rad + self.phi_in_rad);
+    fn boundary_distances_rad(&self) -> [f64; 4] {
+        let [d1, d2] = boundary_distances(self.n, self.phi_out_rad - self.phi_in_rad);
+        let [d3, d4] = boundary_distances(self.n, self.phi_out_rad + self.phi_in_rad);
         [d1, d2, d3, d4]
     }
 
@@ -56,7 +56,7 @@ impl Incidence {
         let distance_m = (self.reach() * self.sin_beta).powi(2);
         let front = Complex::new(-FRAC_1_SQRT_2, FRAC_1_SQRT_2)
             / (2.0 * self.n * (2.0 * PI * k).sqrt() * self.sin_beta);
-        self.from_boundaries_rad().map(|e| {
+        self.boundary_distances_rad().map(|e| {
             if e == 0.0 {
                 // On the boundary itself: the limit from the side of positive e.
                 return Complex::new(-0.5 * self.reach(), 0.0);
@@ -72,7 +72,7 @@ impl Incidence {
     pub(super) fn bound(&self) -> f64 {
         let boundary = 0.5 * self.reach();
         let far = 1.0 / ((2.0 * PI * self.k_rad_per_m).sqrt() * self.sin_beta);
-        self.from_boundaries_rad()
+        self.boundary_distances_rad()
             .iter()
             .map(|e| boundary.min(far / e.abs()))
             .sum()
