@@ -3,9 +3,10 @@
 //! Links come from a ray tracer (with interaction vertices, order and complex gain) or from measurements (without).
 //! World frame; angles as everywhere in this project (zenith from +z, azimuth from +x). docs/formats.md, "Path lists", has the keys. A line may
 //! hold more than a [`Link`] does: what `cslam estimate` and `cslam trace` write besides, and what reference lists say of a
-//! diffraction (`keys`). Any other key is refused.
+//! diffraction besides its kind and its point (`keys`). Any other key is refused.
 
 mod keys;
+mod kind;
 mod measured;
 
 use std::path::Path;
@@ -17,6 +18,7 @@ use keys::LinkKeys;
 use crate::input::limits::{LINK_PATHS, PATH_LIST, SNR_DB};
 use crate::input::{InputError, from_json_line, lines, read_text, unpack};
 
+pub use kind::{Interaction, Kind};
 pub use measured::are_measured;
 
 /// One transmitter heard by one receiver: a line of the file.
@@ -42,9 +44,12 @@ pub struct Link {
 /// One propagation path of a link.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LinkPath {
-    /// Number of reflections: 0 is line of sight. Absent for measured paths.
+    /// Number of interactions: 0 is line of sight. Absent for measured paths.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub order: Option<u8>,
+    /// What the interactions are; absent where a list knows of reflections alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kind: Option<Kind>,
     /// Absolute delay, s.
     pub delay_s: f64,
     /// Zenith angle of arrival, rad.
@@ -69,6 +74,9 @@ pub struct LinkPath {
     /// Last interaction point seen from the transmitter, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub last_vertex: Option<[f64; 3]>,
+    /// Where an edge diffracted the wave, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub edge_point: Option<[f64; 3]>,
     /// SNR per element and active subcarrier, dB.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub snr_db: Option<f64>,
@@ -153,6 +161,18 @@ fn check(link: &Link) -> Result<(), String> {
             return Err(format!(
                 "path {path}: `snr_db` is {snr_db}, expected {} to {SNR_DB}",
                 -SNR_DB
+            ));
+        }
+        if let (Some(kind), Some(order)) = (p.kind, p.order)
+            && kind.interactions().len() != usize::from(order)
+        {
+            return Err(format!(
+                "path {path}: `kind` is \"{kind}\", expected as many letters as `order`, {order}"
+            ));
+        }
+        if p.edge_point.is_some() && p.kind.is_none_or(|kind| kind.edge().is_none()) {
+            return Err(format!(
+                "path {path}: `edge_point` needs a `kind` with the letter D beside it"
             ));
         }
     }
@@ -244,6 +264,22 @@ mod tests {
         assert!(
             path.starts_with("x.jsonl:2: ") && path.contains("unknown field `beta`"),
             "{path}"
+        );
+    }
+
+    #[test]
+    fn a_kind_agrees_with_the_rest_of_its_path() {
+        let path = |more: &str| line(&PATH.replace('}', &format!(",{more}}}")));
+        let known = path("\"order\":2,\"kind\":\"RD\",\"edge_point\":[1,2,3]");
+        let link = parse(Path::new("x"), &known).expect("sound").remove(0);
+        assert_eq!(link.paths[0].edge_point, Some([1.0, 2.0, 3.0]));
+        let text = serde_json::to_string(&link).expect("text");
+        assert_eq!(parse(Path::new("x"), &text).expect("sound"), [link]);
+        assert!(error_of(&path("\"kind\":\"RX\"")).contains("`kind` is \"RX\", expected \"LOS\""));
+        assert!(error_of(&path("\"order\":1,\"kind\":\"RD\"")).contains("as many letters as `order`, 1"));
+        assert!(
+            error_of(&path("\"order\":1,\"kind\":\"R\",\"edge_point\":[1,2,3]"))
+                .contains("`edge_point` needs")
         );
     }
 

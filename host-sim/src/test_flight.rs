@@ -75,6 +75,7 @@ pub(crate) fn sweep(number: u32, uav_m: [f64; 3]) -> SweepRecord {
 pub(crate) fn true_path(order: u8, length_m: f64, aoa_rad: [f64; 2]) -> LinkPath {
     LinkPath {
         order: Some(order),
+        kind: None,
         delay_s: length_m / SPEED_OF_LIGHT_M_PER_S,
         aoa_zenith_rad: aoa_rad[0],
         aoa_azimuth_rad: aoa_rad[1],
@@ -84,6 +85,7 @@ pub(crate) fn true_path(order: u8, length_m: f64, aoa_rad: [f64; 2]) -> LinkPath
         gain: Some([1e-4, 0.0]),
         first_vertex: None,
         last_vertex: None,
+        edge_point: None,
         snr_db: None,
         covariance: None,
         confirmed: None,

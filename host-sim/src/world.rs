@@ -137,6 +137,7 @@ fn seen_from(link: &Link, shift_m: Vector3<f64>) -> Link {
     let gain = wavelength_m / (4.0 * core::f64::consts::PI * length_m) * dipoles;
     let path = LinkPath {
         order: Some(0),
+        kind: None,
         delay_s: length_m / SPEED_OF_LIGHT_M_PER_S,
         aoa_zenith_rad: zenith_rad(&-left),
         aoa_azimuth_rad: azimuth_rad(&-left),
@@ -146,6 +147,7 @@ fn seen_from(link: &Link, shift_m: Vector3<f64>) -> Link {
         gain: Some([gain, 0.0]),
         first_vertex: None,
         last_vertex: None,
+        edge_point: None,
         snr_db: None,
         covariance: None,
         confirmed: None,

@@ -155,7 +155,7 @@ fn the_scene_is_traced_into_the_path_list() {
     let shown = parse(examples(section("Path lists"), "json")[0]);
     assert_near(&traced, &shown, "");
     let mut keys = BTreeSet::new();
-    for pointer in ["", "/material", "/faces/0"] {
+    for pointer in ["", "/material", "/materials/gravel", "/faces/0"] {
         with_none(&at, "yard.json", &parse(scene), pointer);
         keys.append(&mut known(&at, &trace));
     }

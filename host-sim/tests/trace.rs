@@ -134,6 +134,113 @@ fn a_check_tells_right_from_wrong() {
 }
 
 #[test]
+fn diffracted_paths_say_their_kind_and_edge_and_read_back() {
+    // Behind a house: nothing arrives without diffraction.
+    let list = fixture("outdoor_a_diffraction.jsonl.gz");
+    let links = paths::read(Path::new(&list)).expect("sound");
+    let place = |p: [f64; 3]| format!("{},{},{}", p[0], p[1], p[2]);
+    let mut kinds = std::collections::BTreeMap::new();
+    for link in &links {
+        let (tx, rx) = (place(link.tx), place(link.rx));
+        let ends = ["--scene", "outdoor_a", "--tx", &tx, "--rx", &rx];
+        let plain = good(&ends);
+        assert!(!plain.contains("kind"));
+        let text = good(&[&ends[..], &["--diffraction"]].concat());
+        let read = paths::parse(Path::new("out"), &text).expect("sound").remove(0);
+        let specular = paths::parse(Path::new("out"), &plain).expect("sound").remove(0);
+        let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        let mut reflected = 0;
+        for (path, json) in read.paths.iter().zip(value["paths"].as_array().expect("paths")) {
+            let kind = path.kind.expect("every path says its kind");
+            *kinds.entry(kind.to_string()).or_insert(0) += 1;
+            assert_eq!(json["kind"], kind.to_string());
+            assert_eq!(path.edge_point.is_some(), kind.edge().is_some());
+            assert_eq!(kind.interactions().len(), usize::from(path.order.expect("order")));
+            if let Some(at) = kind.edge() {
+                let vertex = if at == 0 {
+                    path.first_vertex
+                } else {
+                    path.last_vertex
+                };
+                assert_eq!(path.edge_point, vertex);
+            } else {
+                let mut without = path.clone();
+                without.kind = None;
+                assert_eq!(without, specular.paths[reflected]);
+                reflected += 1;
+            }
+        }
+        assert_eq!(reflected, specular.paths.len());
+    }
+    for kind in ["LOS", "R", "RR", "D", "RD", "DR"] {
+        assert!(kinds.contains_key(kind), "{kinds:?}");
+    }
+    let check = ["--scene", "outdoor_a", "--check", &list, "--diffraction"];
+    let verdict: serde_json::Value =
+        serde_json::from_str(&good(&[&check[..], &["--json"]].concat())).expect("JSON");
+    assert_eq!(verdict["passes"], true);
+    assert!(good(&check).contains("kinds D, RD and DR above -155 dB"));
+    let wrong = trace(&["--scene", "street", "--check", &list, "--diffraction"]);
+    assert_eq!(wrong.status.code(), Some(1));
+    let output = trace(&[
+        "--scene",
+        "street",
+        "--tx",
+        "1,1,1",
+        "--rx",
+        "2,2,2",
+        "--diffraction",
+        "--least-gain=3",
+    ]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn scattered_paths_are_the_same_for_a_seed_and_read_back() {
+    let ends = [
+        "--scene",
+        "outdoor_a",
+        "--tx=93.847903,108.226018,2",
+        "--rx=93.237798,80.558383,10.0208",
+    ];
+    let run =
+        |seed: &str| good(&[&ends[..], &["--diffraction", "--diffuse", "--diffuse-seed", seed]].concat());
+    let (one, other) = (run("1"), run("2"));
+    assert_eq!(one, run("1"));
+    let scattered = |text: &str| -> Vec<f64> {
+        let link = paths::parse(Path::new("out"), text).expect("sound").remove(0);
+        let of_kind = |name: &str| {
+            link.paths
+                .iter()
+                .filter(|p| p.kind.expect("kind").to_string() == name)
+                .count()
+        };
+        assert!(of_kind("D") + of_kind("RD") > 0 && of_kind("S") > 100);
+        let tiles = link
+            .paths
+            .iter()
+            .filter(|p| p.kind.is_some_and(|k| k.to_string() == "S"));
+        tiles.map(|path| path.gain_db().expect("gain")).collect()
+    };
+    let total_db = |gains_db: &[f64]| {
+        10.0 * gains_db
+            .iter()
+            .map(|db| 10_f64.powf(0.1 * db))
+            .sum::<f64>()
+            .log10()
+    };
+    let [one, other] = [&one, &other].map(|text| total_db(&scattered(text)));
+    // The reference list has -104.607 dB here.
+    assert!(
+        (one + 104.607).abs() < 0.3 && (one - other).abs() < 1e-9,
+        "{one} {other}"
+    );
+    for wrong in [["--diffuse", "--scattering=1.5"], ["--diffuse", "--lobe=0"]] {
+        assert_eq!(trace(&[&ends[..], &wrong].concat()).status.code(), Some(2));
+    }
+}
+
+#[test]
 fn bad_input_ends_with_code_2_and_one_line() {
     let directory = tempfile::tempdir().expect("a directory");
     let file = directory.path().join("points.csv");
@@ -182,6 +289,19 @@ fn bad_input_ends_with_code_2_and_one_line() {
     let message = with(crossed.to_str().expect("text"));
     assert!(
         message.contains("crossed.json: face 0: intersects itself: edges 0 and 2 meet"),
+        "{message}"
+    );
+    let of_adobe = faces.replace(
+        "[{\"vertices\":[[0,0,0],[1,1,0],[1,0,0],[0,1.5,0]]",
+        "[{\"material\":\"adobe\",\"vertices\":[[0,0,0],[1,0,0],[0,1,0]]",
+    );
+    let text = fs::read_to_string(&crossed)
+        .expect("readable")
+        .replace(faces, &of_adobe);
+    fs::write(&crossed, text).expect("written");
+    let message = with(crossed.to_str().expect("text"));
+    assert!(
+        message.contains("crossed.json: face 0: material \"adobe\" is not known, expected one of"),
         "{message}"
     );
     // Options that clap refuses also end with code 2.

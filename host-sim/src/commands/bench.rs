@@ -10,7 +10,7 @@ use crate::channel;
 use crate::random::Stream;
 use crate::scene::Scene;
 use crate::table::Table;
-use crate::tracer::{DEFAULT_MAX_ORDER, Tracer, for_each_link};
+use crate::tracer::{DEFAULT_MAX_ORDER, Diffraction, Diffuse, Propagation, Tracer, for_each_link};
 
 /// Arguments of `cslam bench`.
 #[derive(clap::Args, Debug)]
@@ -69,6 +69,8 @@ const LEAST: Duration = Duration::from_millis(1500);
 /// Transmitters and receivers, as many as in the reference list.
 const TRANSMITTERS: usize = 10;
 const RECEIVERS: usize = 200;
+/// Of these, for what takes milliseconds a link.
+const FEW_RECEIVERS: usize = 40;
 const SEED: u64 = 1;
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
@@ -135,44 +137,33 @@ fn trace() -> anyhow::Result<Vec<Row>> {
     let transmitters: Vec<[f64; 3]> = (0..TRANSMITTERS).map(|_| free_point(Some(2.0))).collect();
     let receivers: Vec<[f64; 3]> = (0..RECEIVERS).map(|_| free_point(None)).collect();
     let tracer = Tracer::new(&scene, DEFAULT_MAX_ORDER).context("order out of range")?;
-    let available = std::thread::available_parallelism().map_or(1, usize::from);
+    let diffracting = Propagation {
+        diffraction: Some(Diffraction::default()),
+        ..Propagation::default()
+    };
+    let scattering = Propagation {
+        diffuse: Some(Diffuse::default()),
+        ..diffracting
+    };
+    let mut rows = Vec::new();
+    for (what, propagation, receivers) in [
+        ("trace", Propagation::default(), receivers.as_slice()),
+        ("trace --diffraction", diffracting, &receivers),
+        (
+            "trace --diffraction --diffuse",
+            scattering,
+            &receivers[..FEW_RECEIVERS],
+        ),
+    ] {
+        let tracer = Tracer::with(&scene, DEFAULT_MAX_ORDER, propagation).context("order out of range")?;
+        rows.extend(links(what, &tracer, &transmitters, receivers)?);
+    }
     let row = |name: String, threads: usize, value: f64, unit: &'static str| Row {
         name,
         threads,
         value,
         unit,
     };
-    let mut rows = Vec::new();
-    for threads in [1, 2, available] {
-        if threads > available || rows.iter().any(|r: &Row| r.threads == threads) {
-            continue;
-        }
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        let mut paths = 0;
-        let seconds = pool.install(|| {
-            timed(|| {
-                paths = 0;
-                let count = |count: usize| {
-                    paths += count;
-                    Ok::<(), anyhow::Error>(())
-                };
-                for_each_link(
-                    &tracer,
-                    &transmitters,
-                    &receivers,
-                    |_, _, found| found.len(),
-                    count,
-                )
-            })
-        })?;
-        let links = (TRANSMITTERS * RECEIVERS) as f64;
-        rows.push(row(
-            format!("trace, {TRANSMITTERS} x {RECEIVERS} links of outdoor_a, {paths} paths, trees included"),
-            threads,
-            links / seconds,
-            "links/s",
-        ));
-    }
     let mut images = 0;
     let seconds = timed(|| {
         images = transmitters
@@ -203,6 +194,46 @@ fn trace() -> anyhow::Result<Vec<Row>> {
         1e6 * seconds / (trees * RECEIVERS as f64),
         "us",
     ));
+    Ok(rows)
+}
+
+/// Links per second of a tracer, trees included, by number of threads.
+fn links(
+    what: &str,
+    tracer: &Tracer<'_>,
+    transmitters: &[[f64; 3]],
+    receivers: &[[f64; 3]],
+) -> anyhow::Result<Vec<Row>> {
+    let available = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut rows: Vec<Row> = Vec::new();
+    for threads in [1, 2, available] {
+        if threads > available || rows.iter().any(|r| r.threads == threads) {
+            continue;
+        }
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+        let mut paths = 0;
+        let seconds = pool.install(|| {
+            timed(|| {
+                paths = 0;
+                let count = |count: usize| {
+                    paths += count;
+                    Ok::<(), anyhow::Error>(())
+                };
+                for_each_link(tracer, transmitters, receivers, |_, _, found| found.len(), count)
+            })
+        })?;
+        let links = (transmitters.len() * receivers.len()) as f64;
+        rows.push(Row {
+            name: format!(
+                "{what}, {} x {} links of outdoor_a, {paths} paths, trees included",
+                transmitters.len(),
+                receivers.len()
+            ),
+            threads,
+            value: links / seconds,
+            unit: "links/s",
+        });
+    }
     Ok(rows)
 }
 

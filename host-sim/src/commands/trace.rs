@@ -9,14 +9,17 @@ use serde::Serialize;
 use crate::commands::threads::Threads;
 use crate::input::limits::{POINT_COUNT, POINTS};
 use crate::input::{InputError, lines, read_text};
-use crate::paths::{self, LinkPath};
+use crate::paths::{self, Link, LinkPath};
 use crate::progress;
-use crate::scene::{MAX_COORDINATE_M, Scene};
+use crate::scene::{Lobe, MAX_COORDINATE_M, Scene};
 use crate::table::Table;
 use crate::tracer::{
-    Comparison, DEFAULT_MAX_ORDER, EDGE_EXCEPTION_M, ImageTree, LEAST_DISTANCE_M, MAX_ORDER, TracedPath,
-    Tracer, for_each_link,
+    Comparison, DEFAULT_MAX_ORDER, Diffraction, DiffractionComparison, Diffuse, EDGE_EXCEPTION_M, ImageTree,
+    LEAST_DISTANCE_M, MAX_ORDER, Propagation, STRONG_DB, Tally, TracedPath, Tracer, for_each_link,
 };
+
+/// Least path gain that can be asked for, dB.
+const LEAST_GAIN_DB: f64 = -300.0;
 
 /// Arguments of `cslam trace`.
 #[derive(clap::Args, Debug)]
@@ -45,6 +48,8 @@ pub(crate) struct Args {
           value_parser = clap::value_parser!(u8).range(0..=MAX_ORDER as i64))]
     max_order: u8,
     #[command(flatten)]
+    propagation: PropagationArgs,
+    #[command(flatten)]
     threads: Threads,
     /// Write the links to a file instead of standard output
     #[arg(long, value_name = "FILE")]
@@ -60,11 +65,93 @@ pub(crate) struct Args {
     json: bool,
 }
 
+/// What is followed beyond specular reflection.
+#[derive(clap::Args, Debug)]
+struct PropagationArgs {
+    /// Diffraction at edges too: alone (D), reflected before (RD) or behind the edge (DR). Every path then says its kind
+    #[arg(long)]
+    diffraction: bool,
+    /// Drop diffracted paths weaker than this path gain (dB)
+    #[arg(long, value_name = "DB", default_value_t = Diffraction::default().least_gain_db, allow_hyphen_values = true,
+          value_parser = gain_db, requires = "diffraction")]
+    least_gain: f64,
+    /// Keep the N strongest diffracted paths of a link
+    #[arg(long, value_name = "N", default_value_t = Diffraction::default().most_paths, requires = "diffraction")]
+    most_diffracted: usize,
+    /// Let the rims of open faces diffract too, as screens
+    #[arg(long, requires = "diffraction")]
+    rims: bool,
+    /// Let the grain of rough materials weaken their reflections
+    #[arg(long)]
+    roughness: bool,
+    /// Diffuse scattering off faces too (kind S), as tiles of fixed phase; reflections lose what is scattered
+    #[arg(long)]
+    diffuse: bool,
+    /// Seed of the tiles' phases
+    #[arg(long, value_name = "N", default_value_t = Diffuse::default().seed, requires = "diffuse")]
+    diffuse_seed: u64,
+    /// Scattering coefficient S of materials that have none of their own, 0 to 1
+    #[arg(long, value_name = "S", default_value_t = Diffuse::default().lobe.coefficient, requires = "diffuse",
+          value_parser = coefficient)]
+    scattering: f64,
+    /// Exponent of their lobe about the mirrored direction
+    #[arg(long, value_name = "N", default_value_t = Diffuse::default().lobe.exponent, requires = "diffuse",
+          value_parser = clap::value_parser!(u32).range(1..=100))]
+    lobe: u32,
+    /// Keep N scattered paths of a link: the strongest tiles, the rest gathered
+    #[arg(long, value_name = "N", default_value_t = Diffuse::default().most_paths, requires = "diffuse")]
+    most_scattered: usize,
+}
+
+impl PropagationArgs {
+    fn propagation(&self) -> Propagation {
+        Propagation {
+            diffraction: self.diffraction.then_some(Diffraction {
+                least_gain_db: self.least_gain,
+                most_paths: self.most_diffracted,
+                rims: self.rims,
+            }),
+            roughness: self.roughness,
+            diffuse: self.diffuse.then_some(Diffuse {
+                seed: self.diffuse_seed,
+                lobe: Lobe {
+                    coefficient: self.scattering,
+                    exponent: self.lobe,
+                },
+                most_paths: self.most_scattered,
+                ..Diffuse::default()
+            }),
+        }
+    }
+}
+
+/// A scattering coefficient.
+fn coefficient(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|coefficient| (0.0..=1.0).contains(coefficient))
+        .ok_or_else(|| "expected a scattering coefficient from 0 to 1".to_owned())
+}
+
+/// A path gain in dB.
+fn gain_db(text: &str) -> Result<f64, String> {
+    let range = LEAST_GAIN_DB..=0.0;
+    text.parse()
+        .ok()
+        .filter(|gain_db| range.contains(gain_db))
+        .ok_or_else(|| format!("expected a path gain from {LEAST_GAIN_DB} to 0 dB"))
+}
+
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let scene = Scene::load(&args.scene)?;
-    let tracer = Tracer::new(&scene, usize::from(args.max_order))
+    let mut propagation = args.propagation.propagation();
+    if let (Some(diffraction), Some(_)) = (&mut propagation.diffraction, &args.check) {
+        diffraction.most_paths = usize::MAX;
+    }
+    let tracer = Tracer::with(&scene, usize::from(args.max_order), propagation)
         .ok_or_else(|| InputError::new(format!("--max-order: expected 0 to {MAX_ORDER}")))?;
     args.threads.install(|| match &args.check {
+        Some(reference) if args.propagation.diffraction => check_diffraction(&tracer, reference, args.json),
         Some(reference) => check(&tracer, reference, args.json),
         None => trace(&tracer, args),
     })
@@ -106,7 +193,7 @@ fn trace(tracer: &Tracer<'_>, args: &Args) -> anyhow::Result<()> {
             .into());
         }
         Ok(if args.vertices {
-            serde_json::to_string(&Detailed::new(tx_m, rx_m, &paths))?
+            serde_json::to_string(&Detailed::new(tree.to_link(rx_m, &paths), &paths))?
         } else {
             serde_json::to_string(&tree.to_link(rx_m, &paths))?
         })
@@ -144,16 +231,16 @@ struct DetailedPath<'a> {
 }
 
 impl<'a> Detailed<'a> {
-    fn new(tx: [f64; 3], rx: [f64; 3], paths: &'a [TracedPath]) -> Self {
-        let detailed = |path: &'a TracedPath| DetailedPath {
-            path: path.to_link_path(),
-            faces: path.faces(),
-            vertices: path.vertices(),
+    fn new(link: Link, paths: &'a [TracedPath]) -> Self {
+        let detailed = |(path, traced): (LinkPath, &'a TracedPath)| DetailedPath {
+            path,
+            faces: traced.faces(),
+            vertices: traced.vertices(),
         };
         Self {
-            tx,
-            rx,
-            paths: paths.iter().map(detailed).collect(),
+            tx: link.tx,
+            rx: link.rx,
+            paths: link.paths.into_iter().zip(paths).map(detailed).collect(),
         }
     }
 }
@@ -211,10 +298,10 @@ fn point(text: &str) -> Option<[f64; 3]> {
 
 /// What a comparison comes to, for `--json`.
 #[derive(Serialize)]
-struct Verdict<'a> {
+struct Verdict<'a, C: Serialize> {
     passes: bool,
     #[serde(flatten)]
-    comparison: &'a Comparison,
+    comparison: &'a C,
 }
 
 fn check(tracer: &Tracer<'_>, reference: &Path, json: bool) -> anyhow::Result<()> {
@@ -225,17 +312,10 @@ fn check(tracer: &Tracer<'_>, reference: &Path, json: bool) -> anyhow::Result<()
         let comparison = &comparison;
         println!("{}", serde_json::to_string(&Verdict { passes, comparison })?);
     } else {
-        let at_edge = format!("within {} mm of an edge", 1e3 * EDGE_EXCEPTION_M);
-        let mut table = Table::new(["paths", "all", "matched", at_edge.as_str(), "unexplained"]);
-        for (kind, tally) in [
-            ("reference, confirmed", comparison.confirmed),
-            ("reference, unconfirmed", comparison.unconfirmed),
-            ("traced", comparison.traced),
-        ] {
-            let counts = [tally.total, tally.matched, tally.at_edge, tally.unexplained()];
-            table.row([kind.to_owned()].into_iter().chain(counts.map(|n| n.to_string())));
-        }
-        print!("{table}");
+        print!(
+            "{}",
+            tallies([comparison.confirmed, comparison.unconfirmed, comparison.traced])
+        );
         println!(
             "{} links; matched paths: c tau within {:.2e} m, angles within {:.2e} rad, gain within {:.4} dB ({} off)",
             comparison.links,
@@ -247,4 +327,45 @@ fn check(tracer: &Tracer<'_>, reference: &Path, json: bool) -> anyhow::Result<()
     }
     anyhow::ensure!(passes, "the traced paths disagree with {}", reference.display());
     Ok(())
+}
+
+/// Comparison of the diffracted paths alone.
+fn check_diffraction(tracer: &Tracer<'_>, reference: &Path, json: bool) -> anyhow::Result<()> {
+    let links = paths::read(reference)?;
+    let comparison = DiffractionComparison::run(tracer, &links);
+    let passes = comparison.passes();
+    if json {
+        let comparison = &comparison;
+        println!("{}", serde_json::to_string(&Verdict { passes, comparison })?);
+    } else {
+        print!(
+            "{}",
+            tallies([comparison.confirmed, comparison.unconfirmed, comparison.traced])
+        );
+        println!(
+            "{} links, kinds D, RD and DR above {STRONG_DB} dB; matched paths: c tau within {:.2e} m, angles within {:.2e} rad, \
+             edge points within {:.2e} m, gain within {:.4} dB ({} off) and {:.5} rad",
+            comparison.links,
+            comparison.worst_length_m,
+            comparison.worst_angle_rad,
+            comparison.worst_point_m,
+            comparison.worst_gain_db,
+            comparison.gain_off,
+            comparison.worst_phase_rad,
+        );
+    }
+    anyhow::ensure!(passes, "the traced paths disagree with {}", reference.display());
+    Ok(())
+}
+
+/// Table of what was found of the confirmed and the other reference paths, and of ours.
+fn tallies(of: [Tally; 3]) -> Table {
+    let at_edge = format!("within {} mm of an edge", 1e3 * EDGE_EXCEPTION_M);
+    let mut table = Table::new(["paths", "all", "matched", at_edge.as_str(), "unexplained"]);
+    let names = ["reference, confirmed", "reference, unconfirmed", "traced"];
+    for (name, tally) in names.into_iter().zip(of) {
+        let counts = [tally.total, tally.matched, tally.at_edge, tally.unexplained()];
+        table.row([name.to_owned()].into_iter().chain(counts.map(|n| n.to_string())));
+    }
+    table
 }

@@ -66,7 +66,7 @@ struct PathKeys {
     // Of `cslam trace --vertices`; `faces` of diffracted paths as well.
     faces: Option<IgnoredAny>,
     vertices: Option<IgnoredAny>,
-    // Of lists with diffracted paths: the kinds of interaction in order, the edge, its wedge, and the angles at it.
+    // Of lists with diffracted paths: the edge, its wedge, and the angles at it.
     kind: Option<IgnoredAny>,
     edge: Option<IgnoredAny>,
     edge_point: Option<IgnoredAny>,

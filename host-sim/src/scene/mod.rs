@@ -1,4 +1,4 @@
-//! The world as radio sees it: planar faces of one material, one-sided, with fast visibility queries.
+//! The world as radio sees it: planar faces of a material each, one-sided, with fast visibility queries.
 //!
 //! A scene comes from a file (JSON of `design/README.md` section 5, OBJ, PLY), from the list of built-in scenes or from
 //! the seeded city generator; all of them pass the same validation. A face is the boundary of a solid: it reflects on its
@@ -19,7 +19,7 @@ mod triangles;
 mod weld;
 
 pub use face::{Face, FaceError, MAX_COORDINATE_M, PLANARITY_TOLERANCE_M};
-pub use material::Material;
+pub use material::{Lobe, MATERIAL_NAMES, Material, Roughness};
 pub use place::{BUILT_IN_NAMES, REFERENCE_SCENE_JSON};
 
 use index::FaceIndex;
@@ -142,7 +142,10 @@ fn checked(raw: &[RawFace]) -> Result<Vec<Face>, SceneError> {
 #[derive(Debug)]
 pub struct Scene {
     name: String,
-    material: Material,
+    /// The scene's own, then those of single faces.
+    materials: Vec<Material>,
+    /// For every face, its place among the materials; empty when all have the scene's.
+    material_of: Vec<u16>,
     frequency_hz: f64,
     bounds: Bounds,
     faces: Vec<Face>,
@@ -170,7 +173,8 @@ impl Scene {
         ))?;
         Ok(Self {
             name: name.into(),
-            material,
+            materials: vec![material],
+            material_of: Vec::new(),
             frequency_hz,
             bounds: bounds.unwrap_or(hull),
             faces,
@@ -183,9 +187,42 @@ impl Scene {
         &self.name
     }
 
-    /// Material of every face.
+    /// Gives single faces a material of their own: for every face, `None` for the scene's, or the place of one of `own`.
+    ///
+    /// # Panics
+    /// When there are not as many places as faces, or one beyond the end of `own`, or 65 535 of these and more.
+    pub(crate) fn with_materials(mut self, own: &[Material], of_face: &[Option<u16>]) -> Self {
+        assert!(of_face.len() == self.faces.len() && own.len() < usize::from(u16::MAX));
+        assert!(
+            of_face
+                .iter()
+                .flatten()
+                .all(|&place| usize::from(place) < own.len())
+        );
+        self.materials.truncate(1);
+        self.materials.extend_from_slice(own);
+        self.material_of = of_face
+            .iter()
+            .map(|place| place.map_or(0, |place| place + 1))
+            .collect();
+        self
+    }
+
+    /// Material of the faces that have none of their own.
     pub fn material(&self) -> &Material {
-        &self.material
+        &self.materials[0]
+    }
+
+    /// All materials: the scene's, then those of single faces.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// Place of a face's material among all.
+    pub(crate) fn material_of(&self, face: u32) -> usize {
+        self.material_of
+            .get(face as usize)
+            .map_or(0, |&place| usize::from(place))
     }
 
     /// Carrier frequency, Hz.

@@ -140,23 +140,44 @@ pub(super) fn one_face_crosses(
     end: u32,
 ) -> bool {
     let faces = scene.faces();
+    let clear = |from: &Vec3, _: &Vec3, at: &Vec3| {
+        let clear_of_start = match start {
+            None => (at - from).norm(),
+            Some(face) => faces[face as usize].height_m(at),
+        };
+        clear_of_start > CLEAR_M && faces[end as usize].height_m(at) > CLEAR_M
+    };
+    one_face(scene, segments, |face| face != end && Some(face) != start, clear)
+}
+
+/// Whether one and the same convex face, other than the given ones, crosses all segments well clear of their ends.
+pub(super) fn one_face_hides(
+    scene: &Scene,
+    segments: impl Iterator<Item = (Vec3, Vec3)> + Clone,
+    except: &[u32],
+) -> bool {
+    let clear = |from: &Vec3, to: &Vec3, at: &Vec3| (at - from).norm().min((at - to).norm()) > CLEAR_M;
+    one_face(scene, segments, |face| !except.contains(&face), clear)
+}
+
+/// Whether one and the same convex face of those accepted crosses all segments, each at a place (start, end, place) that is
+/// clear.
+fn one_face(
+    scene: &Scene,
+    segments: impl Iterator<Item = (Vec3, Vec3)> + Clone,
+    accepted: impl Fn(u32) -> bool,
+    clear: impl Fn(&Vec3, &Vec3, &Vec3) -> bool,
+) -> bool {
     let Some((from, to)) = segments.clone().next() else {
         return false;
     };
     let occluder = scene.find_crossed(from, to, |candidate| {
-        let face = &faces[candidate as usize];
-        candidate != end
-            && Some(candidate) != start
+        let face = &scene.faces()[candidate as usize];
+        accepted(candidate)
             && face.is_convex()
             && segments.clone().all(|(from, to)| {
-                face.crossing(&from, &to).is_some_and(|t| {
-                    let at = from + (to - from) * t;
-                    let clear_of_start = match start {
-                        None => (at - from).norm(),
-                        Some(face) => faces[face as usize].height_m(&at),
-                    };
-                    clear_of_start > CLEAR_M && faces[end as usize].height_m(&at) > CLEAR_M
-                })
+                face.crossing(&from, &to)
+                    .is_some_and(|t| clear(&from, &to, &(from + (to - from) * t)))
             })
     });
     occluder.is_some()

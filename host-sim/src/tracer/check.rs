@@ -35,7 +35,7 @@ impl Tally {
         self.total - self.matched - self.at_edge
     }
 
-    fn add(&mut self, other: &Self) {
+    pub(super) fn add(&mut self, other: &Self) {
         self.total += other.total;
         self.matched += other.matched;
         self.at_edge += other.at_edge;
@@ -113,14 +113,15 @@ impl Comparison {
             };
             kind.total += 1;
             kind.matched += usize::from(found.is_some());
-            kind.at_edge += usize::from(found.is_none() && passes_edge(scene, &known_points(link, path)));
+            kind.at_edge +=
+                usize::from(found.is_none() && passes_edge(scene, &known_points(link, path), None));
         }
         result.traced.matched = traced.len() - free.len();
         result.traced.at_edge = free
             .iter()
             .filter(|path| {
                 let points: Vec<[f64; 3]> = [&[link.tx], path.vertices(), &[link.rx]].concat();
-                passes_edge(scene, &points)
+                passes_edge(scene, &points, None)
             })
             .count();
         result
@@ -154,12 +155,12 @@ fn amplitude(path: &LinkPath) -> Option<f64> {
     path.gain.map(|[re, im]| (re * re + im * im).sqrt())
 }
 
-fn length_error_m(path: &LinkPath, found: &TracedPath) -> f64 {
+pub(super) fn length_error_m(path: &LinkPath, found: &TracedPath) -> f64 {
     (path.delay_s * SPEED_OF_LIGHT_M_PER_S - found.length_m).abs()
 }
 
 /// Greatest of the zenith and azimuth errors at both ends; azimuths count by the arc that they make.
-fn angle_error_rad(path: &LinkPath, found: &TracedPath) -> f64 {
+pub(super) fn angle_error_rad(path: &LinkPath, found: &TracedPath) -> f64 {
     let end = |zenith: f64, azimuth: f64, found: [f64; 2]| {
         let turn = (azimuth - found[1] + PI).rem_euclid(TAU) - PI;
         (zenith - found[0]).abs().max(turn.abs() * libm::sin(zenith))
@@ -180,7 +181,7 @@ fn difference(path: &LinkPath, found: &TracedPath) -> f64 {
 }
 
 /// The points of a reference path that its file gives: a point between first and last bounce is not among them.
-fn known_points(link: &Link, path: &LinkPath) -> Vec<[f64; 3]> {
+pub(super) fn known_points(link: &Link, path: &LinkPath) -> Vec<[f64; 3]> {
     let mut points = vec![link.tx];
     points.extend(path.first_vertex);
     if path.order != Some(1) {
@@ -190,21 +191,23 @@ fn known_points(link: &Link, path: &LinkPath) -> Vec<[f64; 3]> {
     points
 }
 
-/// Whether a leg comes near an edge of any face.
-fn passes_edge(scene: &Scene, points: &[[f64; 3]]) -> bool {
+/// Whether a leg comes near an edge of any face, other than those through the point that diffracts.
+pub(super) fn passes_edge(scene: &Scene, points: &[[f64; 3]], diffracting: Option<[f64; 3]>) -> bool {
     let points: Vec<Vec3> = points.iter().map(|p| Vec3::from(*p)).collect();
+    let own = diffracting.map(Vec3::from);
     points.windows(2).any(|leg| {
         scene.faces().iter().any(|face| {
             let n = face.vertices().len();
             (0..n).any(|i| {
                 let edge = [face.vertices()[i], face.vertices()[(i + 1) % n]];
-                segment_distance_m([leg[0], leg[1]], edge) < EDGE_EXCEPTION_M
+                own.is_none_or(|p| segment_distance_m([p, p], edge) > EDGE_EXCEPTION_M)
+                    && segment_distance_m([leg[0], leg[1]], edge) < EDGE_EXCEPTION_M
             })
         })
     })
 }
 
-/// Least distance of two segments of positive length, m.
+/// Least distance of two segments, the second of positive length, m.
 fn segment_distance_m(first: [Vec3; 2], second: [Vec3; 2]) -> f64 {
     let (u, v, w) = (first[1] - first[0], second[1] - second[0], first[0] - second[0]);
     let (uu, uv, vv) = (u.norm_squared(), u.dot(&v), v.norm_squared());
@@ -217,7 +220,11 @@ fn segment_distance_m(first: [Vec3; 2], second: [Vec3; 2]) -> f64 {
         0.0
     };
     let t = ((uv * s + vw) / vv).clamp(0.0, 1.0);
-    let s = ((uv * t - uw) / uu).clamp(0.0, 1.0);
+    let s = if uu > 0.0 {
+        ((uv * t - uw) / uu).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
     (w + u * s - v * t).norm()
 }
 

@@ -11,82 +11,86 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
-use nalgebra::Complex;
+use nalgebra::{Complex, Vector3};
 
 use super::angles::theta_hat;
-use crate::scene::{Material, Vec3};
+use super::surface::Surface;
+use crate::scene::Vec3;
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 
 /// Greatest gain of a half-wave dipole, 2.15 dBi.
 const DIPOLE_GAIN: f64 = 1.643;
 
-/// Gain of the path through the given points (transmitter, interactions, receiver) and the normals of its bounces.
-pub(super) fn gain(
-    material: &Material,
+/// The field of a wave, world axes.
+pub(super) type Field = Vector3<Complex<f64>>;
+
+/// A face that reflects.
+#[derive(Clone, Copy)]
+pub(super) struct Bounce<'a> {
+    pub(super) normal: &'a Vec3,
+    pub(super) surface: &'a Surface,
+}
+
+/// Gain of the path through the given points (transmitter, interactions, receiver) and its bounces.
+pub(super) fn gain<'a>(
     frequency_hz: f64,
     points: &[Vec3],
-    normals: &[Vec3],
+    bounces: impl IntoIterator<Item = Bounce<'a>>,
     length_m: f64,
 ) -> Complex<f64> {
-    let [eta_re, eta_im] = material.complex_permittivity(frequency_hz);
-    let eta = Complex::new(eta_re, eta_im);
     let leg = |i: usize| (points[i + 1] - points[i]).normalize();
     let departure = leg(0);
     let mut direction = departure;
-    let mut field = theta_hat(&departure).map(|c| Complex::new(c, 0.0));
-    for (bounce, normal) in normals.iter().enumerate() {
+    let mut field = departing(&departure);
+    for (bounce, at) in bounces.into_iter().enumerate() {
         let reflected = leg(bounce + 1);
-        let across = direction.cross(normal);
-        // At normal incidence every split is as good as another.
-        let s = across
-            .try_normalize(1e-12)
-            .unwrap_or_else(|| any_perpendicular(&direction));
-        let [r_s, r_p] = fresnel(eta, -direction.dot(normal));
-        let along = |unit: &Vec3| field.x * unit.x + field.y * unit.y + field.z * unit.z;
-        let e_s = r_s * along(&s);
-        let e_p = r_p * along(&s.cross(&direction));
-        let p = s.cross(&reflected);
-        field = s.map(|c| e_s * c) + p.map(|c| e_p * c);
+        field = reflect(&field, &direction, &at, &reflected);
         direction = reflected;
     }
     // The angle of arrival points back to where the wave comes from.
     let arrival = -direction;
-    let receive = theta_hat(&arrival);
-    let received = field.x * receive.x + field.y * receive.y + field.z * receive.z;
     let wavelength_m = SPEED_OF_LIGHT_M_PER_S / frequency_hz;
-    received * (wavelength_m / (4.0 * PI * length_m) * dipole(&departure) * dipole(&arrival))
+    received(&field, &arrival)
+        * (wavelength_m / (4.0 * PI * length_m) * dipole(&departure) * dipole(&arrival))
+}
+
+/// Unit field of a vertical antenna towards a unit direction.
+pub(super) fn departing(departure: &Vec3) -> Field {
+    theta_hat(departure).map(|c| Complex::new(c, 0.0))
+}
+
+/// What a vertical antenna takes of a field that comes from a unit direction.
+pub(super) fn received(field: &Field, arrival: &Vec3) -> Complex<f64> {
+    along(field, &theta_hat(arrival))
+}
+
+/// Component of a field along a real unit vector.
+pub(super) fn along(field: &Field, unit: &Vec3) -> Complex<f64> {
+    field.x * unit.x + field.y * unit.y + field.z * unit.z
+}
+
+/// The field behind a bounce of a wave that comes along one unit direction and leaves along another.
+pub(super) fn reflect(field: &Field, direction: &Vec3, at: &Bounce<'_>, reflected: &Vec3) -> Field {
+    let across = direction.cross(at.normal);
+    // At normal incidence every split is as good as another.
+    let s = across
+        .try_normalize(1e-12)
+        .unwrap_or_else(|| any_perpendicular(direction));
+    let [r_s, r_p] = at.surface.reflection(-direction.dot(at.normal));
+    let e_s = r_s * along(field, &s);
+    let e_p = r_p * along(field, &s.cross(direction));
+    let p = s.cross(reflected);
+    s.map(|c| e_s * c) + p.map(|c| e_p * c)
 }
 
 /// Amplitude of a vertical half-wave dipole towards a unit direction, `sqrt(1.643) cos(pi/2 cos th) / sin th`.
-fn dipole(direction: &Vec3) -> f64 {
+pub(super) fn dipole(direction: &Vec3) -> f64 {
     let sin = (direction.x * direction.x + direction.y * direction.y).sqrt();
     // Towards the poles the quotient goes to zero like (pi / 4) sin.
     if sin < 1e-9 {
         return 0.0;
     }
     DIPOLE_GAIN.sqrt() * libm::cos(FRAC_PI_2 * direction.z) / sin
-}
-
-/// Fresnel coefficients [r_s, r_p] of a half-space of relative permittivity `eta` at the given cosine of incidence.
-fn fresnel(eta: Complex<f64>, cos: f64) -> [Complex<f64>; 2] {
-    let q = sqrt(eta - (1.0 - cos * cos));
-    let c = Complex::new(cos, 0.0);
-    [(c - q) / (c + q), (eta * cos - q) / (eta * cos + q)]
-}
-
-/// Principal square root by real square roots alone, which are exact on every machine; without cancellation.
-fn sqrt(z: Complex<f64>) -> Complex<f64> {
-    let magnitude = (z.re * z.re + z.im * z.im).sqrt();
-    let larger = (0.5 * (magnitude + z.re.abs())).sqrt();
-    if larger == 0.0 {
-        return Complex::new(0.0, 0.0);
-    }
-    let smaller = z.im / (2.0 * larger);
-    if z.re >= 0.0 {
-        Complex::new(larger, smaller)
-    } else {
-        Complex::new(smaller.abs(), larger.copysign(z.im))
-    }
 }
 
 fn any_perpendicular(direction: &Vec3) -> Vec3 {
@@ -97,47 +101,30 @@ fn any_perpendicular(direction: &Vec3) -> Vec3 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::surface::fresnel;
     use super::*;
-    fn lossless() -> Material {
-        Material::new(15.0, 0.0).unwrap()
-    }
+    use crate::scene::Material;
+    use crate::tracer::Propagation;
 
-    #[test]
-    fn fresnel_meets_its_limits() {
-        let eta = Complex::new(15.0, 0.0);
-        let n = 15.0_f64.sqrt();
-        let [s, p] = fresnel(eta, 1.0);
-        assert!((s.re - (1.0 - n) / (1.0 + n)).abs() < 1e-15 && s.im == 0.0);
-        assert!((p + s).norm() < 1e-15, "at normal incidence r_p = -r_s");
-        let [s, p] = fresnel(eta, 1e-12);
-        assert!(
-            (s + 1.0).norm() < 1e-10 && (p + 1.0).norm() < 1e-10,
-            "grazing: both -1"
-        );
-        // Brewster's angle, tan = n.
-        assert!(fresnel(eta, 1.0 / (1.0 + 15.0_f64).sqrt())[1].norm() < 1e-15);
-    }
-
-    #[test]
-    fn complex_root_squares_back() {
-        for z in [[3.0, -4.0], [14.2, -0.009], [-2.0, 0.5], [-2.0, -0.5], [0.0, 0.0]] {
-            let z = Complex::new(z[0], z[1]);
-            let root = sqrt(z);
-            assert!((root * root - z).norm() < 1e-14 && root.re >= 0.0);
-        }
+    fn lossless() -> Surface {
+        Surface::new(&Material::new(15.0, 0.0).unwrap(), 30e9, &Propagation::default())
     }
 
     #[test]
     fn level_line_of_sight_has_friis_gain() {
         let points = [Vec3::new(0.0, 0.0, 2.0), Vec3::new(30.0, 40.0, 2.0)];
-        let gain = gain(&lossless(), 30e9, &points, &[], 50.0);
+        let gain = gain(30e9, &points, [], 50.0);
         let friis = SPEED_OF_LIGHT_M_PER_S / 30e9 / (4.0 * PI * 50.0) * 1.643;
         assert!((gain.re - friis).abs() < 1e-12 * friis && gain.im == 0.0);
     }
 
     #[test]
     fn vertical_field_on_the_ground_is_p_and_on_a_wall_is_s() {
-        let material = lossless();
+        let surface = lossless();
+        let off = |normal: &Vec3, points: &[Vec3], length: f64| {
+            let surface = &surface;
+            gain(30e9, points, [Bounce { normal, surface }], length)
+        };
         let eta = Complex::new(15.0, 0.0);
         let friis = |length: f64| SPEED_OF_LIGHT_M_PER_S / 30e9 / (4.0 * PI * length);
         // Ground: 45 degrees down, 45 degrees up.
@@ -147,7 +134,7 @@ mod tests {
             Vec3::new(10.0, 0.0, 5.0),
         ];
         let length = 50.0_f64.sqrt() * 2.0;
-        let ground = gain(&material, 30e9, &points, &[Vec3::z()], length);
+        let ground = off(&Vec3::z(), &points, length);
         let amplitude = dipole(&Vec3::new(1.0, 0.0, -1.0).normalize()).powi(2) * friis(length);
         let r_p = fresnel(eta, 0.5_f64.sqrt())[1];
         assert!((ground.norm() - amplitude * r_p.norm()).abs() < 1e-12 * amplitude);
@@ -157,7 +144,7 @@ mod tests {
             Vec3::new(5.0, 5.0, 5.0),
             Vec3::new(0.0, 10.0, 5.0),
         ];
-        let wall = gain(&material, 30e9, &points, &[-Vec3::x()], length);
+        let wall = off(&-Vec3::x(), &points, length);
         let r_s = fresnel(eta, 0.5_f64.sqrt())[0];
         assert!(
             (wall - r_s * (friis(length) * 1.643)).norm() < 1e-12 * wall.norm(),

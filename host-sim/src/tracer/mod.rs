@@ -7,24 +7,37 @@
 //! exactly from the images, must lie in their faces, and every leg must be clear. All pruning is conservative: it may keep
 //! a branch that leads nowhere, never drop one that leads somewhere.
 //!
-//! Diffraction, transmission and diffuse scattering are not modelled. A result depends on the scene and the two end
+//! Beside these, and only when asked for ([`Propagation`]): diffraction at edges, diffuse scattering. Transmission is not modelled. A result depends on the scene and the two end
 //! points only, so it is the same for any batch and any number of threads.
 
 mod angles;
 mod batch;
 mod beam;
 mod check;
+mod check_edges;
+mod diffraction;
+mod edges;
 mod field;
 mod pairs;
 mod path;
+mod propagation;
+mod scatter;
+mod surface;
+mod tiles;
 mod tree;
+mod utd;
 
 pub use batch::for_each_link;
 pub use check::{Comparison, EDGE_EXCEPTION_M, Tally};
+pub use check_edges::{DiffractionComparison, STRONG_DB};
 pub use path::TracedPath;
+pub use propagation::{Diffraction, Diffuse, Propagation};
 pub use tree::ImageTree;
 
+use edges::Edges;
 use pairs::FacePairs;
+use surface::Surfaces;
+use tiles::Tiles;
 
 use crate::scene::Scene;
 
@@ -44,16 +57,39 @@ pub struct Tracer<'s> {
     scene: &'s Scene,
     pairs: FacePairs,
     max_order: usize,
+    propagation: Propagation,
+    /// With diffraction.
+    edges: Option<Edges>,
+    /// With diffuse scattering.
+    tiles: Option<Tiles>,
+    surfaces: Surfaces<'s>,
 }
 
 impl<'s> Tracer<'s> {
     /// A tracer for paths of up to `max_order` reflections (0 for line of sight alone); `None` above [`MAX_ORDER`].
     pub fn new(scene: &'s Scene, max_order: usize) -> Option<Self> {
+        Self::with(scene, max_order, Propagation::default())
+    }
+
+    /// The same with effects beyond specular reflection. A reflection beside an edge (RD, DR) counts towards `max_order`,
+    /// the edge does not.
+    pub fn with(scene: &'s Scene, max_order: usize, propagation: Propagation) -> Option<Self> {
         (max_order <= MAX_ORDER).then(|| Self {
             scene,
             pairs: FacePairs::new(scene.faces().len()),
             max_order,
+            propagation,
+            edges: propagation
+                .diffraction
+                .map(|options| Edges::of(scene, options.rims)),
+            tiles: propagation.diffuse.map(|_| Tiles::of(scene)),
+            surfaces: Surfaces::of_scene(scene, &propagation),
         })
+    }
+
+    /// What is followed beyond specular reflection.
+    pub fn propagation(&self) -> &Propagation {
+        &self.propagation
     }
 
     /// The scene.

@@ -1,15 +1,32 @@
 //! A traced path and its form in the paths format.
 
+use core::cmp::Ordering;
+
 use nalgebra::Complex;
 
 use super::MAX_ORDER;
-use crate::paths::LinkPath;
+use super::angles::zenith_azimuth;
+use crate::paths::{Kind, LinkPath};
+use crate::scene::Vec3;
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
+
+/// Paths of one kind whose interaction points all agree to this are one, m: they met where two coplanar faces share an
+/// edge, or where faces of touching solids coincide.
+const SAME_PATH_M: f64 = 1e-6;
+
+/// An interaction: where, and off which face, none for an edge.
+pub(super) struct Place {
+    pub(super) point: Vec3,
+    pub(super) face: Option<u32>,
+}
 
 /// One propagation path from a transmitter to a receiver.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TracedPath {
+    pub(super) kind: Kind,
     pub(super) order: usize,
+    /// Number of faces among the interactions.
+    pub(super) reflecting: usize,
     pub(super) faces: [u32; MAX_ORDER],
     pub(super) vertices: [[f64; 3]; MAX_ORDER],
     pub(super) length_m: f64,
@@ -19,14 +36,94 @@ pub struct TracedPath {
 }
 
 impl TracedPath {
-    /// Number of reflections; 0 is line of sight.
+    /// A path through interactions at most [`MAX_ORDER`], with its gain.
+    pub(super) fn through(
+        kind: Kind,
+        tx: &Vec3,
+        places: impl Iterator<Item = Place>,
+        rx: &Vec3,
+        gain: Complex<f64>,
+    ) -> Self {
+        let mut points = [*rx; MAX_ORDER + 2];
+        points[0] = *tx;
+        let mut faces = [0; MAX_ORDER];
+        let (mut order, mut reflecting) = (0, 0);
+        for place in places {
+            order += 1;
+            points[order] = place.point;
+            if let Some(face) = place.face {
+                faces[reflecting] = face;
+                reflecting += 1;
+            }
+        }
+        let mut vertices = [[0.0; 3]; MAX_ORDER];
+        for (place, vertex) in vertices.iter_mut().zip(&points[1..=order]) {
+            *place = (*vertex).into();
+        }
+        Self {
+            kind,
+            order,
+            reflecting,
+            faces,
+            vertices,
+            length_m: points[..order + 2]
+                .windows(2)
+                .map(|leg| (leg[1] - leg[0]).norm())
+                .sum(),
+            departure_rad: zenith_azimuth(&(points[1] - points[0])),
+            arrival_rad: zenith_azimuth(&(points[order] - points[order + 1])),
+            gain,
+        }
+    }
+
+    /// Strongest first; of equal strength, by order and faces.
+    pub(super) fn by_strength(&self, other: &Self) -> Ordering {
+        let weaker = other.gain.norm_sqr().total_cmp(&self.gain.norm_sqr());
+        weaker
+            .then(self.order.cmp(&other.order))
+            .then(self.faces().cmp(other.faces()))
+            .then(self.kind.cmp(&other.kind))
+    }
+
+    /// Keeps of paths that are one the first.
+    pub(super) fn drop_twins(paths: &mut Vec<Self>) {
+        let mut distinct: Vec<Self> = Vec::with_capacity(paths.len());
+        for path in paths.drain(..) {
+            if !distinct.iter().any(|known| known.is_twin(&path)) {
+                distinct.push(path);
+            }
+        }
+        *paths = distinct;
+    }
+
+    fn is_twin(&self, other: &Self) -> bool {
+        self.kind == other.kind
+            && (self.length_m - other.length_m).abs() < SAME_PATH_M
+            && self
+                .vertices()
+                .iter()
+                .zip(other.vertices())
+                .all(|(p, q)| (Vec3::from(*p) - Vec3::from(*q)).norm() < SAME_PATH_M)
+    }
+
+    /// What the wave meets on its way.
+    pub fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// Where an edge diffracts the wave, world frame, m.
+    pub fn edge_point(&self) -> Option<[f64; 3]> {
+        self.kind.edge().map(|at| self.vertices[at])
+    }
+
+    /// Number of interactions; 0 is line of sight.
     pub fn order(&self) -> usize {
         self.order
     }
 
     /// Indices of the reflecting faces in the scene, in the order that the wave meets them.
     pub fn faces(&self) -> &[u32] {
-        &self.faces[..self.order]
+        &self.faces[..self.reflecting]
     }
 
     /// All interaction points in the order that the wave meets them, world frame, m.
@@ -54,10 +151,11 @@ impl TracedPath {
         [self.gain.re, self.gain.im]
     }
 
-    /// The path as the paths format has it.
+    /// The path as the paths format has it; without kind, if reflections are all that it meets.
     pub fn to_link_path(&self) -> LinkPath {
         LinkPath {
             order: u8::try_from(self.order).ok(),
+            kind: (!self.kind.is_specular()).then_some(self.kind),
             delay_s: self.length_m / SPEED_OF_LIGHT_M_PER_S,
             aoa_zenith_rad: self.arrival_rad[0],
             aoa_azimuth_rad: self.arrival_rad[1],
@@ -67,6 +165,7 @@ impl TracedPath {
             gain: Some(self.gain()),
             first_vertex: self.vertices().first().copied(),
             last_vertex: self.vertices().last().copied(),
+            edge_point: self.edge_point(),
             snr_db: None,
             covariance: None,
             confirmed: None,

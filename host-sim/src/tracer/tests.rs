@@ -145,6 +145,45 @@ fn a_canyon_has_its_images_at_every_order() {
 }
 
 #[test]
+fn every_face_reflects_by_its_own_material() {
+    let walls = || {
+        vec![
+            rectangle([-500.0, 0.0, -500.0], [0.0, 0.0, 1000.0], [1000.0, 0.0, 0.0]),
+            rectangle([-500.0, 10.0, -500.0], [1000.0, 0.0, 0.0], [0.0, 0.0, 1000.0]),
+        ]
+    };
+    let brick = Material::named("brick").unwrap();
+    let gains = |scene: &Scene| -> Vec<(Vec<u32>, [f64; 2])> {
+        let tracer = Tracer::new(scene, 2).unwrap();
+        let paths = tracer.transmitter([0.0, 3.0, 1.0]).trace([40.0, 8.0, 4.0]);
+        let mut gains: Vec<_> = paths.iter().map(|p| (p.faces().to_vec(), p.gain())).collect();
+        gains.sort_by(|a, b| a.0.cmp(&b.0));
+        gains
+    };
+    let plain = gains(&scene_of(walls()));
+    let of_brick = gains(&Scene::new("test", brick, 30e9, None, walls()).unwrap());
+    let mixed = gains(&scene_of(walls()).with_materials(&[brick], &[None, Some(0)]));
+    for ((faces, gain), (plain, brick)) in mixed.iter().zip(plain.iter().zip(&of_brick)) {
+        let [gain, plain, brick] = [*gain, plain.1, brick.1];
+        match faces.as_slice() {
+            [] | [0] => assert_eq!(gain, plain),
+            [1] => assert_eq!(gain, brick),
+            _ => assert!(gain != plain && gain != brick, "{faces:?}"),
+        }
+    }
+    // One material for all counts before those of the faces.
+    let scene = scene_of(walls()).with_materials(&[brick], &[None, Some(0)]);
+    let tracer = Tracer::new(&scene, 2).unwrap();
+    let same = tracer
+        .transmitter([0.0, 3.0, 1.0])
+        .trace_with([40.0, 8.0, 4.0], &brick);
+    assert!(
+        same.iter()
+            .all(|path| of_brick.contains(&(path.faces().to_vec(), path.gain())))
+    );
+}
+
+#[test]
 fn walls_reflect_on_their_front_only() {
     let wall = rectangle([-5.0, 0.0, -5.0], [0.0, 0.0, 10.0], [10.0, 0.0, 0.0]);
     let scene = scene_of(vec![wall]);

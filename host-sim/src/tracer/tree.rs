@@ -2,19 +2,18 @@
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-use super::angles::zenith_azimuth;
 use super::beam::{Clipper, Plane, hidden, push_sides};
-use super::field;
+use super::diffraction::LitEdges;
+use super::field::{self, Bounce};
+use super::path::Place;
+use super::scatter::LitTiles;
+use super::surface::Surfaces;
 use super::{LEAST_DISTANCE_M, MAX_ORDER, TracedPath, Tracer};
-use crate::paths::Link;
+use crate::paths::{Kind, Link};
 use crate::scene::{Material, Scene, Vec3};
 
 /// Points must be at least this far in front of a face to be reflected by it, m.
 const IN_FRONT_M: f64 = 1e-9;
-
-/// Paths of equal order whose interaction points all agree to this are one, m: they met where two coplanar faces share an
-/// edge, or where faces of touching solids coincide.
-const SAME_PATH_M: f64 = 1e-6;
 
 const ROOT: u32 = u32::MAX;
 
@@ -31,6 +30,7 @@ struct Image {
 /// All images of one transmitter from which a wave may come, with the planes that bound their beams.
 #[derive(Debug)]
 pub struct ImageTree<'t> {
+    tracer: &'t Tracer<'t>,
     scene: &'t Scene,
     tx: Vec3,
     images: Vec<Image>,
@@ -41,6 +41,10 @@ pub struct ImageTree<'t> {
     by_face: Vec<FaceImages>,
     /// One for each image.
     obstacles: Vec<Obstacle>,
+    /// With diffraction.
+    lit_edges: Option<LitEdges<'t>>,
+    /// With diffuse scattering.
+    lit_tiles: Option<LitTiles<'t>>,
 }
 
 /// What blocked the last path from an image: leg and face. The next receiver is often behind the same wall; a look there
@@ -70,9 +74,10 @@ struct FaceImages {
 
 impl<'t> ImageTree<'t> {
     /// Grows the tree level by level.
-    pub(super) fn grow(tracer: &'t Tracer<'_>, tx: Vec3) -> Self {
+    pub(super) fn grow(tracer: &'t Tracer<'t>, tx: Vec3) -> Self {
         let scene = tracer.scene();
         let mut tree = Self {
+            tracer,
             scene,
             tx,
             images: Vec::new(),
@@ -80,6 +85,8 @@ impl<'t> ImageTree<'t> {
             sides: Vec::new(),
             by_face: Vec::new(),
             obstacles: Vec::new(),
+            lit_edges: None,
+            lit_tiles: None,
         };
         let mut clipper = Clipper::default();
         let mut level = 0..0;
@@ -100,6 +107,14 @@ impl<'t> ImageTree<'t> {
             .iter()
             .map(|_| Obstacle(AtomicU64::new(Obstacle::NONE)))
             .collect();
+        if let (Some(options), Some(edges)) = (tracer.propagation().diffraction, &tracer.edges) {
+            let once = (0..tree.images.len()).filter(|&i| tree.images[i].parent == ROOT);
+            let images = once.map(|i| (tree.images[i].face, tree.images[i].position, tree.sides_of(i)));
+            tree.lit_edges = Some(LitEdges::of(scene, edges, options, &tx, images));
+        }
+        if let (Some(options), Some(tiles)) = (tracer.propagation().diffuse, &tracer.tiles) {
+            tree.lit_tiles = Some(LitTiles::of(scene, tiles, options, &tx, &tracer.surfaces));
+        }
         tree
     }
 
@@ -169,51 +184,70 @@ impl<'t> ImageTree<'t> {
         self.images.len()
     }
 
-    /// All paths to a receiver, strongest first; of equal strength, by order and faces.
-    pub fn trace(&self, rx_m: [f64; 3]) -> Vec<TracedPath> {
-        self.trace_with(rx_m, self.scene.material())
+    /// The scene.
+    pub(super) fn scene(&self) -> &'t Scene {
+        self.scene
     }
 
-    /// The same as [`Self::trace`], with another material on every face than the scene's. Which paths exist does not
-    /// depend on it, only their strength does.
+    /// All paths to a receiver, strongest first; of equal strength, by order and faces.
+    pub fn trace(&self, rx_m: [f64; 3]) -> Vec<TracedPath> {
+        self.paths(rx_m, &self.tracer.surfaces)
+    }
+
+    /// The same as [`Self::trace`], with another material on every face than the scene's. Which specular paths exist does not
+    /// depend on it, only their strength does. What faces scatter stays that of the scene's materials.
     pub fn trace_with(&self, rx_m: [f64; 3], material: &Material) -> Vec<TracedPath> {
+        self.paths(
+            rx_m,
+            &Surfaces::all_of(material, self.scene, self.tracer.propagation()),
+        )
+    }
+
+    fn paths(&self, rx_m: [f64; 3], surfaces: &Surfaces<'_>) -> Vec<TracedPath> {
         let rx = Vec3::from(rx_m);
         let mut paths = Vec::new();
         if (rx - self.tx).norm() >= LEAST_DISTANCE_M && !self.scene.blocked(self.tx.into(), rx_m) {
-            paths.push(self.path(&[], &[], &rx, material));
+            paths.push(self.path(&[], &[], &rx, surfaces));
         }
         for face in self.by_face.iter().filter(|face| face.front.admits(&rx)) {
             for &image in &face.images {
                 if self.sides_of(image as usize).iter().all(|side| side.admits(&rx)) {
-                    paths.extend(self.reflect(image, &rx, material));
+                    paths.extend(self.reflect(image, &rx, surfaces));
                 }
             }
         }
-        paths.sort_by(|a, b| {
-            let weaker = b.gain.norm_sqr().total_cmp(&a.gain.norm_sqr());
-            weaker.then(a.order.cmp(&b.order)).then(a.faces().cmp(b.faces()))
-        });
-        let mut distinct: Vec<TracedPath> = Vec::with_capacity(paths.len());
-        for path in paths {
-            if !distinct.iter().any(|known| same(known, &path)) {
-                distinct.push(path);
-            }
+        paths.sort_by(TracedPath::by_strength);
+        TracedPath::drop_twins(&mut paths);
+        if let Some(lit) = &self.lit_edges {
+            paths.extend(lit.trace(self, &rx, surfaces, self.tracer.max_order() > 0));
+            paths.sort_by(TracedPath::by_strength);
         }
-        distinct
+        if let Some(lit) = &self.lit_tiles {
+            let strongest = paths.first().map_or(0.0, |path| path.gain.norm_sqr());
+            paths.extend(lit.trace(self.scene, &self.tx, &rx, surfaces, strongest));
+            paths.sort_by(TracedPath::by_strength);
+        }
+        paths
     }
 
-    /// Traced paths as a line of a paths file.
+    /// Traced paths as a line of a paths file. With diffraction or diffuse scattering every path says its kind.
     pub fn to_link(&self, rx_m: [f64; 3], paths: &[TracedPath]) -> Link {
-        Link {
+        let mut link = Link {
             tx: self.tx.into(),
             rx: rx_m,
             paths: paths.iter().map(TracedPath::to_link_path).collect(),
             ..Link::default()
+        };
+        if self.tracer.propagation().has_kinds() {
+            for (line, path) in link.paths.iter_mut().zip(paths) {
+                line.kind = Some(path.kind());
+            }
         }
+        link
     }
 
     /// The path from an image, if its reflection points exist and every leg is clear.
-    fn reflect(&self, image: u32, rx: &Vec3, material: &Material) -> Option<TracedPath> {
+    fn reflect(&self, image: u32, rx: &Vec3, surfaces: &Surfaces<'_>) -> Option<TracedPath> {
         let faces = self.scene.faces();
         // From the receiver back to the transmitter.
         let mut chain = [0_u32; MAX_ORDER];
@@ -242,7 +276,7 @@ impl<'t> ImageTree<'t> {
         }
         chain[..order].reverse();
         points[..order].reverse();
-        Some(self.path(&chain[..order], &points[..order], rx, material))
+        Some(self.path(&chain[..order], &points[..order], rx, surfaces))
     }
 
     /// Whether all legs are free, from the receiver back to the transmitter.
@@ -273,45 +307,22 @@ impl<'t> ImageTree<'t> {
         true
     }
 
-    fn path(&self, faces: &[u32], vertices: &[Vec3], rx: &Vec3, material: &Material) -> TracedPath {
+    fn path(&self, faces: &[u32], vertices: &[Vec3], rx: &Vec3, surfaces: &Surfaces<'_>) -> TracedPath {
         let order = faces.len();
         let mut points = [*rx; MAX_ORDER + 2];
         points[0] = self.tx;
         points[1..=order].copy_from_slice(vertices);
         let points = &points[..order + 2];
-        let mut normals = [Vec3::zeros(); MAX_ORDER];
-        for (normal, face) in normals.iter_mut().zip(faces) {
-            *normal = *self.scene.faces()[*face as usize].normal();
-        }
         let length_m = points.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum();
-        let mut path = TracedPath {
-            order,
-            faces: [0; MAX_ORDER],
-            vertices: [[0.0; 3]; MAX_ORDER],
-            length_m,
-            departure_rad: zenith_azimuth(&(points[1] - points[0])),
-            arrival_rad: zenith_azimuth(&(points[order] - points[order + 1])),
-            gain: field::gain(
-                material,
-                self.scene.frequency_hz(),
-                points,
-                &normals[..order],
-                length_m,
-            ),
-        };
-        path.faces[..order].copy_from_slice(faces);
-        for (place, vertex) in path.vertices.iter_mut().zip(vertices) {
-            *place = (*vertex).into();
-        }
-        path
+        let bounces = faces.iter().map(|&face| Bounce {
+            normal: self.scene.faces()[face as usize].normal(),
+            surface: surfaces.of(face),
+        });
+        let gain = field::gain(self.scene.frequency_hz(), points, bounces, length_m);
+        let places = vertices.iter().zip(faces).map(|(point, face)| Place {
+            point: *point,
+            face: Some(*face),
+        });
+        TracedPath::through(Kind::reflections(order), &self.tx, places, rx, gain)
     }
-}
-
-fn same(a: &TracedPath, b: &TracedPath) -> bool {
-    a.order == b.order
-        && (a.length_m - b.length_m).abs() < SAME_PATH_M
-        && a.vertices()
-            .iter()
-            .zip(b.vertices())
-            .all(|(p, q)| (Vec3::from(*p) - Vec3::from(*q)).norm() < SAME_PATH_M)
 }

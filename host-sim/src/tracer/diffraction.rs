@@ -1,0 +1,396 @@
+//! Paths with one diffraction: at an edge alone (D), reflected before it (RD) or behind it (DR).
+//!
+//! Unfolded about the line of an edge, source and receiver lie in one plane: the wave bends where the straight line between
+//! them meets the edge (Keller's cone). A source is the transmitter or its image at a face; a receiver likewise. Which part
+//! of which edge a source may light depends on the transmitter alone and is found once ([`LitEdges`]). A bound on the gain
+//! spares most of the tests for clearance.
+
+use core::f64::consts::PI;
+
+use nalgebra::Complex;
+
+use super::beam::{Plane, SLACK_M, one_face_hides};
+use super::edges::{AboutEdge, Edges, Flank, IN_FRONT_M, Wedge};
+use super::field::{Bounce, Field, along, departing, dipole, received, reflect};
+use super::path::{Place, TracedPath};
+use super::surface::{Surface, Surfaces};
+use super::tree::ImageTree;
+use super::utd::Incidence;
+use super::{Diffraction, LEAST_DISTANCE_M};
+use crate::paths::{Interaction, Kind};
+use crate::scene::{Scene, Vec3};
+use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
+
+/// Square of the dipole's greatest amplitude, for both ends.
+const DIPOLES: f64 = 1.643;
+
+/// A part of an edge that a source may light.
+#[derive(Debug)]
+struct LitEdge {
+    wedge: u32,
+    /// The face that the wave is reflected by before the edge.
+    face: Option<u32>,
+    /// Transmitter or image, m.
+    source: Vec3,
+    about: AboutEdge,
+    /// Angle of the source about the edge, rad.
+    phi_rad: f64,
+    /// The part, along the edge, m.
+    part_m: [f64; 2],
+}
+
+/// The edges that a transmitter and its images of one reflection may light.
+#[derive(Debug)]
+pub(super) struct LitEdges<'t> {
+    edges: &'t Edges,
+    options: Diffraction,
+    lit: Vec<LitEdge>,
+}
+
+/// A path on trial.
+struct Trial<'a> {
+    wedge: &'a Wedge,
+    incidence: Incidence,
+    /// Interactions in the order of travel, with the faces of the reflecting ones.
+    places: [(Vec3, Option<u32>); 2],
+    count: usize,
+}
+
+impl<'t> LitEdges<'t> {
+    /// Looks from a transmitter and its images (face, place, sides of the beam) of one reflection.
+    pub(super) fn of<'i>(
+        scene: &Scene,
+        edges: &'t Edges,
+        options: Diffraction,
+        tx: &Vec3,
+        images: impl Iterator<Item = (u32, Vec3, &'i [Plane])>,
+    ) -> Self {
+        let mut lit: Vec<LitEdge> = Vec::new();
+        let mut look = |face: Option<u32>, source: &Vec3, beam: &[Plane]| {
+            for (index, wedge) in edges.wedges.iter().enumerate() {
+                if face.is_some_and(|face| wedge.faces().contains(&face)) {
+                    continue;
+                }
+                let Some(about) = wedge.about(source) else {
+                    continue;
+                };
+                let Some(part_m) = clip(wedge, beam) else { continue };
+                let ends = part_m.map(|at_m| wedge.point(at_m));
+                let legs = ends.iter().map(|end| {
+                    let from = face.map_or(*source, |face| {
+                        let face = &scene.faces()[face as usize];
+                        let (behind, before) = (-face.height_m(source), face.height_m(end).max(0.0));
+                        source + (end - source) * (behind / (behind + before))
+                    });
+                    (from, *end)
+                });
+                let [first, second] = wedge.faces();
+                if one_face_hides(scene, legs, &[first, second, face.unwrap_or(first)]) {
+                    continue;
+                }
+                lit.push(LitEdge {
+                    wedge: index as u32,
+                    face,
+                    source: *source,
+                    about,
+                    phi_rad: about.angle_rad(),
+                    part_m,
+                });
+            }
+        };
+        look(None, tx, &[]);
+        for (face, source, sides) in images {
+            let mut beam = vec![Plane::front_of(&scene.faces()[face as usize])];
+            beam.extend_from_slice(sides);
+            look(Some(face), &source, &beam);
+        }
+        Self { edges, options, lit }
+    }
+
+    /// The strongest diffracted paths to a receiver; DR only when a reflection is allowed.
+    pub(super) fn trace(
+        &self,
+        tree: &ImageTree<'_>,
+        rx: &Vec3,
+        surfaces: &Surfaces<'_>,
+        reflections: bool,
+    ) -> Vec<TracedPath> {
+        let scene = tree.scene();
+        let seen: Vec<Option<AboutEdge>> = self.edges.wedges.iter().map(|wedge| wedge.about(rx)).collect();
+        let mut found = Vec::new();
+        for lit in &self.lit {
+            if let Some(about) = &seen[lit.wedge as usize] {
+                found.extend(self.try_path(tree, lit, None, rx, rx, about, surfaces));
+            }
+            if !reflections || lit.face.is_some() {
+                continue;
+            }
+            let wedge = &self.edges.wedges[lit.wedge as usize];
+            for &face in self.edges.lit_by(scene, lit.wedge) {
+                let mirror = &scene.faces()[face as usize];
+                if mirror.height_m(rx) <= IN_FRONT_M {
+                    continue;
+                }
+                let image = mirror.mirror(rx);
+                if let Some(about) = wedge.about(&image) {
+                    found.extend(self.try_path(tree, lit, Some(face), rx, &image, &about, surfaces));
+                }
+            }
+        }
+        found.sort_by(TracedPath::by_strength);
+        TracedPath::drop_twins(&mut found);
+        found.truncate(self.options.most_paths);
+        found
+    }
+
+    /// The path by a lit edge to a receiver, seen as `image` behind the face that reflects it last.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "both ends of a path, each with its reflection"
+    )]
+    fn try_path(
+        &self,
+        tree: &ImageTree<'_>,
+        lit: &LitEdge,
+        last: Option<u32>,
+        rx: &Vec3,
+        image: &Vec3,
+        about: &AboutEdge,
+        surfaces: &Surfaces<'_>,
+    ) -> Option<TracedPath> {
+        let (source, scene) = (&lit.about, tree.scene());
+        let off_m = source.off_m + about.off_m;
+        let at_m = (source.along_m * about.off_m + about.along_m * source.off_m) / off_m;
+        if !(lit.part_m[0]..=lit.part_m[1]).contains(&at_m) {
+            return None;
+        }
+        let hypotenuse = |a: f64, b: f64| (a * a + b * b).sqrt();
+        let before_m = hypotenuse(source.off_m, at_m - source.along_m);
+        let behind_m = hypotenuse(about.off_m, about.along_m - at_m);
+        if before_m.min(behind_m) < LEAST_DISTANCE_M {
+            return None;
+        }
+        let wedge = &self.edges.wedges[lit.wedge as usize];
+        let wavelength_m = SPEED_OF_LIGHT_M_PER_S / scene.frequency_hz();
+        let incidence = Incidence {
+            n: wedge.exterior_rad / PI,
+            k_rad_per_m: 2.0 * PI / wavelength_m,
+            sin_beta: off_m / (before_m + behind_m),
+            before_m,
+            behind_m,
+            phi_in_rad: lit.phi_rad,
+            phi_out_rad: about.angle_rad(),
+        };
+        let spread = wavelength_m / (4.0 * PI) / (before_m * behind_m * (before_m + behind_m)).sqrt();
+        let least = least_amplitude(&self.options);
+        if spread * DIPOLES * incidence.bound() < least {
+            return None;
+        }
+        let point = wedge.point(at_m);
+        let mut trial = Trial {
+            wedge,
+            incidence,
+            places: [(point, None); 2],
+            count: 1,
+        };
+        let mirrored = |face: u32, from: &Vec3| {
+            let mirror = &scene.faces()[face as usize];
+            let (before, behind) = (mirror.height_m(&point), -mirror.height_m(from));
+            let at = point + (from - point) * (before / (before + behind));
+            (before > IN_FRONT_M && mirror.contains(&at)).then_some((at, Some(face)))
+        };
+        if let Some(face) = lit.face {
+            trial.places[0] = mirrored(face, &lit.source)?;
+            trial.count = 2;
+        } else if let Some(face) = last {
+            trial.places[1] = mirrored(face, image)?;
+            trial.count = 2;
+        }
+        let tx = Vec3::from(tree.transmitter_m());
+        if !trial.is_clear(scene, &tx, rx) {
+            return None;
+        }
+        let path = trial.path(&tx, rx, scene, surfaces, spread);
+        (path.gain.norm() >= least).then_some(path)
+    }
+}
+
+fn least_amplitude(options: &Diffraction) -> f64 {
+    libm::pow(10.0, options.least_gain_db / 20.0)
+}
+
+/// The part of an edge within a beam, m along it.
+fn clip(wedge: &Wedge, beam: &[Plane]) -> Option<[f64; 2]> {
+    let [mut least, mut most] = [0.0, wedge.length_m];
+    for plane in beam {
+        let depth_m = plane.distance_m(&wedge.from) + SLACK_M;
+        let slope = plane.normal.dot(&wedge.along);
+        // Depth grows along the edge by the slope.
+        if slope > 0.0 {
+            least = f64::max(least, -depth_m / slope);
+        } else if slope < 0.0 {
+            most = f64::min(most, -depth_m / slope);
+        } else if depth_m < 0.0 {
+            return None;
+        }
+    }
+    (least <= most).then_some([least, most])
+}
+
+impl Trial<'_> {
+    fn places(&self) -> &[(Vec3, Option<u32>)] {
+        &self.places[..self.count]
+    }
+
+    /// Whether all legs are free, from the receiver back to the transmitter. Faces that a leg starts or ends on are none
+    /// that could block it: it leaves the wedge outwards.
+    fn is_clear(&self, scene: &Scene, tx: &Vec3, rx: &Vec3) -> bool {
+        let [first, second] = self.wedge.faces();
+        let own = |place: Option<&(Vec3, Option<u32>)>, face: u32| match place {
+            None => false,
+            Some((_, Some(mirror))) => *mirror == face,
+            Some((_, None)) => face == first || face == second,
+        };
+        let places = self.places();
+        (0..=places.len()).rev().all(|leg| {
+            let (near, far) = (places.get(leg), leg.checked_sub(1).and_then(|i| places.get(i)));
+            let [from, to] = [near.map_or(*rx, |p| p.0), far.map_or(*tx, |p| p.0)];
+            scene
+                .find_crossed(from, to, |face| !own(near, face) && !own(far, face))
+                .is_none()
+        })
+    }
+
+    fn path(&self, tx: &Vec3, rx: &Vec3, scene: &Scene, surfaces: &Surfaces<'_>, spread: f64) -> TracedPath {
+        let places = self.places();
+        let at = |i: usize| match i {
+            0 => *tx,
+            i => places.get(i - 1).map_or(*rx, |place| place.0),
+        };
+        let departure = (at(1) - at(0)).normalize();
+        let mut direction = departure;
+        let mut field = departing(&departure);
+        for (i, (_, face)) in places.iter().enumerate() {
+            let next = (at(i + 2) - at(i + 1)).normalize();
+            field = match face {
+                Some(face) => {
+                    let bounce = Bounce {
+                        normal: scene.faces()[*face as usize].normal(),
+                        surface: surfaces.of(*face),
+                    };
+                    reflect(&field, &direction, &bounce, &next)
+                }
+                None => diffract(&field, self.wedge, &self.incidence, &direction, &next, surfaces),
+            };
+            direction = next;
+        }
+        let gain = received(&field, &-direction) * (spread * dipole(&departure) * dipole(&-direction));
+        let interactions = [0, 1].map(|i| match self.places[i].1 {
+            Some(_) => Interaction::Reflection,
+            None => Interaction::Diffraction,
+        });
+        TracedPath::through(
+            Kind::of(&interactions[..self.count]).unwrap_or(Kind::reflections(0)),
+            tx,
+            places.iter().map(|(point, face)| Place {
+                point: *point,
+                face: *face,
+            }),
+            rx,
+            gain,
+        )
+    }
+}
+
+/// The field behind an edge over that before it, spreading apart (sqrt(m)): the four scalars with the Fresnel dyads of the
+/// faces, `-D2 I - D1 Mn M0 + D4 M0 + D3 Mn`, where face 0 is the one nearer to the incoming ray.
+fn diffract(
+    field: &Field,
+    wedge: &Wedge,
+    incidence: &Incidence,
+    incoming: &Vec3,
+    outgoing: &Vec3,
+    surfaces: &Surfaces<'_>,
+) -> Field {
+    let [first, second] = &wedge.flanks;
+    let exterior_rad = wedge.exterior_rad;
+    let turned = incidence.phi_in_rad > 0.5 * exterior_rad;
+    let (near, far, z, incidence) = if turned {
+        let other = |angle_rad: f64| exterior_rad - angle_rad;
+        let incidence = Incidence {
+            phi_in_rad: other(incidence.phi_in_rad),
+            phi_out_rad: other(incidence.phi_out_rad),
+            ..*incidence
+        };
+        (second, first, -wedge.along, incidence)
+    } else {
+        (first, second, wedge.along, *incidence)
+    };
+    let [d1, d2, d3, d4] = incidence.scalars();
+    let before = frame_before(&z, incoming);
+    let e = before.map(|unit| along(field, &unit));
+    // Off face 0 the incoming ray is mirrored; into the outgoing ray one that comes in mirrored at face n.
+    let mirrored = |ray: &Vec3, flank: &Flank| ray - flank.normal * (2.0 * ray.dot(&flank.normal));
+    let m_near = dyad(
+        near,
+        &z,
+        incoming,
+        &mirrored(incoming, near),
+        surfaces.of(near.face),
+    );
+    let m_far = dyad(far, &z, &mirrored(outgoing, far), outgoing, surfaces.of(far.face));
+    let once = times(&m_near, &e);
+    let (twice, last) = (times(&m_far, &once), times(&m_far, &e));
+    let [b, phi] = frame_behind(&z, outgoing);
+    let [e_b, e_phi] = [0, 1].map(|i| d4 * once[i] + d3 * last[i] - d2 * e[i] - d1 * twice[i]);
+    b.map(|c| e_b * c) + phi.map(|c| e_phi * c)
+}
+
+/// Unit vectors `[b', phi']` of a ray that comes to an edge along z.
+fn frame_before(z: &Vec3, ray: &Vec3) -> [Vec3; 2] {
+    let phi = -z.cross(ray).normalize();
+    [phi.cross(ray), phi]
+}
+
+/// Unit vectors `[b, phi]` of a ray that leaves an edge along z.
+fn frame_behind(z: &Vec3, ray: &Vec3) -> [Vec3; 2] {
+    let phi = z.cross(ray).normalize();
+    [phi.cross(ray), phi]
+}
+
+/// Fresnel dyad of a face of the wedge, rows `[b, phi]` of the reflected ray, columns `[b', phi']` of the incoming one.
+fn dyad(
+    flank: &Flank,
+    z: &Vec3,
+    incoming: &Vec3,
+    reflected: &Vec3,
+    surface: &Surface,
+) -> [[Complex<f64>; 2]; 2] {
+    if flank.black {
+        return [[Complex::new(0.0, 0.0); 2]; 2];
+    }
+    // Far from its boundaries a term may have a ray from behind; the coefficient of its angle serves.
+    let normal = if incoming.dot(&flank.normal) > 0.0 {
+        -flank.normal
+    } else {
+        flank.normal
+    };
+    let bounce = Bounce {
+        normal: &normal,
+        surface,
+    };
+    let columns = frame_before(z, incoming).map(|unit| {
+        let field = reflect(&unit.map(|c| Complex::new(c, 0.0)), incoming, &bounce, reflected);
+        frame_behind(z, reflected).map(|row| along(&field, &row))
+    });
+    [0, 1].map(|row| [columns[0][row], columns[1][row]])
+}
+
+fn times(m: &[[Complex<f64>; 2]; 2], e: &[Complex<f64>; 2]) -> [Complex<f64>; 2] {
+    [0, 1].map(|row| m[row][0] * e[0] + m[row][1] * e[1])
+}
+
+#[cfg(test)]
+mod exact;
+#[cfg(test)]
+mod tests;
