@@ -277,10 +277,15 @@ fn a_flight_from_raw_samples_finds_its_pose_and_repeats_bit_for_bit() {
     assert_eq!((&best["sweeps"], &best["scene"]), (&40.into(), &"outdoor".into()));
     let figure =
         |report: &serde_json::Value, part: &str, key: &str| report[part][key].as_f64().expect("known");
-    assert!(figure(&best, "trajectory", "position_rmse_m") < 0.3);
-    assert!(figure(&best, "clock", "rmse_ns") < 1.0);
-    assert!(figure(&best, "map", "accepted") >= 5.0);
-    assert!(figure(&best, "map", "precision_first_order") > 0.9);
+    // It printed .093 m, .49 deg, .27 ns, 154 points, all of the right order, .045 m off the walls, and .55 of the first-order paths:
+    // a receiver that is broken in any part is beyond one of these.
+    assert!(figure(&best, "trajectory", "position_rmse_m") < 0.15);
+    assert!(figure(&best, "trajectory", "attitude_rmse_deg") < 0.8);
+    assert!(figure(&best, "clock", "rmse_ns") < 0.4);
+    assert!(figure(&best, "map", "accepted") >= 120.0);
+    assert!(figure(&best, "map", "precision") > 0.97);
+    assert!(figure(&best, "map", "surface_rmse_m") < 0.07);
+    assert!(figure(&best, "map", "recall_first_order") > 0.45);
     // The same seed, the same bytes; and the paper's way through all stages is another flight.
     run("again", &[]);
     let read = |out: &str, name: &str| fs::read(directory.path().join(out).join(name)).expect("written");

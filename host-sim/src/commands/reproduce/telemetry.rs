@@ -126,7 +126,7 @@ fn kinds(budget: &Budget) -> Table {
         "",
         "packets",
         "bytes",
-        "bytes a packet",
+        "bytes per packet",
         "bytes/s",
         "of 57 600 baud, %",
     ]);
