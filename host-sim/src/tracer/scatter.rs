@@ -4,6 +4,7 @@
 //! of its own with a fixed phase drawn from seed, face and tile, so that fading over motion follows from the lengths. Weak
 //! tiles are gathered, one path a face.
 
+use core::cell::Cell;
 use core::f64::consts::{PI, TAU};
 use std::collections::{BTreeMap, HashMap};
 
@@ -113,7 +114,8 @@ impl<'t> LitTiles<'t> {
             }
         }
         let mut all = Self { tiles, options, lit };
-        let seen = all.shares(&all.lit, |_| false, |lit, point| sees(scene, lit.face, point, tx));
+        let eye = Eye::new(scene, tx);
+        let seen = all.shares(&all.lit, |_| false, |lit, point| eye.sees(lit.face, point));
         for (lit, seen) in all.lit.iter_mut().zip(seen) {
             lit.seen = seen;
         }
@@ -158,6 +160,7 @@ impl<'t> LitTiles<'t> {
 
     /// What every piece adds that both ends see.
     fn heard(&self, scene: &Scene, tx: &Vec3, rx: &Vec3, surfaces: &Surfaces<'_>) -> Vec<Heard> {
+        let eyes = [tx, rx].map(|end| Eye::new(scene, end));
         let mut all: Vec<(Lit, f64)> = Vec::with_capacity(self.lit.len());
         for lit in &self.lit {
             if scene.faces()[lit.face as usize].height_m(rx) <= SLACK_M {
@@ -172,7 +175,7 @@ impl<'t> LitTiles<'t> {
                 let Some(mut lit) = light(scene, tx, tile.face, quarter, surfaces) else {
                     continue;
                 };
-                lit.seen = self.sixteenths(&lit, quarter, &|lit, point| sees(scene, lit.face, point, tx));
+                lit.seen = self.sixteenths(&lit, quarter, &|lit, point| eyes[0].sees(lit.face, point));
                 all.extend(hear(scene, &lit, rx).map(|power| (lit, power)));
             }
         }
@@ -181,33 +184,33 @@ impl<'t> LitTiles<'t> {
             .into_iter()
             .filter(|(lit, _)| lit.seen > 0.0)
             .partition(|(lit, power)| lit.seen * power > FAINT * sum);
-        let mut seen = self.look(scene, tx, rx, &strong, STRONG * sum);
+        let mut seen = self.look(&eyes, &strong, STRONG * sum);
         let power = |seen: &[Heard]| seen.iter().map(|h| h.power).sum::<f64>();
         // What is heard through gaps alone is looked at closely altogether.
         if power(&seen) < GAPS * sum {
-            seen = self.look(scene, tx, rx, &strong, 0.0);
+            seen = self.look(&eyes, &strong, 0.0);
         }
         // Those that are faint beside hidden ones may be all that is heard.
         let heard = power(&seen);
         let left: f64 = weak.iter().map(|(lit, power)| lit.seen * power).sum();
         if left > 0.1 * heard {
-            seen.extend(self.look(scene, tx, rx, &weak, 0.0));
+            seen.extend(self.look(&eyes, &weak, 0.0));
         } else if left > 1e-3 * heard {
             let by_centre = weak
                 .iter()
-                .filter(|(lit, _)| sees(scene, lit.face, &lit.piece.centre, rx));
+                .filter(|(lit, _)| eyes[1].sees(lit.face, &lit.piece.centre));
             seen.extend(by_centre.map(|(lit, power)| lit.heard(power * lit.seen)));
         }
         seen
     }
 
     /// What is heard of lit pieces with their powers, shadows taken off; those above a power are looked at closely.
-    fn look(&self, scene: &Scene, tx: &Vec3, rx: &Vec3, pieces: &[(Lit, f64)], close: f64) -> Vec<Heard> {
+    fn look(&self, [tx, rx]: &[Eye<'_>; 2], pieces: &[(Lit, f64)], close: f64) -> Vec<Heard> {
         let lit: Vec<Lit> = pieces.iter().map(|(lit, _)| *lit).collect();
         let closely = |index: usize| pieces[index].1 > close;
         let shares = self.shares(&lit, closely, |lit, point| {
             // Where the transmitter sees a part, both boundaries may cross it.
-            sees(scene, lit.face, point, rx) && (lit.seen >= 1.0 || sees(scene, lit.face, point, tx))
+            rx.sees(lit.face, point) && (lit.seen >= 1.0 || tx.sees(lit.face, point))
         });
         let heard = pieces.iter().zip(shares).filter(|(_, share)| *share > 0.0);
         heard
@@ -350,9 +353,35 @@ fn gather(heard: &[Heard], tx: &Vec3, rx: &Vec3, key: impl Fn(&Heard) -> (u32, u
         .collect()
 }
 
-/// Whether an end sees a point of a face.
-fn sees(scene: &Scene, face: u32, point: &Vec3, end: &Vec3) -> bool {
-    scene.find_crossed(*point, *end, |other| other != face).is_none()
+/// An end that looks at points of faces.
+struct Eye<'s> {
+    scene: &'s Scene,
+    at: Vec3,
+    /// What stood in the way of the last point that was not seen: often it hides the next one too. It changes no answer.
+    last: Cell<Option<u32>>,
+}
+
+impl<'s> Eye<'s> {
+    fn new(scene: &'s Scene, at: &Vec3) -> Self {
+        Self {
+            scene,
+            at: *at,
+            last: Cell::new(None),
+        }
+    }
+
+    /// Whether it sees a point of a face.
+    fn sees(&self, face: u32, point: &Vec3) -> bool {
+        let hides = |last: u32| last != face && self.scene.blocked_by(last, *point, self.at);
+        if self.last.get().is_some_and(hides) {
+            return false;
+        }
+        let hiding = self.scene.find_crossed(*point, self.at, |other| other != face);
+        if hiding.is_some() {
+            self.last.set(hiding);
+        }
+        hiding.is_none()
+    }
 }
 
 /// The random numbers of a piece: its phase, then where in it it scatters.
