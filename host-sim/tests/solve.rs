@@ -117,7 +117,7 @@ fn bad_input_is_one_line_and_exit_2() {
         (
             &broken,
             "--range-sigma-m=-1",
-            "standard deviation c_tau_m must be",
+            "standard deviation c_tau_m is -1, expected a number of at least 0",
         ),
         (&broken, "--bounds=0,0,0,1,1", "--bounds wants six numbers"),
     ] {
