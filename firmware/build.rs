@@ -17,7 +17,7 @@ const BOARDS: [Board; 5] = [
     Board {
         feature: "qemu-an500",
         memory: "memory/mps2-an500.x",
-        binaries: &["checks-an500", "faults-an500", "receiver-an500"],
+        binaries: &["checks-an500", "faults-an500", "receiver-an500", "sweeps-an500"],
         scripts: &["defmt.x"],
     },
     Board {

@@ -19,8 +19,8 @@ pub(crate) fn run(mode: &str, recording: &Recording, icount: Option<&str>) -> Ru
     let folder = tempfile::tempdir().expect("a temporary folder");
     let [samples, lines] = ["samples", "lines"].map(|name| folder.path().join(name));
     fs::write(&samples, &recording.bytes).expect("a file");
-    let mut command = emulated_board("run", "checks-an500");
-    command.args(["--", "sweeps", mode]).args([&samples, &lines]);
+    let mut command = emulated_board("run", "sweeps-an500");
+    command.args(["--", mode]).args([&samples, &lines]);
     match icount {
         Some(icount) => command.env("CSLAM_ICOUNT", icount),
         None => command.env_remove("CSLAM_ICOUNT"),

@@ -6,15 +6,16 @@
 //!
 //! - `kernels`: the path estimator's kernels ([`kernels`]).
 //! - `networks`: the link state networks ([`networks`]).
-//! - `sweeps best|paper RECORDING LINES`: the whole path estimator over recorded sweeps ([`sweeps`]).
 //! - `flight 46|58 RECORDING LINES`: localization over a recorded flight, with so many states ([`flight`]).
 //! - `panic`, `fault`: ends that way, to see that whoever runs the board notices.
 //!
-//! Recording and lines are files of the host, by semihosting. Exit codes are those of `exit.rs`.
+//! Recording and lines are files of the host, by semihosting. Exit codes are those of `exit.rs`. The whole path estimator has an image of its own, `sweeps-an500`: beside the
+//! others' static data it would have no room for its stack.
 #![no_std]
 #![no_main]
 
-mod counter;
+#[path = "../icount/clock.rs"]
+mod clock;
 mod counts;
 #[path = "../an500/exit.rs"]
 mod exit;
@@ -28,9 +29,6 @@ mod networks;
 #[path = "../semihosting/recording.rs"]
 mod recording;
 mod rivals;
-#[path = "../icount/stages.rs"]
-mod stages;
-mod sweeps;
 #[path = "../semihosting/words.rs"]
 mod words;
 
@@ -52,7 +50,6 @@ fn main() -> ! {
         }
     } else if let Some([check, how, recording, lines]) = words() {
         match check.path().to_bytes() {
-            b"sweeps" => sweeps::run(&how, &recording, &lines),
             b"flight" => flight::run(&how, &recording, &lines),
             _ => Err(Exit::Usage),
         }
@@ -62,9 +59,7 @@ fn main() -> ! {
     exit(match outcome {
         Ok(()) => Exit::Done,
         Err(Exit::Usage) => {
-            defmt::error!(
-                "expected: kernels, networks, sweeps HOW RECORDING LINES, flight STATES RECORDING LINES, panic or fault"
-            );
+            defmt::error!("expected: kernels, networks, flight STATES RECORDING LINES, panic or fault");
             Exit::Usage
         }
         Err(other) => other,

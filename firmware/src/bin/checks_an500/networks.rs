@@ -10,10 +10,10 @@ use cslam_core::lscn::{Activations, Features, LinkGeometry, Network, Probabiliti
 use cslam_core::reflection::InputError;
 use cslam_firmware::lscn_check::{LINKS, Link, ModelFile, Networks, PAPER_INPUTS, PATHS, Which};
 
+use crate::clock::ticks;
 use crate::exit::Exit;
 use crate::measure::{between, report};
 use crate::rivals;
-use crate::stages::ticks;
 
 pub(crate) fn run() -> Result<(), Exit> {
     let files = cortex_m::singleton!(: [ModelFile; 3] = [ModelFile::EMPTY; 3]);

@@ -1,6 +1,6 @@
 //! Instructions of some work, as the board's clock counts them under `CSLAM_ICOUNT=10`.
 
-use crate::stages::{instructions, ticks};
+use crate::clock::{instructions, ticks};
 
 /// Instructions between two readings of the clock.
 pub(crate) fn between(start: u32, end: u32) -> u32 {

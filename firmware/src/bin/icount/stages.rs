@@ -1,22 +1,10 @@
 //! Instructions of the stages of path estimation, as the board's clock counts them under `CSLAM_ICOUNT=10`.
 
 use core::cell::Cell;
-use core::ptr;
 
 use cslam_core::ltd::{Meter, Stage};
 
-/// 32-bit up-counter of the board's FPGA, 25 MHz.
-const COUNTER: usize = 0x4002_8018;
-
-pub(crate) fn ticks() -> u32 {
-    // SAFETY: an aligned 32-bit register that exists on this board and that reading does not change.
-    unsafe { ptr::read_volatile(COUNTER as *const u32) }
-}
-
-/// Instructions of so many ticks: one takes 2^10 ns, a tick 40 ns, so there are 25.6 ticks to an instruction.
-pub(crate) fn instructions(ticks: u64) -> u64 {
-    ticks * 10 / 256
-}
+use crate::clock::{instructions, ticks};
 
 /// Adds up what each stage took, in ticks.
 pub(crate) struct Stages {

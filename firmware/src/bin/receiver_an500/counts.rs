@@ -3,7 +3,8 @@
 use cslam_core::ltd::{self, Meter};
 use cslam_firmware::app::Stage;
 
-use crate::stages::{Stages, instructions, ticks};
+use crate::clock::{instructions, ticks};
+use crate::stages::Stages;
 
 const STAGES: usize = Stage::ALL.len();
 

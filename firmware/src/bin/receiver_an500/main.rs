@@ -8,6 +8,8 @@
 #![no_std]
 #![no_main]
 
+#[path = "../icount/clock.rs"]
+mod clock;
 mod counts;
 #[path = "../an500/exit.rs"]
 mod exit;
