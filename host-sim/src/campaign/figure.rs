@@ -102,22 +102,24 @@ impl Figure {
         number(report, self.key)
     }
 
-    /// The figure of all flights together.
-    pub fn pool(&self, reports: &[&Value]) -> Option<f64> {
-        let values: Vec<f64> = reports.iter().filter_map(|report| self.of(report)).collect();
-        match self.pooled {
-            Pooled::Mean => (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64),
-            Pooled::Rms => statistics::rms(&values),
-            Pooled::By(key) => {
-                let pairs = reports
-                    .iter()
-                    .filter_map(|report| Some((self.of(report)?, number(report, key)?)));
-                let (sum, weight) = pairs.fold((0.0, 0.0), |(sum, all), (value, weight)| {
-                    (sum + value * weight, all + weight)
-                });
-                (weight > 0.0).then(|| sum / weight)
-            }
+    /// The figure of a flight, and what it weighs among others.
+    pub fn weighed(&self, report: &Value) -> Option<(f64, f64)> {
+        let weight = match self.pooled {
+            Pooled::Mean | Pooled::Rms => 1.0,
+            Pooled::By(key) => number(report, key)?,
+        };
+        Some((self.of(report)?, weight))
+    }
+
+    /// The figure of all flights together, of what each [weighs](Self::weighed).
+    pub fn pool(&self, flights: impl IntoIterator<Item = (f64, f64)>) -> Option<f64> {
+        let is_rms = self.pooled == Pooled::Rms;
+        let (mut sum, mut all) = (0.0, 0.0);
+        for (value, weight) in flights {
+            sum += weight * if is_rms { value * value } else { value };
+            all += weight;
         }
+        (all > 0.0).then(|| if is_rms { (sum / all).sqrt() } else { sum / all })
     }
 
     /// The worse end of a list: the value that 90 % of the flights are no worse than (`share` .9), or the worst (1).
@@ -163,10 +165,11 @@ mod tests {
     fn a_share_is_pooled_over_the_points_not_over_the_flights() {
         let of = |precision, accepted| json!({"map": {"precision": precision, "accepted": accepted}});
         let (many, few) = (of(1.0, 900), of(0.5, 100));
-        let pooled = FIGURES[0].pool(&[&many, &few]).expect("known");
+        let weighed = [&many, &few].map(|report| FIGURES[0].weighed(report).expect("known"));
+        let pooled = FIGURES[0].pool(weighed).expect("known");
         assert!((pooled - 0.95).abs() < 1e-12);
         assert_eq!(FIGURES[0].worse(&[1.0, 0.5], 1.0), Some(0.5));
         assert_eq!(FIGURES[6].worse(&[0.1, 0.5], 1.0), Some(0.5));
-        assert_eq!(FIGURES[0].pool(&[]), None);
+        assert_eq!(FIGURES[0].pool([]), None);
     }
 }

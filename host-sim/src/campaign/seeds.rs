@@ -70,22 +70,13 @@ impl Lists {
         rows.iter().flat_map(Row::flights).collect()
     }
 
-    /// What a flight is there for; `None` of one that is on no list.
-    pub fn purpose(&self, scene: &str, seed: u64) -> Option<Purpose> {
-        [Purpose::Tuning, Purpose::Reporting].into_iter().find(|purpose| {
-            self.flights(*purpose)
-                .iter()
-                .any(|(s, n)| s == scene && *n == seed)
-        })
-    }
-
     /// Refuses flights to report together with any others: whoever looks at both tunes on both.
     ///
     /// # Errors
     /// [`InputError`] naming one of each.
     pub fn refuse_mixture(&self, flights: &[(String, u64)]) -> Result<(), InputError> {
-        let is_reporting =
-            |(scene, seed): &&(String, u64)| self.purpose(scene, *seed) == Some(Purpose::Reporting);
+        let listed = self.flights(Purpose::Reporting);
+        let is_reporting = |flight: &&(String, u64)| listed.contains(flight);
         let (reporting, other) = (
             flights.iter().find(is_reporting),
             flights.iter().find(|flight| !is_reporting(flight)),

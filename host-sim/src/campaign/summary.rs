@@ -135,21 +135,22 @@ impl Summary {
 
 fn line(figure: &Figure, reports: &[&Value]) -> Line {
     let values: Vec<f64> = reports.iter().filter_map(|report| figure.of(report)).collect();
+    // Read once: the draws are many.
+    let flights: Vec<_> = reports
+        .iter()
+        .map(|report| (figure.of(report), figure.weighed(report)))
+        .collect();
     let (mut medians, mut pools) = (Vec::with_capacity(DRAWS), Vec::with_capacity(DRAWS));
     // The draws of every figure are the same flights.
     let mut random = Stream::new(0, 0);
     for _ in 0..DRAWS {
-        let drawn: Vec<&Value> = reports
+        let drawn: Vec<_> = flights
             .iter()
-            .filter_map(|_| {
-                reports
-                    .get((random.uniform() * reports.len() as f64) as usize)
-                    .copied()
-            })
+            .filter_map(|_| flights.get((random.uniform() * flights.len() as f64) as usize))
             .collect();
-        let of_drawn: Vec<f64> = drawn.iter().filter_map(|report| figure.of(report)).collect();
+        let of_drawn: Vec<f64> = drawn.iter().filter_map(|(value, _)| *value).collect();
         medians.extend(median(&of_drawn));
-        pools.extend(figure.pool(&drawn));
+        pools.extend(figure.pool(drawn.iter().filter_map(|(_, weighed)| *weighed)));
     }
     Line {
         key: figure.key,
@@ -158,7 +159,7 @@ fn line(figure: &Figure, reports: &[&Value]) -> Line {
         median_interval: INTERVAL.map(|q| quantile(&medians, q)),
         worse_10_percent: figure.worse(&values, 0.9),
         worst: figure.worse(&values, 1.0),
-        pooled: figure.pool(reports),
+        pooled: figure.pool(flights.iter().filter_map(|(_, weighed)| *weighed)),
         pooled_interval: INTERVAL.map(|q| quantile(&pools, q)),
     }
 }

@@ -305,54 +305,57 @@ struct Verdict<'a, C: Serialize> {
 }
 
 fn check(tracer: &Tracer<'_>, reference: &Path, json: bool) -> anyhow::Result<()> {
-    let links = paths::read(reference)?;
-    let comparison = Comparison::run(tracer, &links);
-    let passes = comparison.passes();
-    if json {
-        let comparison = &comparison;
-        println!("{}", serde_json::to_string(&Verdict { passes, comparison })?);
-    } else {
-        print!(
-            "{}",
-            tallies([comparison.confirmed, comparison.unconfirmed, comparison.traced])
-        );
-        println!(
-            "{} links; matched paths: c tau within {:.2e} m, angles within {:.2e} rad, gain within {:.4} dB ({} off)",
-            comparison.links,
-            comparison.worst_length_m,
-            comparison.worst_angle_rad,
-            comparison.worst_gain_db,
-            comparison.gain_off
-        );
-    }
-    anyhow::ensure!(passes, "the traced paths disagree with {}", reference.display());
-    Ok(())
+    let found = Comparison::run(tracer, &paths::read(reference)?);
+    let summary = format!(
+        "{} links; matched paths: c tau within {:.2e} m, angles within {:.2e} rad, gain within {:.4} dB ({} off)",
+        found.links, found.worst_length_m, found.worst_angle_rad, found.worst_gain_db, found.gain_off
+    );
+    let table = tallies([found.confirmed, found.unconfirmed, found.traced]);
+    conclude(
+        &found,
+        found.passes(),
+        &format!("{table}{summary}"),
+        reference,
+        json,
+    )
 }
 
 /// Comparison of the diffracted paths alone.
 fn check_diffraction(tracer: &Tracer<'_>, reference: &Path, json: bool) -> anyhow::Result<()> {
-    let links = paths::read(reference)?;
-    let comparison = DiffractionComparison::run(tracer, &links);
-    let passes = comparison.passes();
+    let found = DiffractionComparison::run(tracer, &paths::read(reference)?);
+    let summary = format!(
+        "{} links, kinds D, RD and DR above {STRONG_DB} dB; matched paths: c tau within {:.2e} m, angles within {:.2e} rad, \
+         edge points within {:.2e} m, gain within {:.4} dB ({} off) and {:.5} rad",
+        found.links,
+        found.worst_length_m,
+        found.worst_angle_rad,
+        found.worst_point_m,
+        found.worst_gain_db,
+        found.gain_off,
+        found.worst_phase_rad,
+    );
+    let table = tallies([found.confirmed, found.unconfirmed, found.traced]);
+    conclude(
+        &found,
+        found.passes(),
+        &format!("{table}{summary}"),
+        reference,
+        json,
+    )
+}
+
+/// Prints what a comparison came to; an error when the paths disagree.
+fn conclude<C: Serialize>(
+    comparison: &C,
+    passes: bool,
+    text: &str,
+    reference: &Path,
+    json: bool,
+) -> anyhow::Result<()> {
     if json {
-        let comparison = &comparison;
         println!("{}", serde_json::to_string(&Verdict { passes, comparison })?);
     } else {
-        print!(
-            "{}",
-            tallies([comparison.confirmed, comparison.unconfirmed, comparison.traced])
-        );
-        println!(
-            "{} links, kinds D, RD and DR above {STRONG_DB} dB; matched paths: c tau within {:.2e} m, angles within {:.2e} rad, \
-             edge points within {:.2e} m, gain within {:.4} dB ({} off) and {:.5} rad",
-            comparison.links,
-            comparison.worst_length_m,
-            comparison.worst_angle_rad,
-            comparison.worst_point_m,
-            comparison.worst_gain_db,
-            comparison.gain_off,
-            comparison.worst_phase_rad,
-        );
+        println!("{text}");
     }
     anyhow::ensure!(passes, "the traced paths disagree with {}", reference.display());
     Ok(())

@@ -66,17 +66,7 @@ pub struct Comparison {
 impl Comparison {
     /// Traces every link of a reference list and compares.
     pub fn run(tracer: &Tracer<'_>, reference: &[Link]) -> Self {
-        let mut sum = Self::default();
-        for of_one_tx in reference.chunk_by(|a, b| a.tx == b.tx) {
-            let Some(first) = of_one_tx.first() else { continue };
-            let tree = tracer.transmitter(first.tx);
-            let each: Vec<Self> = of_one_tx
-                .par_iter()
-                .map(|link| Self::of_link(tracer.scene(), link, &tree.trace(link.rx)))
-                .collect();
-            each.iter().for_each(|one| sum.add(one));
-        }
-        sum
+        each_link(tracer, reference, Self::of_link, Self::add)
     }
 
     /// Whether the tracer is right: every reference path found and nothing beyond them, edges excepted, gains included.
@@ -98,11 +88,7 @@ impl Comparison {
         let strongest = link.paths.iter().filter_map(amplitude).fold(0.0, f64::max);
         let mut free: Vec<&TracedPath> = traced.iter().collect();
         for path in &link.paths {
-            let best = (0..free.len())
-                .min_by(|&i, &j| difference(path, free[i]).total_cmp(&difference(path, free[j])));
-            let found = best
-                .filter(|&i| difference(path, free[i]) <= 1.0)
-                .map(|i| free.swap_remove(i));
+            let found = take_nearest(&mut free, |traced| difference(path, traced));
             if let Some(found) = found {
                 result.measure(path, found, strongest);
             }
@@ -226,6 +212,35 @@ fn segment_distance_m(first: [Vec3; 2], second: [Vec3; 2]) -> f64 {
         0.0
     };
     (w + u * s - v * t).norm()
+}
+
+/// Traces every link of a reference list, compares each, and adds up what that gives.
+pub(super) fn each_link<C: Default + Send>(
+    tracer: &Tracer<'_>,
+    reference: &[Link],
+    of_link: impl Fn(&Scene, &Link, &[TracedPath]) -> C + Sync,
+    add: impl Fn(&mut C, &C),
+) -> C {
+    let mut sum = C::default();
+    for of_one_tx in reference.chunk_by(|a, b| a.tx == b.tx) {
+        let Some(first) = of_one_tx.first() else { continue };
+        let tree = tracer.transmitter(first.tx);
+        let each: Vec<C> = of_one_tx
+            .par_iter()
+            .map(|link| of_link(tracer.scene(), link, &tree.trace(link.rx)))
+            .collect();
+        each.iter().for_each(|one| add(&mut sum, one));
+    }
+    sum
+}
+
+/// Takes out the path that differs least, if it is within the tolerances: by 1 at most.
+pub(super) fn take_nearest<'p>(
+    free: &mut Vec<&'p TracedPath>,
+    difference: impl Fn(&TracedPath) -> f64,
+) -> Option<&'p TracedPath> {
+    let best = (0..free.len()).min_by(|&i, &j| difference(free[i]).total_cmp(&difference(free[j])))?;
+    (difference(free[best]) <= 1.0).then(|| free.swap_remove(best))
 }
 
 #[cfg(test)]

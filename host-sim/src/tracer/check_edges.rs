@@ -1,9 +1,8 @@
 //! Compares traced diffracted paths with a reference list of kinds D, RD and DR.
 
-use rayon::prelude::*;
 use serde::Serialize;
 
-use super::check::{angle_error_rad, known_points, length_error_m, passes_edge};
+use super::check::{angle_error_rad, each_link, known_points, length_error_m, passes_edge, take_nearest};
 use super::{Tally, TracedPath, Tracer};
 use crate::paths::{Kind, Link, LinkPath};
 use crate::scene::{Scene, Vec3};
@@ -46,17 +45,7 @@ pub struct DiffractionComparison {
 impl DiffractionComparison {
     /// Traces every link of a reference list and compares. Other kinds of paths are no part of it.
     pub fn run(tracer: &Tracer<'_>, reference: &[Link]) -> Self {
-        let mut sum = Self::default();
-        for of_one_tx in reference.chunk_by(|a, b| a.tx == b.tx) {
-            let Some(first) = of_one_tx.first() else { continue };
-            let tree = tracer.transmitter(first.tx);
-            let each: Vec<Self> = of_one_tx
-                .par_iter()
-                .map(|link| Self::of_link(tracer.scene(), link, &tree.trace(link.rx)))
-                .collect();
-            each.iter().for_each(|one| sum.add(one));
-        }
-        sum
+        each_link(tracer, reference, Self::of_link, Self::add)
     }
 
     /// Whether every strong reference path is found with its gain and nothing strong beyond them, edges excepted.
@@ -84,11 +73,7 @@ impl DiffractionComparison {
             .filter_map(|p| p.gain_db())
             .fold(f64::NEG_INFINITY, f64::max);
         for path in expected {
-            let best = (0..free.len())
-                .min_by(|&i, &j| difference(path, free[i]).total_cmp(&difference(path, free[j])));
-            let found = best
-                .filter(|&i| difference(path, free[i]) <= 1.0)
-                .map(|i| free.swap_remove(i));
+            let found = take_nearest(&mut free, |traced| difference(path, traced));
             if let Some(found) = found {
                 result.traced.matched += usize::from(is_strong(found));
                 result.measure(path, found, strongest_db);

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::sync::OnceLock;
 
 use super::beam::{Clipper, Plane, one_face_hides};
-use crate::scene::{Face, Scene, Vec3};
+use crate::scene::{Scene, Vec3};
 
 /// Vertices closer than this are one, m.
 const WELD_M: f64 = 1e-3;
@@ -209,10 +209,25 @@ fn weld(scene: &Scene) -> Vec<Vec<u32>> {
         .collect()
 }
 
-/// Ends of a side of a face, in its sense of rotation, m.
-fn side(face: &Face, index: usize) -> [Vec3; 2] {
-    let vertices = face.vertices();
-    [vertices[index], vertices[(index + 1) % vertices.len()]]
+/// A side of a face, in its sense of rotation.
+struct Side {
+    from: Vec3,
+    to: Vec3,
+    along: Vec3,
+    length_m: f64,
+}
+
+/// A side of a face, unless it is too short for an edge.
+fn side(scene: &Scene, face: u32, index: usize) -> Option<Side> {
+    let vertices = scene.faces()[face as usize].vertices();
+    let [from, to] = [vertices[index], vertices[(index + 1) % vertices.len()]];
+    let length_m = (to - from).norm();
+    (length_m >= SHORTEST_M).then(|| Side {
+        from,
+        to,
+        along: (to - from) / length_m,
+        length_m,
+    })
 }
 
 fn flank(scene: &Scene, face: u32, along: &Vec3) -> Flank {
@@ -229,12 +244,12 @@ fn flank(scene: &Scene, face: u32, along: &Vec3) -> Flank {
 
 /// The wedge of two faces, if it is one that diffracts.
 fn convex(scene: &Scene, face: u32, index: usize, other: u32) -> Option<Wedge> {
-    let [from, to] = side(&scene.faces()[face as usize], index);
-    let length_m = (to - from).norm();
-    if length_m < SHORTEST_M {
-        return None;
-    }
-    let along = (to - from) / length_m;
+    let Side {
+        from,
+        along,
+        length_m,
+        ..
+    } = side(scene, face, index)?;
     let first = flank(scene, face, &along);
     let second = flank(scene, other, &-along);
     let angle = libm::atan2(second.inside.dot(&first.normal), second.inside.dot(&first.inside));
@@ -252,12 +267,12 @@ fn convex(scene: &Scene, face: u32, index: usize, other: u32) -> Option<Wedge> {
 
 /// The rim of a face as a screen, unless it rests on another face.
 fn rim(scene: &Scene, face: u32, index: usize) -> Option<Wedge> {
-    let [from, to] = side(&scene.faces()[face as usize], index);
-    let length_m = (to - from).norm();
-    if length_m < SHORTEST_M {
-        return None;
-    }
-    let along = (to - from) / length_m;
+    let Side {
+        from,
+        to,
+        along,
+        length_m,
+    } = side(scene, face, index)?;
     let first = flank(scene, face, &along);
     let middle = 0.5 * (from + to);
     let over = first.inside * (2.0 * WELD_M);

@@ -59,8 +59,6 @@ pub struct Counters {
     pub timing_rejected: u32,
     /// Times that a line of sight agreed with the clock which timing contradicted.
     pub timing_refuted: u32,
-    /// Times that sweeps in sight contradicted the pose so that timing was doubted.
-    pub timing_doubted: u32,
     /// Sweeps whose beacon was not believed.
     pub beacons_refused: u32,
     /// Measurements that came too late for the history, or out of order.

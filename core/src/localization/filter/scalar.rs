@@ -70,6 +70,17 @@ pub(super) struct Suspect {
     refuted: bool,
 }
 
+impl Suspect {
+    /// How far an exchange is from where these have the clock by now, m, and the time since the last of them, s.
+    fn apart(&self, time_ns: u64, offset_m: f64, drift_m_per_s: f64) -> (f64, f64) {
+        let dt_s = time_ns.saturating_sub(self.time_ns) as f64 * 1e-9;
+        (
+            wrap_delay_m(offset_m - self.offset_m - drift_m_per_s * dt_s),
+            dt_s,
+        )
+    }
+}
+
 /// What became of a two-way exchange when it was handed over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimingVerdict {
@@ -158,11 +169,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
             return;
         }
         let agreeing = self.suspect_clock.and_then(|before| {
-            let dt = time_ns.saturating_sub(before.time_ns) as f64 * 1e-9;
-            let drift = self.nominal.clock_drift_m_per_s;
-            let apart_m = wrap_delay_m(offset_m - before.offset_m - drift * dt);
-            let agrees = dt < SUSPECT_S && apart_m.abs() < STEP_AGREEMENT_M;
-            agrees.then_some((before, (apart_m, dt)))
+            let (apart_m, dt_s) = before.apart(time_ns, offset_m, self.nominal.clock_drift_m_per_s);
+            let agrees = dt_s < SUSPECT_S && apart_m.abs() < STEP_AGREEMENT_M;
+            agrees.then_some((before, (apart_m, dt_s)))
         });
         let exchanges = agreeing.map_or(1, |(before, _)| before.exchanges.saturating_add(1));
         let refuted = agreeing.is_some_and(|(before, _)| before.refuted);
@@ -208,9 +217,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// clock has become unsure since, and nothing has told which of the two has stepped.
     fn unresolved_m(&self, time_ns: u64, offset_m: f64, residual_m: f64) -> Option<f64> {
         let suspect = self.suspect_clock.as_ref()?;
-        let dt = time_ns.saturating_sub(suspect.time_ns) as f64 * 1e-9;
-        let apart_m = wrap_delay_m(offset_m - suspect.offset_m - self.nominal.clock_drift_m_per_s * dt);
-        let same = dt < SUSPECT_S && apart_m.abs() < residual_m.abs();
+        let (apart_m, dt_s) = suspect.apart(time_ns, offset_m, self.nominal.clock_drift_m_per_s);
+        let same = dt_s < SUSPECT_S && apart_m.abs() < residual_m.abs();
         same.then_some(suspect.contradicts_m)
     }
 
@@ -233,7 +241,6 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         self.covariance.spread(&along);
         self.health.clock_contested = true;
-        self.counters.timing_doubted = self.counters.timing_doubted.saturating_add(1);
     }
 
     /// Sets the clock as if no exchange had been before.
