@@ -89,6 +89,24 @@ pub struct LinkPath {
 }
 
 impl LinkPath {
+    /// What it met: a path without a kind met so many reflections as its order says. `None` when the list says neither.
+    pub fn kind_or_order(&self) -> Option<Kind> {
+        self.kind
+            .or_else(|| self.order.map(|order| Kind::reflections(order.into())))
+    }
+
+    /// Whether a face scattered it diffusely.
+    pub fn is_scattered(&self) -> bool {
+        let met = self.kind.as_ref().map_or(&[][..], Kind::interactions);
+        met.contains(&Interaction::Scattering)
+    }
+
+    /// Whether one reflection or diffraction made it: a path of its own, whose one interaction is a point of a surface. The pieces
+    /// of a wave that a wall scatters are none.
+    pub fn is_first_order(&self) -> bool {
+        self.order == Some(1) && !self.is_scattered()
+    }
+
     /// Power gain, dB; minus infinity for a path without any power, absent where the list does not say.
     pub fn gain_db(&self) -> Option<f64> {
         self.gain.map(|[re, im]| 10.0 * libm::log10(re * re + im * im))

@@ -80,7 +80,7 @@ mod tests {
     fn a_receiver_finds_its_settings_in_the_image() {
         let text = "[board]\nmount = [-2, 1, 3]\n[receiver.gmt_setup]\nposition_m = [1.5, -2.25, 0.0004]\nwithin_m = 0.8\n\
             [receiver.magnetic_field]\nstrength_ut = 48.0\ninclination_deg = 65.0\ndeclination_deg = -3.0\n";
-        let config = Config::parse(Path::new("c.toml"), text).expect("sound");
+        let config = Config::parse(Path::new("c.toml"), text, None).expect("sound");
         let settings = settings(7, [0xc5; 32], &config);
         assert_eq!(settings.mount.axes(), [-2, 1, 3]);
         assert_eq!(settings.gmt_place, GmtPlace::new([1500, -2250, 0], 800));

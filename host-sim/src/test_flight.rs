@@ -12,6 +12,7 @@ pub(crate) fn header(sweeps: usize) -> Header {
     Header {
         mode: "best".into(),
         scene: "test".into(),
+        world: None,
         seed: 1,
         planned_sweeps: sweeps,
         sweep_period_s: 0.5,

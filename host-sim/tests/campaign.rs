@@ -28,21 +28,21 @@ fn a_campaign_goes_on_where_it_was_and_is_compared() {
     let (code, table, errors) = fly(out, "1");
     assert_eq!(code, Some(0), "{errors}");
     assert!(
-        table.contains("default, best, 1 flights") && table.contains("position, rms, m"),
+        table.contains("budget, best, 1 flights") && table.contains("position, rms, m"),
         "{table}"
     );
-    let first = one.join("default.best.outdoor.1.json");
+    let first = one.join("budget.best.outdoor.1.json");
     let before = changed(&first);
     let (code, table, _) = fly(out, "2");
     assert!(code == Some(0) && table.contains("2 flights"), "{table}");
     assert_eq!(changed(&first), before, "flown again");
     let summary: serde_json::Value =
         serde_json::from_slice(&fs::read(one.join("summary.json")).expect("written")).expect("JSON");
-    assert_eq!(summary["default, best"]["flights"], 2);
+    assert_eq!(summary["budget, best"]["flights"], 2);
 
     // The same flights in another directory: nothing differs. One that is put right is found.
     fs::create_dir(&other).expect("writable");
-    fs::copy(&first, other.join("default.best.outdoor.1.json")).expect("copied");
+    fs::copy(&first, other.join("budget.best.outdoor.1.json")).expect("copied");
     let (code, text, _) = cslam(&["campaign", "--compare", out, compared]);
     assert!(
         code == Some(0) && text.contains("no figure of any flight differs"),
@@ -57,7 +57,7 @@ fn a_campaign_goes_on_where_it_was_and_is_compared() {
     let (code, _, errors) = fly(out, "1");
     assert_eq!(code, Some(2), "{errors}");
     assert!(
-        errors.contains("another build") && errors.contains("default.best.outdoor.1.json"),
+        errors.contains("another build") && errors.contains("budget.best.outdoor.1.json"),
         "{errors}"
     );
 }

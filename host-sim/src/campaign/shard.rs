@@ -14,7 +14,7 @@ use crate::input::read_text;
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Flight {
-    /// Name of the configuration: `default`, or the stem of its file.
+    /// Name of the world: the stem of its configuration file, its profile, or both.
     pub world: String,
     /// `best` or `paper`.
     pub mode: String,

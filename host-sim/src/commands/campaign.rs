@@ -18,7 +18,7 @@ use crate::interrupt;
 use crate::progress;
 use crate::report::Report;
 use crate::scene::Scene;
-use crate::world::World;
+use crate::world::{Profile, World};
 
 /// Arguments of `cslam campaign`.
 #[derive(clap::Args, Debug)]
@@ -42,6 +42,9 @@ pub(crate) struct Args {
     /// Whose methods
     #[arg(long, value_enum, num_args = 1.., default_values_t = [Mode::Best])]
     modes: Vec<Mode>,
+    /// Worlds, each with the configuration's keys over its own figures [default: the configuration's, budget]
+    #[arg(long = "world", value_enum, num_args = 1..)]
+    profiles: Vec<Profile>,
     /// Configurations (`cslam config`): each flight is flown with each. Their mode is that of --modes
     #[arg(long, value_name = "FILE", num_args = 1..)]
     configs: Vec<PathBuf>,
@@ -188,7 +191,7 @@ fn flown(
     interrupted: &AtomicBool,
 ) -> anyhow::Result<Option<serde_json::Value>> {
     let start = std::time::Instant::now();
-    let scene = Scene::load(&flight.scene)?;
+    let scene = config.world.scene(&flight.scene)?;
     let world = World::new(&scene, config.world.clone(), flight.seed)?;
     let planned = usize::try_from(world.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
     let mut receiver = config.receiver.clone();
@@ -250,20 +253,24 @@ fn flights(args: &Args) -> Result<Vec<(String, u64)>, InputError> {
 fn worlds(args: &Args) -> anyhow::Result<Vec<Named>> {
     let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
     let executable_crc = crc.checksum(&fs::read(std::env::current_exe()?)?);
-    let mut configs = Vec::new();
-    if args.configs.is_empty() {
-        configs.push(("default".to_owned(), Config::default()));
-    }
-    for file in &args.configs {
-        let name = file
-            .file_stem()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        if configs.iter().any(|(before, _)| *before == name) {
-            return Err(InputError::in_file(file, "has the name of another configuration").into());
+    let profiles: Vec<Option<Profile>> = match args.profiles[..] {
+        [] => vec![None],
+        ref some => some.iter().copied().map(Some).collect(),
+    };
+    let files: Vec<Option<&Path>> = match args.configs[..] {
+        [] => vec![None],
+        ref some => some.iter().map(|file| Some(file.as_path())).collect(),
+    };
+    let mut configs: Vec<(String, Config)> = Vec::new();
+    for file in files {
+        for profile in &profiles {
+            let config = Config::read(file, *profile)?;
+            let name = name(file, *profile);
+            if configs.iter().any(|(before, _)| *before == name) {
+                return Err(InputError::new(format!("two worlds have the name {name}")).into());
+            }
+            configs.push((name, config));
         }
-        configs.push((name, Config::read(Some(file))?));
     }
     let named = configs.into_iter().map(|(name, config)| {
         let text = toml::to_string(&config)?;
@@ -279,6 +286,16 @@ fn worlds(args: &Args) -> anyhow::Result<Vec<Named>> {
         })
     });
     named.collect()
+}
+
+/// Name of a world: that of its file, of the profile that was asked for, or both.
+fn name(file: Option<&Path>, asked: Option<Profile>) -> String {
+    let stem = file.and_then(Path::file_stem).map(|stem| stem.to_string_lossy());
+    match (stem, asked) {
+        (Some(stem), Some(profile)) => format!("{stem}-{}", profile.name()),
+        (Some(stem), None) => stem.into_owned(),
+        (None, profile) => profile.unwrap_or_default().name().to_owned(),
+    }
 }
 
 fn text_of(directory: &Path) -> String {

@@ -17,7 +17,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     match &args.check {
         None => print!("{DEFAULT}"),
         Some(file) => {
-            Config::read(Some(file))?;
+            Config::read(Some(file), None)?;
             progress::note(format_args!(
                 "{}: every key is known and in its range",
                 file.display()

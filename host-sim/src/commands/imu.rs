@@ -51,7 +51,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
             InputError::new(format!("--hours is {}, expected 0.01 to {MAX_HOURS}", args.hours)).into(),
         );
     }
-    let config = Config::read(args.config.as_deref())?.world.sensors.imu;
+    let config = Config::read(args.config.as_deref(), None)?.world.sensors.imu;
     let config = if args.in_flight {
         config
     } else {

@@ -64,7 +64,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
             config,
             mount,
         } => {
-            let mut config = Config::read(config.as_deref())?;
+            let mut config = Config::read(config.as_deref(), None)?;
             if let Some(mount) = mount {
                 config.board.mount = read_mount(mount)?;
             }

@@ -12,9 +12,8 @@ use crate::paths::Link;
 use crate::progress;
 use crate::recording::{self, Manifest};
 use crate::result_directory::ResultDirectory;
-use crate::scene::Scene;
 use crate::sigmf::{self, Codebook, Recording};
-use crate::world::{HeardSweep, World};
+use crate::world::{HeardSweep, Profile, World};
 
 /// Arguments of `cslam record`.
 #[derive(clap::Args, Debug)]
@@ -25,6 +24,9 @@ pub(crate) struct Args {
     /// Configuration file (TOML), of which [world] counts; `cslam config` shows what it may hold
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// The simulated world [default: the configuration's, budget]
+    #[arg(long, value_enum)]
+    world: Option<Profile>,
     /// Print the configuration with what the options changed as TOML and end
     #[arg(long)]
     print_config: bool,
@@ -47,7 +49,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
-    let mut config = Config::read(args.config.as_deref())?;
+    let mut config = Config::read(args.config.as_deref(), args.world)?;
     if let Some(duration_s) = args.duration {
         config.world.flight.duration_s = duration_s;
     }
@@ -55,7 +57,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         print!("{}", toml::to_string(&config)?);
         return Ok(());
     }
-    let scene = Scene::load(&args.scene)?;
+    let scene = config.world.scene(&args.scene)?;
     let world = World::new(&scene, config.world, args.seed)?;
     let manifest = write(&world, args)?;
     if args.json {

@@ -67,7 +67,7 @@ struct Written {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
-    let mut config = Config::read(args.config.as_deref())?.world.channel;
+    let mut config = Config::read(args.config.as_deref(), None)?.world.channel;
     if let Some(Preset::None) = args.impairments {
         config.impairments = Impairments::none();
     }

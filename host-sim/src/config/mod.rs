@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::input::limits::CONFIGURATION;
 use crate::input::{InputError, from_toml, read_text};
 use crate::measurement::Sigmas;
-use crate::world::WorldConfig;
+use crate::world::{Profile, WorldConfig};
 
 pub use board::BoardConfig;
 pub use filter::{FilterFigures, HpcFigures, ResidualFigures};
@@ -41,14 +41,24 @@ pub struct Config {
 }
 
 impl Config {
-    /// Reads a TOML file; keys that are missing keep their defaults. Without a file, the defaults.
+    /// The defaults of a world.
+    #[must_use]
+    pub fn of(profile: Profile) -> Self {
+        Self {
+            world: WorldConfig::of(profile),
+            ..Self::default()
+        }
+    }
+
+    /// Reads a TOML file; keys that are missing keep their defaults. Without a file, the defaults. `profile`, or else
+    /// `world.profile` of the file, says which the defaults of the world are.
     ///
     /// # Errors
     /// [`InputError`] naming file, line and key when a key does not belong, is of the wrong type or out of range.
-    pub fn read(file: Option<&Path>) -> Result<Self, InputError> {
+    pub fn read(file: Option<&Path>, profile: Option<Profile>) -> Result<Self, InputError> {
         match file {
-            Some(file) => Self::parse(file, &read_text(file, &CONFIGURATION)?),
-            None => Ok(Self::default()),
+            Some(file) => Self::parse(file, &read_text(file, &CONFIGURATION)?, profile),
+            None => Ok(Self::of(profile.unwrap_or_default())),
         }
     }
 
@@ -56,9 +66,31 @@ impl Config {
     ///
     /// # Errors
     /// As [`Config::read`].
-    pub fn parse(file: &Path, text: &str) -> Result<Self, InputError> {
-        let config: Self = from_toml(file, text)?;
+    pub fn parse(file: &Path, text: &str, profile: Option<Profile>) -> Result<Self, InputError> {
+        let said: Self = from_toml(file, text)?;
+        let profile = profile.unwrap_or(said.world.profile);
+        let config = if profile == Profile::default() {
+            // What is not said is what the types begin with.
+            let world = WorldConfig {
+                profile,
+                ..said.world
+            };
+            Self { world, ..said }
+        } else {
+            Self::of(profile)
+                .overlaid(text, profile)
+                .map_err(|error| InputError::in_file(file, error.message()))?
+        };
         config.check().map_err(|error| error.in_toml(file, text))?;
+        Ok(config)
+    }
+
+    /// This configuration with what a sound text says instead.
+    fn overlaid(&self, text: &str, profile: Profile) -> Result<Self, toml::de::Error> {
+        let mut all = toml::Table::try_from(self).map_err(serde::de::Error::custom)?;
+        overlay(&mut all, toml::from_str(text)?);
+        let mut config: Self = all.try_into()?;
+        config.world.profile = profile;
         Ok(config)
     }
 
@@ -72,6 +104,16 @@ impl Config {
             .check()
             .map_err(|error| error.under("path_errors"))?;
         self.receiver.check().map_err(|error| error.under("receiver"))
+    }
+}
+
+/// Puts the keys of one table over those of another; tables within them key by key, lists whole.
+fn overlay(below: &mut toml::Table, above: toml::Table) {
+    for (key, value) in above {
+        match (below.get_mut(&key), value) {
+            (Some(toml::Value::Table(below)), toml::Value::Table(above)) => overlay(below, above),
+            (_, value) => drop(below.insert(key, value)),
+        }
     }
 }
 

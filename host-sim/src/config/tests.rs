@@ -18,7 +18,36 @@ fn full_text() -> String {
 }
 
 fn parse(text: &str) -> Result<Config, String> {
-    Config::parse(Path::new("c.toml"), text).map_err(|error| error.to_string())
+    Config::parse(Path::new("c.toml"), text, None).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_profile_fills_what_is_not_said() {
+    for profile in [Profile::Ideal, Profile::Budget, Profile::Real] {
+        let text = format!("[world]\nprofile = \"{}\"\n", profile.name());
+        assert_eq!(parse(&text).expect("sound"), Config::of(profile));
+        // The option counts, not the file.
+        let asked = Config::parse(Path::new("c.toml"), &text, Some(Profile::Real));
+        assert_eq!(asked.expect("sound"), Config::of(Profile::Real));
+    }
+    let text =
+        "world.profile = \"real\"\nworld.propagation.diffuse = false\nworld.flight.limits.tilt_deg = 20.0\n";
+    let mut expected = Config::of(Profile::Real);
+    expected.world.propagation.diffuse = false;
+    expected.world.flight.limits.tilt_deg = 20.0;
+    assert_eq!(parse(text).expect("sound"), expected);
+    assert!(expected.world.propagation.diffraction && expected != Config::default());
+    // A file that says everything is the world that it says, whatever it is called.
+    let mut real = Config::default();
+    real.world.profile = Profile::Real;
+    let text = toml::to_string(&real).expect("serialisable");
+    assert_eq!(parse(&text).expect("sound"), real);
+    let wrong =
+        parse("world.profile = \"real\"\n[world.propagation]\nmax_order = 7\n").expect_err("too many");
+    assert!(
+        wrong.starts_with("c.toml:3: world.propagation.max_order is 7, expected 0 to 6"),
+        "{wrong}"
+    );
 }
 
 /// A key of the full text, and what its comment says.

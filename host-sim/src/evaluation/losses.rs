@@ -101,7 +101,7 @@ impl FirstOrderPaths {
             return;
         };
         let measured = &sweep.estimate.paths;
-        for (index, _) in link.paths.iter().enumerate().filter(|(_, p)| p.order == Some(1)) {
+        for (index, _) in link.paths.iter().enumerate().filter(|(_, p)| p.is_first_order()) {
             self.paths += 1;
             let heard = sweep.truth.matches.iter().position(|m| *m == Some(index));
             let number = match heard.and_then(|path| measured.get(path)) {

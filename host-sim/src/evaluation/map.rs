@@ -1,5 +1,7 @@
 //! Figures of the map: the accepted points against their paths, the map against the surfaces.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::completeness::{Completeness, Lit, Part};
@@ -27,6 +29,9 @@ pub struct MapFigures {
     pub accepted: usize,
     /// Those of them that paths of several reflections gave, off mirrors that were known.
     pub accepted_higher_order: usize,
+    /// Accepted points by what the true path behind them met ([`Kind`](crate::paths::Kind)): `R` one reflection, `D` one edge, `RD` both, `S` a piece of
+    /// a diffusely scattered wave. Without ghosts.
+    pub accepted_kinds: BTreeMap<String, usize>,
     /// Accepted points whose measured path has no true one behind it.
     pub ghosts: usize,
     /// Share of accepted points whose path truly had as many reflections as they presume; ghosts count as wrong, and so do points
@@ -95,7 +100,7 @@ pub struct PointErrors {
 /// True first-order reflection points of the flight, in the order of the sweeps.
 pub fn true_vertices_m(log: &FlightLog) -> Vec<[f64; 3]> {
     let links = log.sweeps.iter().filter_map(|s| s.truth.link.as_ref());
-    let first = links.flat_map(|link| &link.paths).filter(|p| p.order == Some(1));
+    let first = links.flat_map(|link| &link.paths).filter(|p| p.is_first_order());
     first.filter_map(|p| p.last_vertex).collect()
 }
 
@@ -153,6 +158,9 @@ fn judge_points(log: &FlightLog, figures: &mut MapFigures) -> Vec<f64> {
             continue;
         };
         figures.ghosts += usize::from(truth.is_none());
+        if let Some(kind) = truth.and_then(LinkPath::kind_or_order) {
+            *figures.accepted_kinds.entry(kind.to_string()).or_default() += 1;
+        }
         let right = truth.filter(|path| path.order == Some(point.order));
         let vertex = right.and_then(|path| vertex(path, point));
         let error_m = vertex.map(|vertex| distance(point.position_m, vertex));
@@ -167,18 +175,22 @@ fn judge_points(log: &FlightLog, figures: &mut MapFigures) -> Vec<f64> {
     let (mut all, mut measured, mut rich) = (0, 0, Vec::new());
     for sweep in &log.sweeps {
         let paths = sweep.truth.link.iter().flat_map(|l| &l.paths);
-        let here = paths.filter(|p| p.order == Some(1)).count();
+        let here = paths.filter(|p| p.is_first_order()).count();
         all += here;
         if here > 0 {
             rich.push(sweep.sweep);
         }
-        let order_of = |index: &usize| sweep.truth.link.as_ref()?.paths.get(*index)?.order;
+        let is_first_order = |index: &&usize| {
+            let link = sweep.truth.link.as_ref();
+            link.and_then(|link| link.paths.get(**index))
+                .is_some_and(LinkPath::is_first_order)
+        };
         measured += sweep
             .truth
             .matches
             .iter()
             .flatten()
-            .filter(|i| order_of(i) == Some(1))
+            .filter(is_first_order)
             .count();
     }
     rich.sort_unstable();

@@ -3,7 +3,8 @@
 //! Both are compared as the receiver's antennas see them: a true path's delay with the true clock offset on it, its
 //! angle of arrival turned into the true body axes. So the errors of pose and clock play no part, and what is left is
 //! the error of path estimation. Pairs farther apart than the gates in delay or in angle are not made; within the gates
-//! as many pairs as possible, at the least sum of squared distances in units of the gates.
+//! as many pairs as possible, at the least sum of squared distances in units of the gates. Pieces of diffusely scattered waves come
+//! into question for those measured paths alone that no other true path is behind.
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -54,7 +55,7 @@ fn match_sweep(sweep: &SweepRecord, gates: &MatchGates, cycle_m: Option<f64>) ->
         .map(|path| apparent(path, &to_body, clock_m))
         .collect();
     let measured = &sweep.estimate.paths;
-    assign(measured.len(), seen.len(), 2.0, |row, column| {
+    let cost = |row: usize, column: usize| {
         let path: &MeasuredPath = &measured[row];
         let (c_tau_m, direction) = &seen[column];
         let apart_m = wrapped(path.c_tau_m - c_tau_m, cycle_m).abs() / gates.delay_m;
@@ -63,7 +64,26 @@ fn match_sweep(sweep: &SweepRecord, gates: &MatchGates, cycle_m: Option<f64>) ->
             .to_degrees()
             / gates.angle_deg;
         (apart_m <= 1.0 && angle <= 1.0).then_some(apart_m * apart_m + angle * angle)
-    })
+    };
+    // The pieces of scattered waves lie everywhere, also beside the path that was measured: what is left may be one of them.
+    let (pieces, waves): (Vec<usize>, Vec<usize>) =
+        (0..seen.len()).partition(|&column| link.paths[column].is_scattered());
+    let among = |rows: &[usize], columns: &[usize]| {
+        let chosen = assign(rows.len(), columns.len(), 2.0, |row, column| {
+            cost(rows[row], columns[column])
+        });
+        let found = chosen
+            .into_iter()
+            .map(|column| column.map(|column| columns[column]));
+        found.collect::<Vec<_>>()
+    };
+    let rows: Vec<usize> = (0..measured.len()).collect();
+    let mut matches = among(&rows, &waves);
+    let left: Vec<usize> = rows.into_iter().filter(|&row| matches[row].is_none()).collect();
+    for (row, column) in left.iter().zip(among(&left, &pieces)) {
+        matches[*row] = column;
+    }
+    matches
 }
 
 /// Length and body-frame direction of a true path as the antennas see it.
@@ -92,6 +112,7 @@ mod tests {
     use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 
     use super::*;
+    use crate::paths::{Interaction, Kind};
     use crate::test_flight::{measured, sweep, true_path};
 
     /// A UAV that looks north (yaw of 90 degrees) with its clock 100 ns ahead hears three paths.
@@ -153,5 +174,27 @@ mod tests {
             match_sweep(&record, &MatchGates::default(), Some(cycle_m)),
             [Some(0)]
         );
+    }
+
+    #[test]
+    fn a_piece_of_a_scattered_wave_is_behind_what_nothing_else_is_behind() {
+        let near = [
+            measured(50.3 + CLOCK_M, [FRAC_PI_2, 0.0]),
+            measured(80.1 + CLOCK_M, [FRAC_PI_2, 0.0]),
+        ];
+        let mut record = heard(near.to_vec());
+        let link = record.truth.link.as_mut().expect("made with one");
+        let piece = |length_m| LinkPath {
+            kind: Kind::of(&[Interaction::Scattering]),
+            ..true_path(1, length_m, [FRAC_PI_2, FRAC_PI_2])
+        };
+        // Nearer to the first measured path than line of sight is.
+        link.paths.extend([piece(50.3), piece(80.0)]);
+        assert_eq!(
+            match_sweep(&record, &MatchGates::default(), None),
+            [Some(0), Some(4)]
+        );
+        let path = &record.truth.link.as_ref().expect("made with one").paths[4];
+        assert!(path.order == Some(1) && !path.is_first_order());
     }
 }

@@ -102,7 +102,7 @@ pub(super) fn truth(out: &mut impl Write, encoding: Encoding, log: &FlightLog) -
             .link
             .iter()
             .flat_map(|l| &l.paths)
-            .filter(|p| p.order == Some(1));
+            .filter(|p| p.is_first_order());
         for place in first.filter_map(|p| p.last_vertex) {
             places.push(place);
             times.push(sweep.time_s as f32);

@@ -34,6 +34,9 @@ pub struct Header {
     pub mode: String,
     /// Name of the scene or file.
     pub scene: String,
+    /// Profile of the simulated world; `None` when none was simulated.
+    #[serde(default)]
+    pub world: Option<String>,
     /// Seed of the flight and of every error.
     pub seed: u64,
     /// Sweeps that were planned. Fewer in [`FlightLog::sweeps`] means that the flight was ended early.

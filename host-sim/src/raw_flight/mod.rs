@@ -236,6 +236,7 @@ mod tests {
         let header = Header {
             mode: "best".into(),
             scene: "outdoor".into(),
+            world: Some(world.profile().name().to_owned()),
             seed: 3,
             planned_sweeps: 8,
             sweep_period_s: 0.5,

@@ -21,6 +21,8 @@ pub struct Report {
     pub mode: String,
     /// Scene or path list.
     pub scene: String,
+    /// Profile of the simulated world; `None` when none was simulated.
+    pub world: Option<String>,
     /// Seed of all errors.
     pub seed: u64,
     /// Whether the flight was ended before its last sweep.
@@ -87,6 +89,7 @@ impl Report {
         Self {
             mode: log.header.mode.clone(),
             scene: log.header.scene.clone(),
+            world: log.header.world.clone(),
             seed: log.header.seed,
             interrupted: log.interrupted(),
             sweeps: log.sweeps.len(),

@@ -5,9 +5,13 @@ use crate::table::Table;
 
 /// The report as text: the flight, then why paths were not mapped, then other counters.
 pub fn table(report: &Report) -> String {
+    let world = report.world.as_ref().map(|world| format!("{world} world, "));
     let title = format!(
-        "flight over {} ({} mode, seed {})",
-        report.scene, report.mode, report.seed
+        "flight over {} ({} mode, {}seed {})",
+        report.scene,
+        report.mode,
+        world.unwrap_or_default(),
+        report.seed
     );
     let mut flight = Table::new([title, String::new()]);
     for (name, value) in rows(report) {

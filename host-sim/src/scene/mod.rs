@@ -5,6 +5,7 @@
 //! front, where its vertices run counter-clockwise, and blocks from both sides. World frame ENU, metres.
 
 mod city;
+mod drawn;
 mod face;
 mod index;
 mod indoor;

@@ -61,6 +61,7 @@ pub(crate) fn fly(scene: &Scene, duration_s: f64, seed: u64) -> FlightLog {
     let header = Header {
         mode: "best".into(),
         scene: scene.name().to_owned(),
+        world: None,
         seed,
         planned_sweeps: flight.plan().sweeps() as usize,
         sweep_period_s: schedule.sweep_period_s,

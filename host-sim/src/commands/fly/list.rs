@@ -66,6 +66,7 @@ pub(super) fn run(
     let header = Header {
         mode: config.receiver.mode.name().into(),
         scene: list_name,
+        world: None,
         seed: args.seed,
         planned_sweeps: links.len(),
         sweep_period_s: times.period_s(),

@@ -21,6 +21,7 @@ use crate::progress;
 use crate::report::{Report, table};
 use crate::result_directory::ResultDirectory;
 use crate::scene::Scene;
+use crate::world::Profile;
 
 /// Scene of a flight that names none.
 const DEFAULT_SCENE: &str = "outdoor";
@@ -39,6 +40,9 @@ pub(crate) struct Args {
     /// Configuration file (TOML), of which [world], [path_errors] and [receiver] count; `cslam config` shows what it may hold
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// The simulated world [default: the configuration's, budget]
+    #[arg(long, value_enum)]
+    world: Option<Profile>,
     /// Print the configuration with what the options changed as TOML and end
     #[arg(long)]
     print_config: bool,
@@ -92,6 +96,7 @@ impl Default for Args {
             scene: None,
             paths: None,
             config: None,
+            world: None,
             print_config: false,
             seed: 1,
             steps: None,
@@ -181,7 +186,7 @@ fn result_directory(args: &Args) -> Result<ResultDirectory, InputError> {
 
 /// The configuration, with what the options say instead.
 fn read_config(args: &Args) -> Result<Config, InputError> {
-    let mut config = Config::read(args.config.as_deref())?;
+    let mut config = Config::read(args.config.as_deref(), args.world)?;
     config.receiver.mode = args.mode.unwrap_or(config.receiver.mode);
     args.stages.set(&mut config.receiver);
     Ok(config)

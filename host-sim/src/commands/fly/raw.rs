@@ -24,7 +24,6 @@ use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::progress;
 use crate::raw_flight;
-use crate::scene::Scene;
 use crate::world::World;
 
 /// Heading of the options below in the help text.
@@ -69,7 +68,7 @@ pub(super) fn run(
     interrupted: &AtomicBool,
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<Flown> {
-    let scene = Scene::load(name)?;
+    let scene = config.world.scene(name)?;
     if args.steps == Some(0) {
         return Err(InputError::new("nothing to fly: --steps is 0").into());
     }
@@ -116,6 +115,7 @@ pub(crate) fn fly(
     let header = Header {
         mode: told.mode.name().into(),
         scene: scene.to_owned(),
+        world: Some(world.profile().name().to_owned()),
         seed,
         planned_sweeps: planned,
         sweep_period_s: world.flight().plan().schedule().sweep_period_s,

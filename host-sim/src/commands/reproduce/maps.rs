@@ -209,6 +209,7 @@ impl Flight {
         let header = Header {
             mode: receiver.mode.name().into(),
             scene: scene.into(),
+            world: None,
             seed: args.seed,
             planned_sweeps: world.sweeps() as usize,
             sweep_period_s: world.flight().plan().schedule().sweep_period_s,

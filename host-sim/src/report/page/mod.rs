@@ -202,13 +202,15 @@ pub(crate) fn write(out: &mut impl Write, outputs: &Outputs<'_>) -> io::Result<(
         ),
     ]
     .concat();
+    let world = report.world.as_ref().map(|world| format!("{world} world · "));
+    let world = escape(&world.unwrap_or_default());
     write!(
         out,
         r##"<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">
 <meta name="color-scheme" content="light dark"><link rel="icon" href="data:,"><title>{0}</title><style>{STYLE}</style></head>
 <body><a class="skip" href="#tables">Skip to the tables</a>
-<header><h1>{0}</h1><p>{1} mode · seed {2} · {3} sweeps in {4:.0} s{early}</p><dl class="tiles">{5}</dl></header>
+<header><h1>{0}</h1><p>{1} mode · {world}seed {2} · {3} sweeps in {4:.0} s{early}</p><dl class="tiles">{5}</dl></header>
 <main>{body}</main>
 <footer><p>{DEFINITIONS}</p></footer>
 <script type="application/json" id="flight">{6}</script><script>{SCRIPT}</script></body></html>

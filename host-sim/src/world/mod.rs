@@ -4,48 +4,30 @@
 //! the channel what the front end makes of these. Each sweep depends on the world and its number only, so sweeps may be
 //! made in any order, on any thread.
 
+mod config;
+mod propagation;
+
 use cslam_core::array::{SquintScheme, half_wave_dipole};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{GeometryError, Rotation};
 use cslam_core::waveform::Waveform;
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 
-use crate::channel::{ChannelConfig, Instant, Simulator, Sweep};
-use crate::flight::{FlightConfig, FlightPlan};
+use crate::channel::{Instant, Simulator, Sweep};
+use crate::flight::FlightPlan;
 use crate::input::InputError;
 use crate::paths::{Link, LinkPath};
 use crate::scene::Scene;
-use crate::sensors::{SensedFlight, SensorsConfig, Truth};
-use crate::tracer::{DEFAULT_MAX_ORDER, Tracer};
+use crate::sensors::{SensedFlight, Truth};
+use crate::tracer::Tracer;
 
-/// Everything that can be set about a world besides its scene and its seed. The default has every error at the budget.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct WorldConfig {
-    /// What the flight is like.
-    pub flight: FlightConfig,
-    /// Errors of the sensors.
-    pub sensors: SensorsConfig,
-    /// Errors of the arrays and the front end. Attitude, motion and clock come from the flight.
-    pub channel: ChannelConfig,
-}
-
-impl WorldConfig {
-    /// Checks every figure.
-    ///
-    /// # Errors
-    /// [`InputError`] naming the key and what was expected.
-    pub fn check(&self) -> Result<(), InputError> {
-        self.flight.check()?;
-        self.sensors.check().map_err(|error| error.under("sensors"))?;
-        self.channel.check().map_err(|error| error.under("channel"))
-    }
-}
+pub use config::{Profile, WorldConfig};
+pub use propagation::{Materials, PropagationConfig};
 
 /// A scene with a flight through it.
 #[derive(Debug)]
 pub struct World<'s> {
+    profile: Profile,
     tracer: Tracer<'s>,
     flight: SensedFlight,
     simulator: Simulator,
@@ -73,14 +55,24 @@ impl<'s> World<'s> {
     /// [`InputError`] naming a figure of the configuration that is out of range, or saying that no flight was found.
     pub fn new(scene: &'s Scene, config: WorldConfig, seed: u64) -> Result<Self, InputError> {
         config.check()?;
-        let tracer = Tracer::new(scene, DEFAULT_MAX_ORDER)
-            .ok_or_else(|| InputError::new("more reflections are asked for than the tracer can follow"))?;
+        let tracer = Tracer::with(
+            scene,
+            config.propagation.max_order(),
+            config.propagation.of_tracer(seed),
+        )
+        .ok_or_else(|| InputError::new("more reflections are asked for than the tracer can follow"))?;
         let plan = FlightPlan::plan(scene, &config.flight, seed)?;
         Ok(Self {
+            profile: config.profile,
             tracer,
             flight: SensedFlight::new(plan, config.sensors, seed)?,
             simulator: Simulator::new(config.channel, seed),
         })
+    }
+
+    /// The name of this world.
+    pub fn profile(&self) -> Profile {
+        self.profile
     }
 
     /// The flight with its sensors.
@@ -178,6 +170,8 @@ pub fn instant(truth: &Truth) -> Result<Instant, GeometryError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flight::FlightConfig;
+    use crate::paths::Interaction;
     use crate::sensors::faults::WrongFix;
 
     /// Two seconds in a small room: four sweeps.
@@ -264,5 +258,42 @@ mod tests {
             error.contains("channel.") && error.contains("adc_bits"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn the_real_world_has_paths_that_no_mirror_makes_and_walls_of_many_materials() {
+        let config = |profile| {
+            let world = WorldConfig::of(profile);
+            let flight = FlightConfig {
+                duration_s: 2.0,
+                ..world.flight.clone()
+            };
+            WorldConfig { flight, ..world }
+        };
+        let kinds = |config: WorldConfig| {
+            let scene = config.scene("outdoor").expect("built in");
+            let world = World::new(&scene, config, 3).expect("a flight");
+            let heard = world.sweep(1).expect("sound");
+            let met = |what| {
+                let paths = heard.link.paths.iter();
+                let kinds = paths.filter_map(|path| path.kind);
+                kinds.filter(|kind| kind.interactions().contains(&what)).count()
+            };
+            let found = [met(Interaction::Diffraction), met(Interaction::Scattering)];
+            (found, scene.materials().len(), heard.beams)
+        };
+        let (found, materials, budget) = kinds(config(Profile::Budget));
+        assert_eq!((found, materials), ([0, 0], 1));
+        let (found, materials, real) = kinds(config(Profile::Real));
+        assert!(
+            found[0] > 0 && found[1] > 10 && materials > 4,
+            "{found:?} {materials}"
+        );
+        assert_ne!(budget, real);
+        let mut off = config(Profile::Real);
+        off.propagation = PropagationConfig::default();
+        let (found, _, beams) = kinds(off);
+        assert_eq!(found, [0, 0]);
+        assert_eq!(beams, budget);
     }
 }

@@ -1,0 +1,102 @@
+//! What can be set about a world besides its scene and its seed, and the three worlds that have names.
+
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+
+use super::PropagationConfig;
+use crate::channel::{ChannelConfig, Impairments};
+use crate::flight::FlightConfig;
+use crate::input::InputError;
+use crate::scene::Scene;
+use crate::sensors::SensorsConfig;
+
+/// A world by name: the defaults of every figure of a [`WorldConfig`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Profile {
+    /// The paper's: specular reflections off one material, no errors but thermal noise. For checking equations
+    Ideal,
+    /// Specular reflections off one material; arrays and sensors err as the receiver's error budget says
+    #[default]
+    Budget,
+    /// Diffraction, diffuse scattering and a material for each wall; errors that the receiver has no model of
+    Real,
+}
+
+impl Profile {
+    /// Its name, as in a configuration.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ideal => "ideal",
+            Self::Budget => "budget",
+            Self::Real => "real",
+        }
+    }
+}
+
+/// Everything that can be set about a world besides its scene and its seed. The default is that of [`Profile::Budget`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct WorldConfig {
+    /// Whose defaults fill what is not said.
+    pub profile: Profile,
+    /// How waves travel.
+    pub propagation: PropagationConfig,
+    /// What the flight is like.
+    pub flight: FlightConfig,
+    /// Errors of the sensors.
+    pub sensors: SensorsConfig,
+    /// Errors of the arrays and the front end. Attitude, motion and clock come from the flight.
+    pub channel: ChannelConfig,
+}
+
+impl WorldConfig {
+    /// The figures of a profile.
+    pub fn of(profile: Profile) -> Self {
+        let budget = Self {
+            profile,
+            ..Self::default()
+        };
+        match profile {
+            Profile::Budget => budget,
+            Profile::Ideal => Self {
+                sensors: SensorsConfig::ideal(),
+                channel: ChannelConfig {
+                    impairments: Impairments::none(),
+                    ..ChannelConfig::default()
+                },
+                ..budget
+            },
+            Profile::Real => Self {
+                propagation: PropagationConfig::real(),
+                ..budget
+            },
+        }
+    }
+
+    /// Loads a scene ([`Scene::load`]) as this world has it: with a material for each wall, if these are to be drawn.
+    ///
+    /// # Errors
+    /// [`InputError`] naming the name or the file, and what was expected.
+    pub fn scene(&self, name_or_file: &str) -> Result<Scene, InputError> {
+        let scene = Scene::load(name_or_file)?;
+        Ok(if self.propagation.draws_materials() {
+            scene.with_drawn_materials()
+        } else {
+            scene
+        })
+    }
+
+    /// Checks every figure.
+    ///
+    /// # Errors
+    /// [`InputError`] naming the key and what was expected.
+    pub fn check(&self) -> Result<(), InputError> {
+        self.propagation
+            .check()
+            .map_err(|error| error.under("propagation"))?;
+        self.flight.check()?;
+        self.sensors.check().map_err(|error| error.under("sensors"))?;
+        self.channel.check().map_err(|error| error.under("channel"))
+    }
+}
