@@ -52,7 +52,7 @@ pub(crate) fn sweep(number: u32, uav_m: [f64; 3]) -> SweepRecord {
         time_s: 0.5 * f64::from(number + 1),
         estimate: SweepEstimate {
             pose: Some(estimate(uav_m)),
-            gmt_position_m: [0.0; 3],
+            gmt_position_m: Some([0.0; 3]),
             gmt_index: number / 2,
             paths: Vec::new(),
             link: None,
@@ -60,8 +60,7 @@ pub(crate) fn sweep(number: u32, uav_m: [f64; 3]) -> SweepRecord {
             innovations: Vec::new(),
         },
         truth: SweepTruth {
-            pose: truth(uav_m),
-            gmt_position_m: [0.0; 3],
+            pose: Some(truth(uav_m)),
             link: Some(Link {
                 tx: [0.0; 3],
                 rx: uav_m,

@@ -13,7 +13,7 @@ use cslam_firmware::sensor_stream::UAV;
 use serde::Serialize;
 
 use crate::flight::FlightConfig;
-use crate::raw_flight::{BoardReceiver, Recorder, hear, report, with_board_receiver};
+use crate::raw_flight::{BoardReceiver, Recorder, Source, hear, report, with_board_receiver};
 use crate::scene::Scene;
 use crate::sensors::Event;
 use crate::table::Table;
@@ -157,7 +157,7 @@ fn fly(
         let Event::Sweep { sweep } = stamped.event else {
             continue;
         };
-        let mut heard = world.sweep(sweep)?;
+        let mut heard = Source::sweep(world, sweep)?;
         // Samples are worked on in place.
         hear(left_alone, &mut heard.clone(), sweep, at, &mut ());
         hear(attacked, &mut heard, sweep, at, &mut ());

@@ -270,7 +270,7 @@ fn the_recorded_flight_is_replayed() {
         .map(str::to_owned)
         .collect();
     let described = parse(description);
-    for pointer in ["", "/files/0"] {
+    for pointer in ["", "/files/0", "/magnetic_field"] {
         with_none(&at, "flight.json", &described, pointer);
         keys.append(&mut known(&at, &["replay", "."]));
     }

@@ -9,7 +9,7 @@ use clap::ValueEnum;
 use rayon::prelude::*;
 
 use crate::campaign::{Build, Flight, Lists, Purpose, Shard, Summary, compare, read_shards};
-use crate::commands::fly::raw::fly;
+use crate::commands::fly::raw::fly_world;
 use crate::commands::threads::Threads;
 use crate::config::{Config, Mode};
 use crate::evaluation::evaluate;
@@ -196,7 +196,7 @@ fn flown(
     let planned = usize::try_from(world.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
     let mut receiver = config.receiver.clone();
     receiver.mode = mode;
-    let (mut log, _) = fly(
+    let (mut log, _) = fly_world(
         &receiver,
         &flight.scene,
         &world,

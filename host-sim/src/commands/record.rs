@@ -21,7 +21,8 @@ pub(crate) struct Args {
     /// Scene: outdoor, indoor, street, outdoor_a, city:SEED, indoor:SEED, or a file (.json, .obj, .ply)
     #[arg(long, value_name = "NAME|FILE", default_value = "outdoor")]
     scene: String,
-    /// Configuration file (TOML), of which [world] counts; `cslam config` shows what it may hold
+    /// Configuration file (TOML), of which [world], and what [receiver] says of the place, count; `cslam config` shows what it may
+    /// hold
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// The simulated world [default: the configuration's, budget]
@@ -33,6 +34,9 @@ pub(crate) struct Args {
     /// Seed of the flight and of every error
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    /// Record at most this many sweeps
+    #[arg(long, value_name = "N")]
+    steps: Option<u32>,
     /// Length of the flight, s; instead of the configuration's
     #[arg(long, value_name = "S")]
     duration: Option<f64>,
@@ -58,27 +62,46 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         return Ok(());
     }
     let scene = config.world.scene(&args.scene)?;
-    let world = World::new(&scene, config.world, args.seed)?;
-    let manifest = write(&world, args)?;
+    let world = World::new(&scene, config.world.clone(), args.seed)?;
+    if args.steps == Some(0) {
+        return Err(InputError::new("nothing to record: --steps is 0").into());
+    }
+    let sweeps = world.sweeps().min(args.steps.unwrap_or(u32::MAX));
+    let manifest = Manifest {
+        samples: !args.no_samples,
+        ..Manifest::of(
+            &args.scene,
+            Some(world.profile().name().to_owned()),
+            world.flight(),
+            sweeps,
+        )
+    };
+    let setup = &config.receiver;
+    let manifest = Manifest {
+        gmt_setup_position_m: setup.gmt_setup.position_m.or(manifest.gmt_setup_position_m),
+        magnetic_field: setup.magnetic_field.or(manifest.magnetic_field),
+        ..manifest
+    };
+    let manifest = write(&world, sweeps, manifest, &args.out)?;
     if args.json {
         println!("{}", serde_json::to_string(&manifest)?);
     }
     progress::note(format_args!(
-        "recorded {} sweeps of {} to {}",
-        world.sweeps(),
+        "recorded {sweeps} sweeps of {} to {}",
         args.scene,
         args.out.display()
     ));
     Ok(())
 }
 
-fn write(world: &World<'_>, args: &Args) -> anyhow::Result<Manifest> {
-    let out = ResultDirectory::open(&args.out, recording::KIND)?;
+fn write(world: &World<'_>, sweeps: u32, manifest: Manifest, out: &Path) -> anyhow::Result<Manifest> {
+    recording::check(world.flight())?;
+    let out = ResultDirectory::open(out, recording::KIND)?;
     let interrupted = interrupt::flag();
-    if !args.no_samples {
-        let bar = progress::bar(u64::from(world.sweeps()), "recording");
+    if manifest.samples {
+        let bar = progress::bar(u64::from(sweeps), "recording");
         // Sweeps do not depend on each other. Their links come back in order whatever the threads do.
-        let links: Vec<Link> = (0..world.sweeps())
+        let links: Vec<Link> = (0..sweeps)
             .into_par_iter()
             .map(|sweep| {
                 if interrupted.load(Ordering::Relaxed) {
@@ -93,9 +116,7 @@ fn write(world: &World<'_>, args: &Args) -> anyhow::Result<Manifest> {
         bar.finish_and_clear();
         write_links(&out.path().join(recording::TRUTH_PATHS), &links)?;
     }
-    let manifest = recording::write(out.path(), &args.scene, world.flight(), |_, _| {
-        Ok(!args.no_samples)
-    })?;
+    let manifest = recording::write(out.path(), manifest, world.flight(), sweeps)?;
     out.commit()?;
     Ok(manifest)
 }

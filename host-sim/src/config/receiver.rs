@@ -4,7 +4,6 @@ use clap::ValueEnum;
 use cslam_core::localization::filter::Setup;
 use cslam_core::localization::imu::MagneticField;
 use cslam_firmware::storage::{self, GmtPlace};
-use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{FilterFigures, HpcFigures, ResidualFigures};
@@ -161,12 +160,12 @@ impl Default for GmtSetup {
 const FARTHEST_M: f64 = 100_000.0;
 
 impl GmtSetup {
-    /// For the flight code, with the true place where none is said.
-    pub fn or_at(&self, position_m: Vector3<f64>) -> Setup {
-        Setup {
-            position_m: self.position_m.map_or(position_m, Vector3::from),
+    /// For the flight code, with another place where none is said; `None` when there is neither.
+    pub fn or_at(&self, position_m: Option<[f64; 3]>) -> Option<Setup> {
+        Some(Setup {
+            position_m: self.position_m.or(position_m)?.into(),
             within_m: self.within_m,
-        }
+        })
     }
 
     /// For the settings of a board, in whole millimetres.

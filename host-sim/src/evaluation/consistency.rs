@@ -53,7 +53,7 @@ pub(super) fn consistency(log: &FlightLog, errors: &[PoseError]) -> Consistency 
     let estimates: Vec<_> = log
         .trajectory()
         .iter()
-        .filter_map(|record| record.estimate)
+        .filter_map(|record| record.truth.and(record.estimate))
         .collect();
     let both = || estimates.iter().zip(errors);
     let clock = both().filter_map(|(e, error)| {

@@ -43,12 +43,12 @@ pub fn match_paths(log: &mut FlightLog, gates: &MatchGates) {
 
 /// Index of the true path behind every measured one of a sweep; empty when the truth is not known.
 fn match_sweep(sweep: &SweepRecord, gates: &MatchGates, cycle_m: Option<f64>) -> Vec<Option<usize>> {
-    let Some(link) = &sweep.truth.link else {
+    let (Some(link), Some(pose)) = (&sweep.truth.link, &sweep.truth.pose) else {
         return Vec::new();
     };
-    let [w, x, y, z] = sweep.truth.pose.quaternion_wb;
+    let [w, x, y, z] = pose.quaternion_wb;
     let to_body = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).inverse();
-    let clock_m = sweep.truth.pose.clock_offset_s * SPEED_OF_LIGHT_M_PER_S;
+    let clock_m = pose.clock_offset_s * SPEED_OF_LIGHT_M_PER_S;
     let seen: Vec<(f64, Vector3<f64>)> = link
         .paths
         .iter()
@@ -118,8 +118,9 @@ mod tests {
     /// A UAV that looks north (yaw of 90 degrees) with its clock 100 ns ahead hears three paths.
     fn heard(paths: Vec<MeasuredPath>) -> SweepRecord {
         let mut record = sweep(0, [0.0; 3]);
-        record.truth.pose.quaternion_wb = [FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
-        record.truth.pose.clock_offset_s = 100e-9;
+        let pose = record.truth.pose.as_mut().expect("made with one");
+        pose.quaternion_wb = [FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
+        pose.clock_offset_s = 100e-9;
         let link = record.truth.link.as_mut().expect("made with one");
         link.paths = vec![
             true_path(0, 50.0, [FRAC_PI_2, FRAC_PI_2]),

@@ -88,7 +88,7 @@ pub(super) fn errors(log: &FlightLog) -> Vec<PoseError> {
     let visible = visible_spans(log);
     let mut all = Vec::new();
     for record in log.trajectory().iter() {
-        let (Some(estimate), truth) = (record.estimate, record.truth) else {
+        let (Some(estimate), Some(truth)) = (record.estimate, record.truth) else {
             continue;
         };
         let difference = |a: [f64; 3], b: [f64; 3]| Vector3::from(a) - Vector3::from(b);
@@ -168,7 +168,10 @@ pub(super) fn judge(log: &FlightLog, errors: &[PoseError]) -> TrajectoryFigures 
 
 /// Estimated and true positions of a pose that has an estimate.
 fn positions(record: &PoseRecord) -> Option<(Vector3<f64>, Vector3<f64>)> {
-    Some((record.estimate?.position_m.into(), record.truth.position_m.into()))
+    Some((
+        record.estimate?.position_m.into(),
+        record.truth?.position_m.into(),
+    ))
 }
 
 /// Rms distance after the rigid motion of the estimate that makes it least (Umeyama 1991, without scale).
@@ -214,10 +217,10 @@ fn relative(known: &[PoseRecord], delta: usize) -> (Option<f64>, Option<f64>) {
         Isometry3::from_parts(Translation3::from(Vector3::from(position)), rotation(attitude))
     };
     let both = |record: &PoseRecord| {
-        let estimate = record.estimate?;
+        let (estimate, truth) = (record.estimate?, record.truth?);
         Some((
             pose(estimate.position_m, estimate.quaternion_wb),
-            pose(record.truth.position_m, record.truth.quaternion_wb),
+            pose(truth.position_m, truth.quaternion_wb),
         ))
     };
     let poses: Vec<_> = known.iter().filter_map(both).collect();

@@ -17,16 +17,13 @@ pub(super) fn estimate(out: &mut impl Write, log: &FlightLog) -> io::Result<()> 
     Ok(())
 }
 
-/// The true poses, also from before the receiver's first one.
+/// The true poses, as far as they are known, also from before the receiver's first one.
 pub(super) fn truth(out: &mut impl Write, log: &FlightLog) -> io::Result<()> {
     writeln!(out, "{HEADER}")?;
     for record in log.trajectory().iter() {
-        line(
-            out,
-            record.time_s,
-            record.truth.position_m,
-            record.truth.quaternion_wb,
-        )?;
+        if let Some(pose) = record.truth {
+            line(out, record.time_s, pose.position_m, pose.quaternion_wb)?;
+        }
     }
     Ok(())
 }

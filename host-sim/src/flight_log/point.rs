@@ -15,7 +15,7 @@ pub struct PointRecord {
     pub order: u8,
     /// Which of them this is: 1 is the first after the GMT.
     pub reflection: u8,
-    /// GMT time, s.
+    /// Time of its sweep by the UAV's clock, s.
     pub time_s: f64,
     /// Index of the GMT position.
     pub gmt_index: u32,

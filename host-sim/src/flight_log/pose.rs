@@ -39,10 +39,10 @@ pub struct PoseTruth {
 /// Estimate and truth at one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PoseRecord {
-    /// GMT time, s.
+    /// Time by the UAV's clock, s.
     pub time_s: f64,
     /// What the receiver said; `None` before its first pose.
     pub estimate: Option<PoseEstimate>,
-    /// What was so.
-    pub truth: PoseTruth,
+    /// What was so; `None` when nobody knows.
+    pub truth: Option<PoseTruth>,
 }

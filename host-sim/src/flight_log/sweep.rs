@@ -129,8 +129,8 @@ pub struct LinkEstimate {
 pub struct SweepEstimate {
     /// Pose with which the reflection points of the sweep were solved; `None` before the first one.
     pub pose: Option<PoseEstimate>,
-    /// Position of the GMT as its beacon says, m.
-    pub gmt_position_m: [f64; 3],
+    /// Position of the GMT as its last beacon says, m; `None` before the first one.
+    pub gmt_position_m: Option<[f64; 3]>,
     /// Index of the GMT position: counts its stops as the receiver sees them.
     pub gmt_index: u32,
     /// Measured paths, strongest first.
@@ -146,10 +146,8 @@ pub struct SweepEstimate {
 /// The world's side of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SweepTruth {
-    /// Pose and clock at the first beam.
-    pub pose: PoseTruth,
-    /// Position of the GMT's antenna, m.
-    pub gmt_position_m: [f64; 3],
+    /// Pose and clock at the first beam; `None` when nobody knows.
+    pub pose: Option<PoseTruth>,
     /// Traced paths; `None` when the truth is not known. World frame, no clock offset.
     pub link: Option<Link>,
     /// For each measured path the index of the true path behind it, or `None`: filled by
@@ -193,7 +191,7 @@ pub fn link_state_of(link: &Link) -> Option<u8> {
 pub struct SweepRecord {
     /// Number of the sweep, from 0.
     pub sweep: u32,
-    /// GMT time of the first beam, s.
+    /// Time of the first beam by the UAV's clock, s.
     pub time_s: f64,
     /// What the receiver made of it.
     pub estimate: SweepEstimate,

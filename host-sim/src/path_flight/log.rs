@@ -79,7 +79,7 @@ fn record(flown: &Flown<'_>, time_s: f64, gmt_index: u32) -> SweepRecord {
         time_s,
         estimate: SweepEstimate {
             pose: None,
-            gmt_position_m: sweep.ends.gmt.to_array().map(f64::from),
+            gmt_position_m: Some(sweep.ends.gmt.to_array().map(f64::from)),
             gmt_index,
             paths: listed
                 .map(|((path, answer), listed)| measured(path, answer, &attitude, listed.snr_db))
@@ -92,13 +92,12 @@ fn record(flown: &Flown<'_>, time_s: f64, gmt_index: u32) -> SweepRecord {
             innovations: Vec::new(),
         },
         truth: SweepTruth {
-            pose: PoseTruth {
+            pose: Some(PoseTruth {
                 position_m: link.rx,
                 quaternion_wb,
                 velocity_m_per_s: [0.0; 3],
                 clock_offset_s: 0.0,
-            },
-            gmt_position_m: link.tx,
+            }),
             link: Some((*link).clone()),
             matches: (0..sweep.paths.len()).map(Some).collect(),
         },

@@ -5,7 +5,6 @@ use cslam_firmware::front_end::FRAMES_PER_SWEEP;
 use cslam_firmware::sensor_stream::{Content, Record, UAV};
 
 use crate::sensors::{Beacon, Event, Stamped};
-use crate::world::World;
 
 /// Makes records of events.
 #[derive(Debug)]
@@ -71,10 +70,4 @@ pub(crate) fn report(said: &Beacon) -> BeaconReport {
         heading_pitch_roll_rad: said.heading_pitch_roll_rad,
         sweeps_per_stop: said.sweeps_per_stop,
     }
-}
-
-/// Time of the GMT when the UAV's clock shows `at_ns`. The clock is off by microseconds, so one correction does.
-pub(super) fn gmt_time_s(world: &World<'_>, at_ns: u64) -> f64 {
-    let shown_s = at_ns as f64 * 1e-9;
-    2.0 * shown_s - world.flight().clock().reading_s(shown_s)
 }

@@ -14,14 +14,16 @@ use crate::flight_log::{
     FlightLog, Header, Innovation, LinkEstimate, MapVoxel, MeasuredPath, Measurement, PointRecord,
     PoseEstimate, PoseRecord, PoseTruth, SweepEstimate, SweepRecord, SweepTruth,
 };
-use crate::sensors::Truth;
-use crate::world::HeardSweep;
+use crate::paths::Link;
 
 /// A log in the making.
 pub(super) struct Logbook {
     log: FlightLog,
     gmt_index: u32,
-    last_gmt_m: Option<[f64; 3]>,
+    /// Position of the GMT by its last beacon, m.
+    gmt_m: Option<[f64; 3]>,
+    /// The same when its last stop began.
+    last_stop_m: Option<[f64; 3]>,
 }
 
 /// The GMT has moved on when it is this far from where it was, m.
@@ -32,7 +34,8 @@ impl Logbook {
         Self {
             log: FlightLog::new(header, f64::from(voxel_edge_m)),
             gmt_index: 0,
-            last_gmt_m: None,
+            gmt_m: None,
+            last_stop_m: None,
         }
     }
 
@@ -40,29 +43,38 @@ impl Logbook {
         *self.log.counters.entry(what.to_owned()).or_default() += 1;
     }
 
-    /// Enters the pose between sweeps, at a time of the GMT.
-    pub(super) fn pose(&mut self, pose: Option<&Pose>, clock_offset_m: Option<f64>, truth: &Truth) {
+    /// Enters the pose between sweeps, at a time of the UAV's clock.
+    pub(super) fn pose(
+        &mut self,
+        time_ns: u64,
+        pose: Option<&Pose>,
+        clock_offset_m: Option<f64>,
+        truth: Option<PoseTruth>,
+    ) {
         self.log.poses.push(PoseRecord {
-            time_s: truth.time_s,
+            time_s: seconds(time_ns),
             estimate: pose.map(|pose| pose_estimate(pose, clock_offset_m)),
-            truth: pose_truth(truth),
+            truth,
         });
     }
 
+    /// Hears a beacon.
+    pub(super) fn beacon(&mut self, gmt_m: [f64; 3]) {
+        self.gmt_m = Some(gmt_m);
+        match self.last_stop_m {
+            Some(last) => {
+                if (0..3).map(|i| (gmt_m[i] - last[i]).powi(2)).sum::<f64>() > MOVED_M * MOVED_M {
+                    self.gmt_index += 1;
+                    self.last_stop_m = Some(gmt_m);
+                }
+            }
+            None => self.last_stop_m = Some(gmt_m),
+        }
+    }
+
     /// Enters a sweep with its points.
-    pub(super) fn sweep(&mut self, report: &SweepReport<PATHS>, heard: HeardSweep) {
-        let time_s = heard.truth.time_s;
-        // The beacon's own position, without its error: which stop it is does not depend on two centimetres.
-        let gmt_m: [f64; 3] = heard.truth.gmt_position_m.into();
-        let moved = self.last_gmt_m.is_some_and(|last| {
-            (0..3).map(|i| (gmt_m[i] - last[i]).powi(2)).sum::<f64>() > MOVED_M * MOVED_M
-        });
-        if moved {
-            self.gmt_index += 1;
-        }
-        if moved || self.last_gmt_m.is_none() {
-            self.last_gmt_m = Some(gmt_m);
-        }
+    pub(super) fn sweep(&mut self, report: &SweepReport<PATHS>, truth: Option<(PoseTruth, Link)>) {
+        let time_s = seconds(report.time_ns);
         for (index, path) in report.paths.iter().enumerate() {
             if let Outcome::Points(points) = &path.outcome {
                 let order = points.len() as u8;
@@ -88,7 +100,7 @@ impl Logbook {
                 .pose
                 .as_ref()
                 .map(|pose| pose_estimate(pose, report.clock_offset_m)),
-            gmt_position_m: gmt_m,
+            gmt_position_m: self.gmt_m,
             gmt_index: self.gmt_index,
             paths: report.paths.iter().map(measured).collect(),
             link: Some(LinkEstimate {
@@ -102,15 +114,17 @@ impl Logbook {
             los_used: report.verdict.is_taken(),
             innovations: report.innovations.iter().map(innovation).collect(),
         };
-        let pose = pose_truth(&heard.truth);
+        let (pose, link) = match truth {
+            Some((pose, link)) => (Some(pose), Some(link)),
+            None => (None, None),
+        };
         self.log.sweeps.push(SweepRecord {
             sweep: report.sweep,
             time_s,
             estimate,
             truth: SweepTruth {
                 pose,
-                gmt_position_m: gmt_m,
-                link: Some(heard.link),
+                link,
                 matches: Vec::new(),
             },
         });
@@ -131,6 +145,10 @@ impl Logbook {
             .collect();
         self.log
     }
+}
+
+fn seconds(time_ns: u64) -> f64 {
+    time_ns as f64 * 1e-9
 }
 
 fn innovation(of: &cslam::Innovation) -> Innovation {
@@ -190,14 +208,5 @@ fn pose_estimate(pose: &Pose, clock_offset_m: Option<f64>) -> PoseEstimate {
         velocity_covariance_m2_per_s2: rows(&pose.velocity_covariance_m2_per_s2),
         clock_offset_s: clock_offset_m.map(|offset_m| offset_m / SPEED_OF_LIGHT_M_PER_S),
         clock_sigma_s: Some(f64::from(pose.clock.offset_sigma_m) / SPEED_OF_LIGHT_M_PER_S),
-    }
-}
-
-fn pose_truth(truth: &Truth) -> PoseTruth {
-    PoseTruth {
-        position_m: truth.uav.position_m.into(),
-        quaternion_wb: truth.uav.quaternion_wb(),
-        velocity_m_per_s: truth.uav.velocity_m_per_s.into(),
-        clock_offset_s: truth.clock_offset_s,
     }
 }

@@ -1,13 +1,15 @@
 //! A flight from raw samples: the world on one side, the receiver on the other, and nothing between them but what sensors
 //! and front end deliver.
 //!
-//! [`fly`] hands the events of a [`World`] to the [`Application`] that flies on a board, and keeps a [`FlightLog`]. The world's
-//! sweeps are synthesised ahead on a thread of their own while the receiver works; the log does not depend on it.
+//! [`fly`] hands the events of a [`Source`] (a simulated world or a recording) to the [`Application`] that flies on a board, and keeps
+//! a [`FlightLog`]. The sweeps are made, or read, ahead on a thread of their own while the receiver works; the log does not depend on
+//! it.
 
 mod board;
 mod events;
 mod frames;
 mod logbook;
+mod source;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -20,12 +22,12 @@ use cslam_firmware::app::{Application, Capture, Downlink, Observer, Symbol, VOXE
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::sensors::Event;
-use crate::world::{HeardSweep, World};
 pub use board::{BoardReceiver, ground, with_board_receiver};
 pub use events::Recorder;
 pub(crate) use events::report;
 pub use frames::{FrameBytes, FrontEndLink};
 use logbook::Logbook;
+pub use source::{Given, Source};
 
 /// Sweeps that may lie ready: 6.9 MB each.
 const AHEAD: usize = 3;
@@ -43,7 +45,7 @@ impl Observer for Reports {
     }
 }
 
-/// Flies through `world` until its end, or until `interrupted`. `swept` sees the report of each sweep, `sent` what goes to the
+/// Flies through what `source` gives until its end, or until `interrupted`. `swept` sees the report of each sweep, `sent` what goes to the
 /// ground as it goes, with the UAV's time, ns.
 ///
 /// # Errors
@@ -51,7 +53,7 @@ impl Observer for Reports {
 ///
 /// Returns the log and every byte that went to the ground.
 pub fn fly<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
-    world: &World<'_>,
+    source: &impl Source,
     receiver: &mut Application<'_, E, VOXELS, STATES>,
     header: Header,
     interrupted: &AtomicBool,
@@ -60,17 +62,17 @@ pub fn fly<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
 ) -> Result<(FlightLog, Vec<u8>), InputError> {
     let sweeps = u32::try_from(header.planned_sweeps)
         .unwrap_or(u32::MAX)
-        .min(world.sweeps());
+        .min(source.sweeps());
     let stop = AtomicBool::new(false);
     thread::scope(|scope| {
         let (sender, ready) = sync_channel(AHEAD);
         let halt = &stop;
-        scope.spawn(move || synthesise(world, sweeps, halt, &sender));
+        scope.spawn(move || read_ahead(source, sweeps, halt, &sender));
         let go_on = |report: &_| {
             swept(report);
             !interrupted.load(Ordering::Relaxed)
         };
-        let result = receive(world, receiver, header, sweeps, &ready, go_on, sent);
+        let result = receive(source, receiver, header, sweeps, &ready, go_on, sent);
         // The other thread may wait for room: it finds the channel closed.
         stop.store(true, Ordering::Relaxed);
         drop(ready);
@@ -78,12 +80,13 @@ pub fn fly<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     })
 }
 
-type Ready = Result<HeardSweep, InputError>;
+/// A sweep by its number, ready to be heard.
+type Ready = (u32, Result<Given, InputError>);
 
-/// Makes one sweep after the other until nobody wants more.
-fn synthesise(world: &World<'_>, sweeps: u32, stop: &AtomicBool, sender: &SyncSender<Ready>) {
+/// Makes or reads one sweep after the other until nobody wants more.
+fn read_ahead(source: &impl Source, sweeps: u32, stop: &AtomicBool, sender: &SyncSender<Ready>) {
     for sweep in 0..sweeps {
-        if stop.load(Ordering::Relaxed) || sender.send(world.sweep(sweep)).is_err() {
+        if stop.load(Ordering::Relaxed) || sender.send((sweep, source.sweep(sweep))).is_err() {
             return;
         }
     }
@@ -91,7 +94,7 @@ fn synthesise(world: &World<'_>, sweeps: u32, stop: &AtomicBool, sender: &SyncSe
 
 /// Hands events to the receiver in their order. `go_on` is asked after each sweep.
 fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
-    world: &World<'_>,
+    source: &impl Source,
     receiver: &mut Application<'_, E, VOXELS, STATES>,
     header: Header,
     sweeps: u32,
@@ -100,25 +103,28 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     mut sent: impl FnMut(u64, &[u8]),
 ) -> Result<(FlightLog, Vec<u8>), InputError> {
     let mut logbook = Logbook::new(header, receiver.cslam().map().edge_m());
-    let mut hand: Option<HeardSweep> = None;
+    let mut hand: Option<Given> = None;
     let mut reports = Reports::default();
     let mut pose_due_ns = 0;
     let mut now_ns = 0;
     // The first whose samples have not been taken.
     let mut next_sweep = 0;
     // Enters a sweep that has ended; whether to go on.
-    let mut enter = |reports: &mut Reports, hand: &mut Option<HeardSweep>, logbook: &mut Logbook| {
+    let mut enter = |reports: &mut Reports, hand: &mut Option<Given>, logbook: &mut Logbook| {
         let Some(report) = reports.0.take() else {
             return true;
         };
         if let Some(heard) = hand.take() {
-            logbook.sweep(&report, heard);
+            logbook.sweep(&report, heard.truth);
         }
         go_on(&report)
     };
     let mut recorder = Recorder::default();
     let mut packets = Vec::new();
-    for stamped in world.flight().events() {
+    for stamped in source.events() {
+        if matches!(stamped.event, Event::Sweep { sweep } if sweep >= sweeps) {
+            break;
+        }
         let at = stamped.uav_time_ns;
         now_ns = at;
         // A record that is refused is in the receiver's counters.
@@ -129,24 +135,23 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
                 // The pose is as old as the last whole inertial step.
                 let pose = receiver.cslam().pose();
                 let stamp_ns = pose.as_ref().map_or(at, |pose| pose.time_ns);
-                let truth = world.flight().truth(events::gmt_time_s(world, stamp_ns));
+                let truth = source.truth(stamp_ns);
                 let clock_offset_m = pose
                     .as_ref()
                     .and_then(|pose| receiver.cslam().clock_offset_m(pose));
-                logbook.pose(pose.as_ref(), clock_offset_m, &truth);
+                logbook.pose(stamp_ns, pose.as_ref(), clock_offset_m, truth);
             }
-            Event::Sweep { sweep } if sweep < sweeps => {
+            Event::Sweep { sweep } => {
                 // The samples of a sweep whose beginning was lost are lost with it; one that begins again brings none.
                 if next_sweep > sweep {
                     continue;
                 }
-                let heard = ready.iter().find(|heard| match heard {
-                    Ok(heard) => heard.number >= sweep,
-                    Err(_) => true,
-                });
-                let Some(heard) = heard else { break };
+                let heard = ready
+                    .iter()
+                    .find(|(number, heard)| *number >= sweep || heard.is_err());
+                let Some((number, heard)) = heard else { break };
                 let mut heard = heard?;
-                next_sweep = heard.number + 1;
+                next_sweep = number + 1;
                 // One that is still open ends now.
                 receiver.end(&mut reports);
                 if !enter(&mut reports, &mut hand, &mut logbook) {
@@ -155,7 +160,7 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
                 hear(receiver, &mut heard, sweep, at, &mut reports);
                 hand = Some(heard);
             }
-            Event::Sweep { .. } => break,
+            Event::Beacon(beacon) => logbook.beacon(beacon.position_m),
             _ => {}
         }
         if !enter(&mut reports, &mut hand, &mut logbook) {
@@ -182,7 +187,7 @@ pub fn drain<'a>(downlink: &mut Downlink, packets: &'a mut Vec<u8>) -> &'a [u8] 
 /// Hands over all blocks of a sweep.
 pub(crate) fn hear<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     receiver: &mut Application<'_, E, VOXELS, STATES>,
-    heard: &mut HeardSweep,
+    heard: &mut Given,
     sweep: u32,
     sweep_ns: u64,
     observer: &mut impl Observer,
@@ -210,10 +215,11 @@ mod tests {
     use crate::flight::FlightConfig;
     use crate::scene::Scene;
     use crate::sensors::faults::{TransportFault, Traveller};
-    use crate::world::WorldConfig;
+    use crate::world::{World, WorldConfig};
 
-    /// Flies eight sweeps whose beginnings fare as `fault` says: numbers and times of the sweeps in the log, and the true time of each.
-    fn flown(lost: f64, doubled: f64) -> Vec<(u32, f64, f64)> {
+    /// Flies eight sweeps whose beginnings fare as `fault` says: numbers of the sweeps in the log, and how far from where the UAV was
+    /// in each of them the samples were that it was given, m.
+    fn flown(lost: f64, doubled: f64) -> Vec<(u32, f64)> {
         let scene = Scene::load("outdoor").expect("built in");
         let mut config = WorldConfig {
             flight: FlightConfig {
@@ -250,7 +256,11 @@ mod tests {
         let log = log.expect("flown");
         let sweeps = log.sweeps.iter();
         sweeps
-            .map(|s| (s.sweep, s.time_s, world.flight().sweep_truth(s.sweep).time_s))
+            .map(|s| {
+                let heard_m: nalgebra::Vector3<f64> = s.truth.link.as_ref().expect("known").rx.into();
+                let true_m = world.flight().sweep_truth(s.sweep).uav.position_m;
+                (s.sweep, (heard_m - true_m).norm())
+            })
             .collect()
     }
 
@@ -262,10 +272,10 @@ mod tests {
             assert!(numbers.is_sorted_by(|a, b| a < b), "{numbers:?}");
             assert_eq!(sweeps.len() == 8, lost == 0.0, "{numbers:?}");
             assert!(sweeps.len() > 2);
-            for (sweep, heard_s, true_s) in &sweeps {
+            for (sweep, apart_m) in &sweeps {
                 assert!(
-                    (heard_s - true_s).abs() < 1e-9,
-                    "sweep {sweep}: samples of {heard_s} s, began at {true_s} s"
+                    *apart_m < 1e-9,
+                    "sweep {sweep}: samples of a place {apart_m} m away"
                 );
             }
         }

@@ -18,6 +18,8 @@
 //! Numbers are written so that reading gives back the same bits, hence a recording that is read and written again has
 //! the same bytes. A file that is cut short, longer or changed is refused with the reason.
 
+mod damage;
+mod flight;
 mod read;
 mod truth;
 mod write;
@@ -26,16 +28,20 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::config::EarthField;
 use crate::result_directory::Kind;
+use crate::sensors::SensedFlight;
 
-pub use read::{Recording, read};
+pub use damage::Damage;
+pub use flight::RecordedFlight;
+pub use read::{Recording, read, read_with};
 pub use truth::{TRUTH_PATHS, check_truth};
-pub use write::{write, write_events};
+pub use write::{check, write, write_events};
 
 /// Value of `format` in `flight.json`.
 const FORMAT: &str = "cslam-flight";
 /// Value of `version` in `flight.json`.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Name of the description.
 const MANIFEST: &str = "flight.json";
 /// Bytes of a record of `imu.bin`.
@@ -69,16 +75,59 @@ pub struct Manifest {
     pub version: u32,
     /// Scene that was flown in.
     pub scene: String,
+    /// Profile of the simulated world; absent when none was simulated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub world: Option<String>,
     /// Seed of the flight and of its sensors.
     pub seed: u64,
     /// Length of the flight, s.
     pub duration_s: f64,
+    /// Time from sweep to sweep, s.
+    pub sweep_period_s: f64,
+    /// Where whoever set the GMT up says that its antenna stands at first, m, world frame. Absent: nobody says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gmt_setup_position_m: Option<[f64; 3]>,
+    /// The earth's field there. Absent: the magnetometer is not used.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub magnetic_field: Option<EarthField>,
     /// IMU samples a second, Hz.
     pub imu_rate_hz: u32,
     /// Whether each sweep's sample blocks lie beside.
     pub samples: bool,
     /// The files of the receiver's events, in the order of [`Manifest::files`].
     pub files: Vec<FileEntry>,
+}
+
+impl Manifest {
+    /// Of the first `sweeps` sweeps of a simulated flight; `scene` is a name or a file. Without samples, the GMT where it stands and
+    /// the earth's field as it is.
+    pub fn of(scene: &str, world: Option<String>, flight: &SensedFlight, sweeps: u32) -> Self {
+        let schedule = flight.plan().schedule();
+        let duration_s = if sweeps < flight.plan().sweeps() {
+            schedule.sweep_time_s(sweeps)
+        } else {
+            flight.plan().duration_s()
+        };
+        let earth = &flight.config().magnetometer;
+        Self {
+            format: FORMAT.into(),
+            version: VERSION,
+            scene: scene.into(),
+            world,
+            seed: flight.seed(),
+            duration_s,
+            sweep_period_s: schedule.sweep_period_s,
+            gmt_setup_position_m: Some(flight.sweep_truth(0).gmt_position_m.into()),
+            magnetic_field: Some(EarthField {
+                strength_ut: earth.field_ut,
+                inclination_deg: earth.inclination_deg,
+                declination_deg: earth.declination_deg,
+            }),
+            imu_rate_hz: flight.config().imu.rate_hz,
+            samples: false,
+            files: Vec::new(),
+        }
+    }
 }
 
 /// One file of a recording.

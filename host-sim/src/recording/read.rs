@@ -7,7 +7,8 @@ use cslam_firmware::icm42688::{PACKET_LEN, RawSample};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    EVENT_FILES, FORMAT, FileEntry, HEADERS, IMU_RECORD_LEN, MANIFEST, Manifest, VERSION, crc32, sweep_base,
+    Damage, EVENT_FILES, FORMAT, FileEntry, HEADERS, IMU_RECORD_LEN, MANIFEST, Manifest, VERSION, crc32,
+    sweep_base,
 };
 use crate::input::limits::{FLIGHT_DESCRIPTION, FLIGHT_EVENTS, FLIGHT_S};
 use crate::input::{InputError, from_json, from_json_line, lines as numbered, read_exactly, read_text};
@@ -43,8 +44,16 @@ impl Recording {
 /// Reads the recording in `directory` and checks it whole.
 ///
 /// # Errors
-/// [`InputError`] naming the file (and line) that is missing, cut short, changed or inconsistent, and the reason.
+/// [`InputError`] naming the file and the place in it that is missing, cut short, changed or inconsistent, and the reason.
 pub fn read(directory: &Path) -> Result<Recording, InputError> {
+    read_with(directory, &mut Damage::refused())
+}
+
+/// The same, with damage refused or counted. Records that cannot be read, or that are earlier than the one before them, are left out.
+///
+/// # Errors
+/// As [`read`]; always when the description itself cannot be read.
+pub fn read_with(directory: &Path, damage: &mut Damage) -> Result<Recording, InputError> {
     let file = directory.join(MANIFEST);
     let manifest: Manifest = from_json(
         &file,
@@ -92,109 +101,147 @@ pub fn read(directory: &Path) -> Result<Recording, InputError> {
     let mut events = Vec::new();
     for (rank, entry) in manifest.files.iter().enumerate() {
         let file = directory.join(&entry.name);
-        let bytes = checked(&file, entry)?;
-        let first = events.len();
+        let bytes = match read_exactly(&file, entry.bytes, &format!("as {MANIFEST} says")) {
+            Ok(bytes) => bytes,
+            Err(error) => {
+                damage.found(&entry.name, 0, error)?;
+                std::fs::read(&file).unwrap_or_default()
+            }
+        };
+        if let Err(error) = unchanged(&file, &bytes, entry) {
+            damage.found(&entry.name, 0, error)?;
+        }
+        let mut part = Part {
+            file: &file,
+            name: &entry.name,
+            events: Vec::new(),
+            damage: &mut *damage,
+        };
         match rank {
-            0 => imu(&file, &bytes, &mut events)?,
-            _ => lines(&file, rank, &bytes, &mut events)?,
+            0 => imu(&mut part, &bytes)?,
+            _ => lines(&mut part, rank, &bytes)?,
         }
-        let found = &events[first..];
+        let found = part.events;
+        let missing = entry.records.saturating_sub(found.len() as u64);
         if found.len() as u64 != entry.records {
-            return Err(InputError::in_file(
-                &file,
-                format!(
-                    "{} records, expected {} as {MANIFEST} says",
-                    found.len(),
-                    entry.records
-                ),
-            ));
+            let message = format!(
+                "{} records, expected {} as {MANIFEST} says",
+                found.len(),
+                entry.records
+            );
+            let counted = damage.gaps().get(&entry.name).copied().unwrap_or(0);
+            let error = InputError::in_file(&file, message);
+            damage.found(&entry.name, missing.saturating_sub(counted), error)?;
         }
-        if let Some(k) = found
-            .windows(2)
-            .position(|pair| pair[1].uav_time_ns < pair[0].uav_time_ns)
-        {
-            return Err(InputError::in_file(
-                &file,
-                format!("record {} is earlier than the one before it", k + 2),
-            ));
-        }
+        events.extend(found);
     }
     // Stable, and the files were read by rank: the order in which the flight made the events.
     events.sort_by_key(|stamped| (stamped.uav_time_ns, stamped.event.rank()));
-    sweeps(directory, &manifest, &events)?;
+    sweeps(directory, &manifest, &mut events, damage)?;
     Ok(Recording { manifest, events })
 }
 
-/// The bytes of a file, with length and checksum as described.
-fn checked(file: &Path, entry: &FileEntry) -> Result<Vec<u8>, InputError> {
-    let bytes = read_exactly(file, entry.bytes, &format!("as {MANIFEST} says"))?;
-    let crc = crc32(&bytes);
-    if crc != entry.crc32 {
-        return Err(InputError::in_file(
-            file,
-            format!(
-                "changed: CRC-32 {crc:08x}, expected {:08x} as {MANIFEST} says",
-                entry.crc32
-            ),
-        ));
+/// Whether the bytes of a file have the checksum that is described.
+fn unchanged(file: &Path, bytes: &[u8], entry: &FileEntry) -> Result<(), InputError> {
+    let crc = crc32(bytes);
+    if crc == entry.crc32 {
+        return Ok(());
     }
-    Ok(bytes)
+    Err(InputError::in_file(
+        file,
+        format!(
+            "changed: CRC-32 {crc:08x}, expected {:08x} as {MANIFEST} says",
+            entry.crc32
+        ),
+    ))
 }
 
-fn imu(file: &Path, bytes: &[u8], events: &mut Vec<Stamped>) -> Result<(), InputError> {
-    let records = bytes.chunks_exact(IMU_RECORD_LEN);
-    if !records.remainder().is_empty() {
-        return Err(InputError::in_file(
-            file,
-            format!("{} bytes, expected a multiple of {IMU_RECORD_LEN}", bytes.len()),
-        ));
-    }
-    for (index, record) in records.enumerate() {
-        let (mut stamp, mut packet) = ([0; 8], [0; PACKET_LEN]);
-        stamp.copy_from_slice(&record[..8]);
-        packet.copy_from_slice(&record[8..]);
-        let sample = RawSample::from_packet(&packet).map_err(|error| {
-            InputError::in_file(
-                file,
-                format!(
-                    "record {} is not a packet of the high-resolution FIFO: {error}",
-                    index + 1
-                ),
-            )
-        })?;
-        events.push(Stamped {
-            uav_time_ns: u64::from_le_bytes(stamp),
-            event: Event::Imu(sample),
+/// A file of events while it is read.
+struct Part<'a> {
+    file: &'a Path,
+    name: &'a str,
+    events: Vec<Stamped>,
+    damage: &'a mut Damage,
+}
+
+impl Part<'_> {
+    /// Enters a record that begins at `offset` bytes.
+    fn enter(&mut self, offset: usize, record: Result<Stamped, String>) -> Result<(), InputError> {
+        let last_ns = self.events.last().map_or(0, |stamped| stamped.uav_time_ns);
+        let record = record.and_then(|stamped| {
+            if stamped.uav_time_ns < last_ns {
+                return Err("is earlier than the one before it".to_owned());
+            }
+            Ok(stamped)
         });
+        match record {
+            Ok(stamped) => self.events.push(stamped),
+            Err(why) => {
+                let number = self.events.len() + 1;
+                let message = format!("record {number} (byte {offset}) {why}");
+                self.damage
+                    .found(self.name, 1, InputError::in_file(self.file, message))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn imu(part: &mut Part<'_>, bytes: &[u8]) -> Result<(), InputError> {
+    for (index, record) in bytes.chunks(IMU_RECORD_LEN).enumerate() {
+        part.enter(index * IMU_RECORD_LEN, imu_record(record))?;
     }
     Ok(())
 }
 
-fn lines(file: &Path, rank: usize, bytes: &[u8], events: &mut Vec<Stamped>) -> Result<(), InputError> {
-    let text = core::str::from_utf8(bytes)
-        .map_err(|e| InputError::in_file(file, format!("cannot be read as text: {e}")))?;
+fn imu_record(record: &[u8]) -> Result<Stamped, String> {
+    let (stamp, packet) = record
+        .split_first_chunk::<8>()
+        .and_then(|(stamp, packet)| Some((stamp, <&[u8; PACKET_LEN]>::try_from(packet).ok()?)))
+        .ok_or_else(|| format!("has {} bytes, expected {IMU_RECORD_LEN}", record.len()))?;
+    let sample = RawSample::from_packet(packet)
+        .map_err(|error| format!("is not a packet of the high-resolution FIFO: {error}"))?;
+    Ok(Stamped {
+        uav_time_ns: u64::from_le_bytes(*stamp),
+        event: Event::Imu(sample),
+    })
+}
+
+fn lines(part: &mut Part<'_>, rank: usize, bytes: &[u8]) -> Result<(), InputError> {
+    let text = match core::str::from_utf8(bytes) {
+        Ok(text) => text,
+        Err(error) => {
+            let sound = error.valid_up_to();
+            let message = format!("cannot be read as text from byte {sound} on");
+            part.damage
+                .found(part.name, 0, InputError::in_file(part.file, message))?;
+            core::str::from_utf8(&bytes[..sound]).unwrap_or_default()
+        }
+    };
+    let file = part.file;
     let mut numbered = numbered(file, text, &FLIGHT_EVENTS);
     if !HEADERS[rank].is_empty() && numbered.next().transpose()?.map(|(_, line)| line) != Some(HEADERS[rank])
     {
-        return Err(InputError::at_line(
-            file,
-            1,
-            format!("expected the columns {}", HEADERS[rank]),
-        ));
+        let message = format!("expected the columns {}", HEADERS[rank]);
+        part.damage
+            .found(part.name, 0, InputError::at_line(file, 1, message))?;
     }
     for line in numbered {
         let (number, line) = line?;
-        let stamped = if rank == 4 {
-            let BeaconLine { uav_time_ns, beacon } = from_json_line(file, number, line, "a beacon")?;
-            Stamped {
+        let offset = line.as_ptr() as usize - text.as_ptr() as usize;
+        let record = if rank == 4 {
+            from_json_line(file, number, line, "a beacon").map(|BeaconLine { uav_time_ns, beacon }| Stamped {
                 uav_time_ns,
                 event: Event::Beacon(beacon),
-            }
+            })
         } else {
             columns(line, rank)
-                .ok_or_else(|| InputError::at_line(file, number, format!("expected {}", HEADERS[rank])))?
+                .ok_or_else(|| InputError::at_line(file, number, format!("expected {}", HEADERS[rank])))
         };
-        events.push(stamped);
+        match record {
+            Ok(stamped) => part.enter(offset, Ok(stamped))?,
+            Err(error) => part.damage.found(part.name, 1, error)?,
+        }
     }
     Ok(())
 }
@@ -224,25 +271,39 @@ fn columns(line: &str, rank: usize) -> Option<Stamped> {
 }
 
 /// Sweeps are numbered without a gap, every beacon follows a sweep, and recorded samples are there.
-fn sweeps(directory: &Path, manifest: &Manifest, events: &[Stamped]) -> Result<(), InputError> {
+fn sweeps(
+    directory: &Path,
+    manifest: &Manifest,
+    events: &mut Vec<Stamped>,
+    damage: &mut Damage,
+) -> Result<(), InputError> {
     let mut heard = 0u32;
-    for stamped in events {
+    let mut wrong = Vec::new();
+    for (index, stamped) in events.iter().enumerate() {
         match stamped.event {
-            Event::Sweep { sweep } if sweep == heard => heard += 1,
             Event::Sweep { sweep } => {
-                return Err(InputError::in_file(
-                    &directory.join(EVENT_FILES[3]),
-                    format!("sweep {sweep}, expected {heard}"),
-                ));
+                if sweep != heard {
+                    let message = format!("sweep {sweep}, expected {heard}");
+                    let error = InputError::in_file(&directory.join(EVENT_FILES[3]), message);
+                    damage.found(EVENT_FILES[3], u64::from(sweep.saturating_sub(heard)), error)?;
+                }
+                if sweep < heard || sweep == u32::MAX {
+                    wrong.push(index);
+                } else {
+                    heard = sweep + 1;
+                }
             }
             Event::Beacon(beacon) if beacon.sweep >= heard => {
-                return Err(InputError::in_file(
-                    &directory.join(EVENT_FILES[4]),
-                    format!("the beacon of sweep {} comes before that sweep", beacon.sweep),
-                ));
+                let message = format!("the beacon of sweep {} comes before that sweep", beacon.sweep);
+                let error = InputError::in_file(&directory.join(EVENT_FILES[4]), message);
+                damage.found(EVENT_FILES[4], 1, error)?;
+                wrong.push(index);
             }
             _ => {}
         }
+    }
+    for index in wrong.into_iter().rev() {
+        events.remove(index);
     }
     if !manifest.samples {
         return Ok(());
@@ -250,10 +311,9 @@ fn sweeps(directory: &Path, manifest: &Manifest, events: &[Stamped]) -> Result<(
     for sweep in 0..heard {
         let (meta, data) = crate::sigmf::files(&sweep_base(directory, sweep));
         if let Some(missing) = [meta, data].iter().find(|file| !file.is_file()) {
-            return Err(InputError::in_file(
-                missing,
-                format!("missing, expected the samples of sweep {sweep}"),
-            ));
+            let message = format!("missing, expected the samples of sweep {sweep}");
+            // Counted when the samples are asked for.
+            damage.found("sweeps", 0, InputError::in_file(missing, message))?;
         }
     }
     Ok(())

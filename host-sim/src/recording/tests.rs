@@ -5,10 +5,13 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
-use super::{EVENT_FILES, MANIFEST, Manifest, check_truth, read, sweep_base, write, write_events};
+use super::truth::TruthTrack;
+use super::{
+    Damage, EVENT_FILES, MANIFEST, Manifest, check_truth, read, read_with, sweep_base, write, write_events,
+};
 use crate::flight::{FlightConfig, FlightPlan};
 use crate::scene::Scene;
-use crate::sensors::{Event, SensedFlight, SensorsConfig};
+use crate::sensors::{Event, SensedFlight, SensorsConfig, Stamped};
 
 fn flight() -> SensedFlight {
     let scene = Scene::load("street").expect("built in");
@@ -20,9 +23,19 @@ fn flight() -> SensedFlight {
     SensedFlight::new(plan, SensorsConfig::default(), 5).expect("the default is valid")
 }
 
+fn record(directory: &Path, flight: &SensedFlight) -> anyhow::Result<Manifest> {
+    let sweeps = flight.plan().sweeps();
+    write(
+        directory,
+        Manifest::of("street", None, flight, sweeps),
+        flight,
+        sweeps,
+    )
+}
+
 fn recorded() -> tempfile::TempDir {
     let directory = tempfile::tempdir().expect("a directory");
-    write(directory.path(), "street", &flight(), |_, _| Ok(false)).expect("recorded");
+    record(directory.path(), &flight()).expect("recorded");
     directory
 }
 
@@ -171,7 +184,7 @@ fn a_file_that_contradicts_the_others_is_refused_with_the_reason() {
     let cases: [(usize, &str, Change); 8] = [
         (
             0,
-            "expected a multiple of 28",
+            "has 23 bytes, expected 28",
             Box::new(|b| b[..b.len() - 5].to_vec()),
         ),
         (0, "records, expected", Box::new(|b| b[..b.len() - 28].to_vec())),
@@ -214,7 +227,7 @@ fn a_strange_description_is_refused() {
     let file = directory.path().join(MANIFEST);
     let text = fs::read_to_string(&file).expect("recorded");
     for (from, to, reason) in [
-        ("\"version\": 1", "\"version\": 2", "version 2"),
+        ("\"version\": 2", "\"version\": 1", "version 1"),
         ("imu.bin", "imu.csv", "expected the files"),
         ("\"seed\"", "\"sead\"", "not the description"),
         (
@@ -234,23 +247,112 @@ fn a_strange_description_is_refused() {
 }
 
 #[test]
-fn samples_are_recorded_for_all_sweeps_or_none() {
+fn samples_that_the_description_speaks_of_must_be_there() {
     let (flight, directory) = (flight(), tempfile::tempdir().expect("a directory"));
-    let mut seen = Vec::new();
-    let manifest = write(directory.path(), "street", &flight, |sweep, truth| {
-        seen.push((sweep, truth.time_s));
+    let manifest = Manifest {
+        samples: true,
+        ..Manifest::of("street", None, &flight, 9)
+    };
+    write(directory.path(), manifest, &flight, 9).expect("recorded");
+    for sweep in 0..9 {
         let (meta, data) = crate::sigmf::files(&sweep_base(directory.path(), sweep));
-        fs::write(meta, "{}")?;
-        fs::write(data, [])?;
-        Ok(true)
-    });
-    assert!(manifest.expect("recorded").samples);
-    assert_eq!((seen.len(), seen[3]), (16, (3, 2.0)));
-    assert!(read(directory.path()).is_ok());
+        fs::write(meta, "{}").expect("writable");
+        fs::write(data, []).expect("writable");
+    }
+    let recording = read(directory.path()).expect("sound");
+    // Nine sweeps with what was heard before the tenth.
+    assert_eq!(recording.manifest().duration_s, 5.0);
+    let last_ns = recording.events().last().expect("events").uav_time_ns;
+    assert!((4_990_000_000..5_001_000_000).contains(&last_ns), "{last_ns}");
     fs::remove_file(directory.path().join("sweep-0007.sigmf-data")).expect("there");
     assert!(refusal(directory.path()).contains("sweep-0007.sigmf-data"));
-    let error = write(directory.path(), "street", &flight, |sweep, _| Ok(sweep > 2)).expect_err("a gap");
-    assert!(error.to_string().contains("13 of 16"), "{error}");
+}
+
+#[test]
+fn what_is_damaged_is_counted_and_the_rest_is_read() {
+    let whole = read(recorded().path()).expect("sound").events().to_vec();
+    let counted = |directory: &Path| {
+        let mut damage = Damage::counted();
+        let recording = read_with(directory, &mut damage).expect("counted");
+        assert!(!damage.messages().is_empty());
+        (recording.events().to_vec(), damage.gaps().clone())
+    };
+    // A record that is no packet, in the middle of the inertial samples.
+    let directory = recorded();
+    let file = directory.path().join(EVENT_FILES[0]);
+    let mut bytes = fs::read(&file).expect("recorded");
+    bytes[28 * 1000 + 8] = 0;
+    fs::write(&file, &bytes).expect("writable");
+    let (events, gaps) = counted(directory.path());
+    assert_eq!(events.len(), whole.len() - 1);
+    assert_eq!(gaps, [(EVENT_FILES[0].to_owned(), 1)].into());
+    let error = {
+        forge(directory.path(), 0, |bytes| bytes);
+        refusal(directory.path())
+    };
+    assert!(
+        error.contains("imu.bin") && error.contains("(byte 28000)"),
+        "{error}"
+    );
+    // Half of a file, and none of another.
+    let directory = recorded();
+    fs::write(&file_of(&directory, 0), &bytes[..28 * 4000 + 5]).expect("writable");
+    fs::remove_file(file_of(&directory, 1)).expect("there");
+    let (events, gaps) = counted(directory.path());
+    let of_rank = |events: &[Stamped], rank| events.iter().filter(|s| s.event.rank() == rank).count();
+    assert_eq!((of_rank(&events, 0), of_rank(&events, 1)), (3999, 0));
+    assert_eq!(gaps["imu.bin"] as usize, of_rank(&whole, 0) - 3999);
+    assert_eq!(gaps["magnetometer.csv"] as usize, of_rank(&whole, 1));
+    assert_eq!(of_rank(&events, 3), of_rank(&whole, 3));
+    // A sweep's beginning; the beacon that follows it goes with it.
+    let directory = recorded();
+    forge(directory.path(), 3, |bytes| {
+        let text = String::from_utf8(bytes).expect("text");
+        let lines = text.lines().filter(|line| !line.ends_with(",3"));
+        lines
+            .flat_map(|line| [line, "\n"])
+            .collect::<String>()
+            .into_bytes()
+    });
+    let (events, gaps) = counted(directory.path());
+    let expected = (of_rank(&whole, 3) - 1, of_rank(&whole, 4) - 1);
+    assert_eq!((of_rank(&events, 3), of_rank(&events, 4)), expected);
+    let lost = ["sweeps.csv", "beacons.jsonl"].map(|name| (name.to_owned(), 1));
+    assert_eq!(gaps, lost.into());
+}
+
+#[test]
+fn truth_is_known_between_its_lines() {
+    let (flight, directory) = (flight(), recorded());
+    let track = TruthTrack::read(directory.path()).expect("sound").expect("there");
+    for (uav_s, place_m, angle_rad) in [
+        (2.5_f64, 1e-9_f64, 1e-9_f64),
+        (4.1234567, 1e-5, 1e-4),
+        (7.777, 1e-5, 1e-4),
+    ] {
+        let gmt_s = 2.0 * uav_s - flight.clock().reading_s(uav_s);
+        let (told, truth) = (track.at(uav_s), flight.truth(gmt_s));
+        let off = (Vector3::from(told.position_m) - truth.uav.position_m).norm();
+        assert!(off < place_m, "{off} m at {uav_s} s");
+        let dot: f64 = told
+            .quaternion_wb
+            .iter()
+            .zip(truth.uav.quaternion_wb())
+            .map(|(a, b)| a * b)
+            .sum();
+        assert!(
+            2.0 * libm::acos(dot.abs().min(1.0)) < angle_rad.max(1e-7),
+            "{uav_s} s"
+        );
+        assert!((told.clock_offset_s - truth.clock_offset_s).abs() < 1e-12);
+    }
+    // Before the first and after the last line theirs.
+    assert_eq!(track.at(-5.0), track.at(-1.0));
+    assert_eq!(track.at(50.0), track.at(60.0));
+}
+
+fn file_of(directory: &tempfile::TempDir, rank: usize) -> std::path::PathBuf {
+    directory.path().join(EVENT_FILES[rank])
 }
 
 #[test]

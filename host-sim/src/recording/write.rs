@@ -6,51 +6,48 @@ use std::path::Path;
 use anyhow::Context;
 
 use super::truth::{TRUTH, truth};
-use super::{EVENT_FILES, FORMAT, FileEntry, HEADERS, MANIFEST, Manifest, VERSION, crc32};
+use super::{EVENT_FILES, FileEntry, HEADERS, MANIFEST, Manifest, crc32};
 use crate::input::InputError;
-use crate::sensors::{Event, SensedFlight, Stamped, Truth};
+use crate::sensors::{Event, SensedFlight, Stamped};
 
-/// Records a flight into `directory`, which is created. `scene` is a name or file for the description. `samples` is
-/// called for every sweep with its number, to write its sample blocks to [`super::sweep_base`]; it returns whether it
-/// did, and must do so for all sweeps or for none.
+/// Records the first `sweeps` sweeps of a flight into `directory`, which is created. `manifest` describes it; when it speaks of
+/// samples, the caller writes them to [`super::sweep_base`] and [`super::squint_base`].
 ///
 /// # Errors
-/// When a file cannot be written, naming it, when the flight has late events, and whatever `samples` returns.
+/// When a file cannot be written, naming it, and when the flight's events do not come in the order of a recording.
 pub fn write(
     directory: &Path,
-    scene: &str,
+    manifest: Manifest,
     flight: &SensedFlight,
-    mut samples: impl FnMut(u32, &Truth) -> anyhow::Result<bool>,
+    sweeps: u32,
 ) -> anyhow::Result<Manifest> {
-    if flight.config().faults.reorders() {
-        let message =
-            "faults.transport: late events cannot be recorded, a recording is in the order of time stamps";
-        return Err(InputError::new(message).into());
-    }
+    check(flight)?;
     std::fs::create_dir_all(directory)
         .with_context(|| format!("{} cannot be created", directory.display()))?;
-    let mut with_samples = 0;
-    for sweep in 0..flight.plan().sweeps() {
-        with_samples += u32::from(samples(sweep, &flight.sweep_truth(sweep))?);
+    put(
+        directory,
+        TRUTH,
+        truth(flight, sweeps, manifest.duration_s).as_bytes(),
+    )?;
+    // What comes after the last sweep was heard goes with the next one.
+    let events = flight
+        .events()
+        .take_while(|stamped| !matches!(stamped.event, Event::Sweep { sweep } if sweep >= sweeps));
+    write_events(directory, manifest, events)
+}
+
+/// Whether a flight can be recorded.
+///
+/// # Errors
+/// [`InputError`] when faults of its configuration bring events out of order, or sweeps twice or not at all.
+pub fn check(flight: &SensedFlight) -> Result<(), InputError> {
+    if flight.config().faults.reorders() {
+        return Err(InputError::new(
+            "faults.transport: late events, and lost or doubled sweeps, cannot be recorded: a recording is in the order of time \
+             stamps, and has every sweep once",
+        ));
     }
-    if with_samples != 0 && with_samples != flight.plan().sweeps() {
-        anyhow::bail!(
-            "samples of {with_samples} of {} sweeps were written",
-            flight.plan().sweeps()
-        );
-    }
-    put(directory, TRUTH, truth(flight).as_bytes())?;
-    let manifest = Manifest {
-        format: FORMAT.into(),
-        version: VERSION,
-        scene: scene.into(),
-        seed: flight.seed(),
-        duration_s: flight.plan().duration_s(),
-        imu_rate_hz: flight.config().imu.rate_hz,
-        samples: with_samples > 0,
-        files: Vec::new(),
-    };
-    write_events(directory, manifest, flight.events())
+    Ok(())
 }
 
 /// Writes the event files and the description into an existing directory; the entries of `manifest.files` are made

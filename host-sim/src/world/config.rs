@@ -8,7 +8,7 @@ use crate::channel::{ChannelConfig, Impairments};
 use crate::flight::FlightConfig;
 use crate::input::InputError;
 use crate::scene::Scene;
-use crate::sensors::SensorsConfig;
+use crate::sensors::{ImuConfig, SensorsConfig};
 
 /// A world by name: the defaults of every figure of a [`WorldConfig`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
@@ -60,7 +60,10 @@ impl WorldConfig {
         match profile {
             Profile::Budget => budget,
             Profile::Ideal => Self {
-                sensors: SensorsConfig::ideal(),
+                sensors: SensorsConfig {
+                    imu: noise_alone(&budget.sensors.imu),
+                    ..SensorsConfig::ideal()
+                },
                 channel: ChannelConfig {
                     impairments: Impairments::none(),
                     ..ChannelConfig::default()
@@ -98,5 +101,14 @@ impl WorldConfig {
         self.flight.check()?;
         self.sensors.check().map_err(|error| error.under("sensors"))?;
         self.channel.check().map_err(|error| error.under("channel"))
+    }
+}
+
+/// An inertial sensor without an error but its white noise: one whose values stand still at rest is broken for a receiver.
+fn noise_alone(imu: &ImuConfig) -> ImuConfig {
+    ImuConfig {
+        gyro_noise_mdps_per_sqrt_hz: imu.gyro_noise_mdps_per_sqrt_hz,
+        accel_noise_ug_per_sqrt_hz: imu.accel_noise_ug_per_sqrt_hz,
+        ..ImuConfig::ideal()
     }
 }

@@ -116,12 +116,12 @@ fn pose(truth: &Truth, errors: &[f64; 7]) -> PoseRecord {
             clock_offset_s: Some(truth.clock_offset_s + clock * CLOCK_S),
             clock_sigma_s: Some(CLOCK_S),
         }),
-        truth: PoseTruth {
+        truth: Some(PoseTruth {
             position_m: truth.uav.position_m.into(),
             quaternion_wb: truth.uav.quaternion_wb(),
             velocity_m_per_s: truth.uav.velocity_m_per_s.into(),
             clock_offset_s: truth.clock_offset_s,
-        },
+        }),
     }
 }
 
@@ -222,7 +222,7 @@ fn listen(
         time_s: truth.time_s,
         estimate: SweepEstimate {
             pose: Some(estimate),
-            gmt_position_m: truth.gmt_position_m.into(),
+            gmt_position_m: Some(truth.gmt_position_m.into()),
             gmt_index,
             link: (!paths.is_empty()).then_some(LinkEstimate {
                 state: told,
@@ -234,7 +234,6 @@ fn listen(
         },
         truth: SweepTruth {
             pose: at.truth,
-            gmt_position_m: truth.gmt_position_m.into(),
             link: Some(link),
             matches: Vec::new(),
         },

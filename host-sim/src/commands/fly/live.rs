@@ -28,7 +28,7 @@ impl Live {
     /// Starts a station with its page at `http` and a scene behind the map, and says where the page is.
     pub(super) fn start(
         http: SocketAddr,
-        scene: &str,
+        scene: Option<&str>,
         interrupted: &Arc<AtomicBool>,
     ) -> anyhow::Result<Self> {
         let any = SocketAddr::from(([127, 0, 0, 1], 0));
@@ -43,7 +43,7 @@ impl Live {
             // A simulated flight signs with the published key.
             trust: Trust::Test,
             http,
-            scene: Some(scene.to_owned()),
+            scene: scene.map(str::to_owned),
             ..Options::default()
         };
         // The option is called otherwise here.

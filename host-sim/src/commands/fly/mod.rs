@@ -4,8 +4,10 @@ mod list;
 #[cfg(feature = "ground")]
 mod live;
 pub(crate) mod raw;
+mod recorded;
 
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use clap::ValueEnum;
@@ -37,6 +39,13 @@ pub(crate) struct Args {
     /// covariances or "measured": true is taken as it is; to a traced one errors of stated size are added
     #[arg(long, value_name = "FILE|bundled")]
     paths: Option<PathBuf>,
+    /// Fly over a recording (`cslam record`): its samples and events instead of a simulated world. With --scene: the scene to compare
+    /// the map with, if not the recorded one
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["paths", "world", "seed"])]
+    recording: Option<PathBuf>,
+    /// Count what is missing or damaged in a recording and fly on, instead of refusing it
+    #[arg(long, requires = "recording")]
+    keep_going: bool,
     /// Configuration file (TOML), of which [world], [path_errors] and [receiver] count; `cslam config` shows what it may hold
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -95,6 +104,8 @@ impl Default for Args {
         Self {
             scene: None,
             paths: None,
+            recording: None,
+            keep_going: false,
             config: None,
             world: None,
             print_config: false,
@@ -130,23 +141,22 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let interrupted = interrupt::flag();
     #[cfg(feature = "ground")]
     let mut shown = None;
-    let mut flown = match (&args.paths, &args.scene) {
-        (Some(file), _) => list::run(args, &config, file, &interrupted)?,
-        (None, scene) => {
-            let scene = scene.as_deref().unwrap_or(DEFAULT_SCENE);
+    let mut flown = match &args.paths {
+        Some(file) => list::run(args, &config, file, &interrupted)?,
+        None => {
             #[cfg(feature = "ground")]
             if let Some(http) = args.live {
-                let live = live::Live::start(http, scene, &interrupted)?;
-                let flown = raw::run(args, &config, scene, &interrupted, |at_ns, bytes| {
+                let live = live::Live::start(http, scene_behind(args), &interrupted)?;
+                let flown = from_samples(args, &config, &interrupted, |at_ns, bytes| {
                     live.send(at_ns, bytes)
                 })?;
                 shown = Some(live);
                 flown
             } else {
-                raw::run(args, &config, scene, &interrupted, |_, _| {})?
+                from_samples(args, &config, &interrupted, |_, _| {})?
             }
             #[cfg(not(feature = "ground"))]
-            raw::run(args, &config, scene, &interrupted, |_, _| {})?
+            from_samples(args, &config, &interrupted, |_, _| {})?
         }
     };
     let elapsed_s = start.elapsed().as_secs_f64();
@@ -177,6 +187,29 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         live.wait()?;
     }
     Ok(())
+}
+
+/// A flight over a recording or through a simulated world.
+fn from_samples(
+    args: &Args,
+    config: &Config,
+    interrupted: &AtomicBool,
+    sent: impl FnMut(u64, &[u8]),
+) -> anyhow::Result<Flown> {
+    match &args.recording {
+        Some(directory) => recorded::run(args, config, directory, interrupted, sent),
+        None => {
+            let scene = args.scene.as_deref().unwrap_or(DEFAULT_SCENE);
+            raw::run(args, config, scene, interrupted, sent)
+        }
+    }
+}
+
+/// The scene that a live page shows behind the map: that of a recording only when it is named.
+#[cfg(feature = "ground")]
+fn scene_behind(args: &Args) -> Option<&str> {
+    let default = args.recording.is_none().then_some(DEFAULT_SCENE);
+    args.scene.as_deref().or(default)
 }
 
 /// Before the flight: a directory that cannot be used must not cost one.

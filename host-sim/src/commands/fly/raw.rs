@@ -1,4 +1,4 @@
-//! A flight from raw samples: the world plays, the receiver that flies listens.
+//! A flight from raw samples: a world or a recording plays, the receiver that flies listens.
 
 use std::sync::atomic::AtomicBool;
 
@@ -23,7 +23,7 @@ use crate::estimate;
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::progress;
-use crate::raw_flight;
+use crate::raw_flight::{self, Source};
 use crate::world::World;
 
 /// Heading of the options below in the help text.
@@ -77,7 +77,7 @@ pub(super) fn run(
     let planned = usize::try_from(world.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
     let bar = progress::bar(planned as u64, "flying");
     let swept = || bar.inc(1);
-    let (log, packets) = fly(
+    let (log, packets) = fly_world(
         &config.receiver,
         name,
         &world,
@@ -96,13 +96,18 @@ pub(super) fn run(
     })
 }
 
+/// What whoever prepares a flight knows of the place. What the receiver's configuration says comes first.
+pub(crate) struct Site {
+    /// The earth's field; without it the magnetometer is not used.
+    pub(crate) magnetic_field: Option<EarthField>,
+    /// Where the GMT's antenna was set up, m, world frame; without it nobody asks.
+    pub(crate) gmt_m: Option<[f64; 3]>,
+}
+
 /// Flies a receiver through a world, for `planned` sweeps or until `interrupted`: the log and every byte that went
 /// to the ground. `swept` is called after each sweep, `sent` gets what goes to the ground as it goes.
-#[allow(
-    clippy::too_many_arguments,
-    reason = "two callers, and each argument is of another kind"
-)]
-pub(crate) fn fly(
+#[allow(clippy::too_many_arguments, reason = "each argument is of another kind")]
+pub(crate) fn fly_world(
     told: &ReceiverConfig,
     scene: &str,
     world: &World<'_>,
@@ -122,17 +127,33 @@ pub(crate) fn fly(
         delay_cycle_m: Some(cslam_core::localization::filter::DELAY_PERIOD_M),
     };
     let earth = &world.flight().config().magnetometer;
-    let field = told.magnetic_field.unwrap_or(EarthField {
-        strength_ut: earth.field_ut,
-        inclination_deg: earth.inclination_deg,
-        declination_deg: earth.declination_deg,
-    });
-    // Whoever sets up a simulated GMT knows where.
-    let setup = told.gmt_setup.or_at(world.flight().sweep_truth(0).gmt_position_m);
+    let site = Site {
+        magnetic_field: Some(EarthField {
+            strength_ut: earth.field_ut,
+            inclination_deg: earth.inclination_deg,
+            declination_deg: earth.declination_deg,
+        }),
+        // Whoever sets up a simulated GMT knows where.
+        gmt_m: Some(world.flight().sweep_truth(0).gmt_position_m.into()),
+    };
+    fly(told, header, &site, world, interrupted, swept, sent)
+}
+
+/// Flies a receiver through what `source` gives; the rest as in [`fly_world`].
+pub(crate) fn fly(
+    told: &ReceiverConfig,
+    header: Header,
+    site: &Site,
+    source: &impl Source,
+    interrupted: &AtomicBool,
+    swept: impl FnMut(),
+    sent: impl FnMut(u64, &[u8]),
+) -> anyhow::Result<(FlightLog, Vec<u8>)> {
+    let field = told.magnetic_field.or(site.magnetic_field);
     let receiver = Receiver {
-        magnetic_field: Some(field.config()),
+        magnetic_field: field.map(|field| field.config()),
         residuals: told.residuals.config(),
-        ..methods(told, setup)?
+        ..methods(told, told.gmt_setup.or_at(site.gmt_m))?
     };
     let estimation = EstimatorConfig::default();
     let of_mode = match told.mode {
@@ -142,19 +163,19 @@ pub(crate) fn fly(
     let delays = match told.estimator.unwrap_or(of_mode) {
         estimate::Mode::Best => {
             let estimator = Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&estimation);
-            return fly_with(receiver, estimator, world, header, interrupted, swept, sent);
+            return fly_with(receiver, estimator, source, header, interrupted, swept, sent);
         }
         estimate::Mode::Paper => TapDelays::Whole,
         estimate::Mode::PaperInterpolated => TapDelays::Interpolated,
     };
     let estimator = PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation).with_delays(delays);
-    fly_with(receiver, estimator, world, header, interrupted, swept, sent)
+    fly_with(receiver, estimator, source, header, interrupted, swept, sent)
 }
 
 fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
     config: Receiver<'_>,
     estimator: E,
-    world: &World<'_>,
+    source: &impl Source,
     header: Header,
     interrupted: &AtomicBool,
     mut swept: impl FnMut(),
@@ -176,7 +197,7 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
         cslam,
     );
     Ok(raw_flight::fly(
-        world,
+        source,
         &mut receiver,
         header,
         interrupted,
@@ -187,8 +208,8 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
     )?)
 }
 
-/// The methods of a mode, with the stages that were asked to differ, beside a GMT that was set up there.
-fn methods(told: &ReceiverConfig, setup: Setup) -> anyhow::Result<Receiver<'static>> {
+/// The methods of a mode, with the stages that were asked to differ, beside a GMT that was set up there, if somebody says.
+fn methods(told: &ReceiverConfig, setup: Option<Setup>) -> anyhow::Result<Receiver<'static>> {
     let of_mode = match told.mode {
         Mode::Best => LinkStateChoice::Geometric,
         Mode::Paper => LinkStateChoice::Paper,
@@ -212,11 +233,11 @@ fn methods(told: &ReceiverConfig, setup: Setup) -> anyhow::Result<Receiver<'stat
     let with = |mode| Localization::Hpc(told.hpc.config(mode), network);
     config.localization = match told.localization {
         None => match config.localization {
-            Localization::Filter(_) => Localization::Filter(told.filter.config(Some(setup))),
+            Localization::Filter(_) => Localization::Filter(told.filter.config(setup)),
             Localization::Hpc(hpc, _) => with(hpc.mode),
         },
         Some(LocalizationChoice::Filter | LocalizationChoice::FilterNoDeltaRanges) => {
-            Localization::Filter(told.filter.config(Some(setup)))
+            Localization::Filter(told.filter.config(setup))
         }
         Some(LocalizationChoice::Hpc) => with(hpc::Mode::VelocityFromFixes),
         Some(LocalizationChoice::HpcLiteral) => with(hpc::Mode::Literal),

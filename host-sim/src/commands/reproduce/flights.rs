@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use clap::ValueEnum;
 
-use crate::commands::fly::raw::fly;
+use crate::commands::fly::raw::fly_world;
 use crate::config::{
     DepartureChoice, LinkStateChoice, LocalizationChoice, MappedChoice, Mode, ReceiverConfig,
 };
@@ -342,7 +342,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         for (seed, world) in &worlds {
             let planned = usize::try_from(world.sweeps())?;
             let swept = || bar.inc(1);
-            let (mut log, _) = fly(
+            let (mut log, _) = fly_world(
                 setup,
                 &args.scene,
                 world,

@@ -254,7 +254,7 @@ impl Flight {
             time_s,
             estimate: SweepEstimate {
                 pose: None,
-                gmt_position_m: heard.link.tx,
+                gmt_position_m: Some(heard.link.tx),
                 gmt_index: self.gmt_index,
                 paths,
                 link: None,
@@ -263,13 +263,12 @@ impl Flight {
             },
             // The clock is taken out and the paths are turned into world axes: nothing of the pose is left to be wrong.
             truth: SweepTruth {
-                pose: PoseTruth {
+                pose: Some(PoseTruth {
                     position_m: heard.link.rx,
                     quaternion_wb: [1.0, 0.0, 0.0, 0.0],
                     velocity_m_per_s: heard.truth.uav.velocity_m_per_s.into(),
                     clock_offset_s: 0.0,
-                },
-                gmt_position_m: heard.link.tx,
+                }),
                 link: Some(heard.link.clone()),
                 matches: Vec::new(),
             },

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use clap::ValueEnum;
 use cslam_core::telemetry::Key;
 
-use crate::commands::fly::raw::fly;
+use crate::commands::fly::raw::fly_world;
 use crate::config::{Mode, ReceiverConfig};
 use crate::input::limits::PACKETS;
 use crate::input::{InputError, read_bytes};
@@ -86,7 +86,7 @@ fn flight(args: &Args) -> anyhow::Result<Vec<u8>> {
     let world = World::new(&scene, config, args.seed)?;
     let planned = usize::try_from(world.sweeps())?;
     let bar = progress::bar(planned as u64, "flying");
-    let (_, packets) = fly(
+    let (_, packets) = fly_world(
         &ReceiverConfig::of(Mode::Best),
         &args.scene,
         &world,

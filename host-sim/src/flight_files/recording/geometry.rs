@@ -73,7 +73,7 @@ pub(crate) fn path(log: &FlightLog, truth: bool, time_ns: u64) -> PosesInFrame {
     let poses = log.trajectory();
     let poses = poses.iter().filter_map(|record| {
         if truth {
-            return Some(placed((record.truth.position_m, record.truth.quaternion_wb)));
+            return record.truth.map(|t| placed((t.position_m, t.quaternion_wb)));
         }
         record.estimate.map(|e| placed((e.position_m, e.quaternion_wb)))
     });

@@ -68,20 +68,24 @@ fn record_pose<W: Write + Seek>(
     pose: &PoseRecord,
 ) -> Result<(), mcap::McapError> {
     let time_ns = nanoseconds(pose.time_s);
-    let truth = (pose.truth.position_m, pose.truth.quaternion_wb);
-    recorder.message("/tf", time_ns, &geometry::transform("body_true", truth, time_ns))?;
-    recorder.message("/truth/pose", time_ns, &geometry::pose(truth, time_ns))?;
+    if let Some(truth) = &pose.truth {
+        let truth = (truth.position_m, truth.quaternion_wb);
+        recorder.message("/tf", time_ns, &geometry::transform("body_true", truth, time_ns))?;
+        recorder.message("/truth/pose", time_ns, &geometry::pose(truth, time_ns))?;
+    }
     if let Some(estimate) = &pose.estimate {
         let estimated = (estimate.position_m, estimate.quaternion_wb);
         recorder.message("/tf", time_ns, &geometry::transform("body", estimated, time_ns))?;
         recorder.message("/pose", time_ns, &geometry::pose(estimated, time_ns))?;
-        recorder.json(
-            "/errors",
-            "cslam.Errors",
-            series::ERRORS,
-            time_ns,
-            &series::errors(estimate, &pose.truth),
-        )?;
+        if let Some(truth) = &pose.truth {
+            recorder.json(
+                "/errors",
+                "cslam.Errors",
+                series::ERRORS,
+                time_ns,
+                &series::errors(estimate, truth),
+            )?;
+        }
     }
     Ok(())
 }
@@ -92,8 +96,10 @@ fn record_sweep<W: Write + Seek>(
     accepted: usize,
 ) -> Result<(), mcap::McapError> {
     let time_ns = nanoseconds(sweep.time_s);
-    let gmt = (sweep.estimate.gmt_position_m, [1.0, 0.0, 0.0, 0.0]);
-    recorder.message("/tf", time_ns, &geometry::transform("gmt", gmt, time_ns))?;
+    if let Some(position_m) = sweep.estimate.gmt_position_m {
+        let gmt = (position_m, [1.0, 0.0, 0.0, 0.0]);
+        recorder.message("/tf", time_ns, &geometry::transform("gmt", gmt, time_ns))?;
+    }
     let state = series::link_state(sweep, accepted);
     recorder.json(
         "/link_state",

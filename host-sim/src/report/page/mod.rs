@@ -94,12 +94,14 @@ fn size_of(outputs: &Outputs<'_>) -> ([f64; 2], [f64; 2]) {
         .log
         .trajectory()
         .iter()
-        .for_each(|p| grow(p.truth.position_m));
+        .filter_map(|p| p.truth.map(|t| t.position_m).or(p.estimate.map(|e| e.position_m)))
+        .for_each(&mut grow);
     outputs
         .log
         .sweeps
         .iter()
-        .for_each(|s| grow(s.truth.gmt_position_m));
+        .filter_map(|s| s.estimate.gmt_position_m)
+        .for_each(&mut grow);
     if low[0] > high[0] {
         return ([0.0; 2], [1.0; 2]);
     }

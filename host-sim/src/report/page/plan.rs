@@ -68,17 +68,17 @@ pub(super) fn svg(outputs: &Outputs<'_>) -> String {
         body += &dots(places, &view, &format!("dot off{class}"), Layer::Map);
     }
     let poses = log.trajectory();
-    let truth = poses.iter().map(|p| Some((p.time_s, p.truth.position_m)));
+    let truth = poses.iter().map(|p| Some((p.time_s, p.truth?.position_m)));
     body += &track(truth, &view, "truth", Layer::Truth);
     let estimate = poses.iter().map(|p| Some((p.time_s, p.estimate?.position_m)));
     body += &track(estimate, &view, "est", Layer::Estimate);
     let gmt = log
         .sweeps
         .iter()
-        .map(|s| Some((s.time_s, s.truth.gmt_position_m)));
+        .map(|s| Some((s.time_s, s.estimate.gmt_position_m?)));
     body += &track(gmt, &view, "gmt", Layer::Gmt);
-    if let Some(first) = poses.first() {
-        let (x, y) = view.at(first.truth.position_m[0], first.truth.position_m[1]);
+    if let Some(first) = poses.first().and_then(|first| first.truth) {
+        let (x, y) = view.at(first.position_m[0], first.position_m[1]);
         let _ = write!(
             body,
             r#"<circle class="start layer-truth" cx="{x:.1}" cy="{y:.1}" r="5"/>"#

@@ -87,8 +87,12 @@ pub(super) fn data(outputs: &Outputs<'_>) -> io::Result<String> {
             .step_by(thin)
             .filter_map(|p| p.estimate)
             .map(|e| e.position_m)),
-        truth: all(poses.iter().step_by(thin).map(|p| p.truth.position_m)),
-        gmt: all(log.sweeps.iter().map(|s| s.truth.gmt_position_m)),
+        truth: all(poses
+            .iter()
+            .step_by(thin)
+            .filter_map(|p| p.truth)
+            .map(|t| t.position_m)),
+        gmt: all(log.sweeps.iter().filter_map(|s| s.estimate.gmt_position_m)),
     };
     // Nothing in it may end the script element.
     Ok(serde_json::to_string(&view)?.replace("</", "<\\/"))

@@ -217,9 +217,12 @@ impl FaultsConfig {
         *self == Self::default()
     }
 
-    /// Whether events may arrive in another order than that of their time stamps.
+    /// Whether events may arrive in another order than that of their time stamps, or sweeps not once each.
     pub fn reorders(&self) -> bool {
-        self.transport.iter().any(|f| f.late > 0.0 && f.late_by_s > 0.0)
+        self.transport.iter().any(|f| {
+            let of_sweeps = f.events.contains(&Traveller::Sweep);
+            f.late > 0.0 && f.late_by_s > 0.0 || of_sweeps && f.lost + f.doubled > 0.0
+        })
     }
 
     /// Checks the figures; the error names the key.

@@ -240,8 +240,10 @@ fn late_events_cannot_be_recorded() {
         ..SensorsConfig::default()
     };
     let flight = SensedFlight::new(plan(), config, SEED).expect("sound figures");
-    let directory = tempfile::tempdir().expect("a directory");
-    let error = crate::recording::write(directory.path(), "none", &flight, |_, _| Ok(false));
+    let error = crate::recording::check(&flight);
     let message = error.expect_err("must be refused").to_string();
-    assert!(message.contains("late events cannot be recorded"), "{message}");
+    assert!(
+        message.contains("late events, and lost or doubled sweeps, cannot be recorded"),
+        "{message}"
+    );
 }

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use rayon::prelude::*;
 
 use crate::channel::{Jammer, JammerKind};
-use crate::commands::fly::raw::fly;
+use crate::commands::fly::raw::fly_world;
 use crate::commands::threads::Threads;
 use crate::config::{Mode, ReceiverConfig};
 use crate::flight_log::SweepRecord;
@@ -77,7 +77,7 @@ struct Claimed {
 impl Claimed {
     fn of(sweep: &SweepRecord) -> Option<Self> {
         let pose = sweep.estimate.pose.as_ref()?;
-        let (told, truth) = (pose.position_m, sweep.truth.pose.position_m);
+        let (told, truth) = (pose.position_m, sweep.truth.pose?.position_m);
         let square: f64 = told.iter().zip(truth).map(|(a, b)| (a - b) * (a - b)).sum();
         let trace: f64 = (0..3).map(|i| pose.position_covariance_m2[i][i]).sum();
         Some(Self {
@@ -144,7 +144,7 @@ fn start(
     let world = World::new(scene, config, seed)?;
     let planned = usize::try_from(world.sweeps())?.min(args.sweeps);
     let never = AtomicBool::new(false);
-    let (log, _) = fly(
+    let (log, _) = fly_world(
         &ReceiverConfig::of(Mode::Best),
         &args.scene,
         &world,

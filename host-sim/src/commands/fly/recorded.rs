@@ -1,0 +1,92 @@
+//! A flight over a recording: what was recorded goes to the receiver that flies.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use super::raw::{self, Site};
+use super::{Args, Flown};
+use crate::config::Config;
+use crate::flight_log::Header;
+use crate::input::InputError;
+use crate::progress;
+use crate::raw_flight::Source;
+use crate::recording::{Damage, RecordedFlight};
+use crate::scene::Scene;
+
+/// Flies over the recording in a directory until `interrupted`. `sent` gets what goes to the ground as it goes, with the UAV's time,
+/// ns.
+pub(super) fn run(
+    args: &Args,
+    config: &Config,
+    directory: &Path,
+    interrupted: &AtomicBool,
+    sent: impl FnMut(u64, &[u8]),
+) -> anyhow::Result<Flown> {
+    if args.steps == Some(0) {
+        return Err(InputError::new("nothing to fly: --steps is 0").into());
+    }
+    let damage = if args.keep_going {
+        Damage::counted()
+    } else {
+        Damage::refused()
+    };
+    let flight = RecordedFlight::open(directory, damage)?;
+    let out = super::result_directory(args)?;
+    let manifest = flight.manifest();
+    let scene = scene(args, &manifest.scene)?;
+    let planned = usize::try_from(flight.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
+    let header = Header {
+        mode: config.receiver.mode.name().into(),
+        scene: manifest.scene.clone(),
+        world: manifest.world.clone(),
+        seed: manifest.seed,
+        planned_sweeps: planned,
+        sweep_period_s: manifest.sweep_period_s,
+        delay_cycle_m: Some(cslam_core::localization::filter::DELAY_PERIOD_M),
+    };
+    let site = Site {
+        magnetic_field: manifest.magnetic_field,
+        gmt_m: manifest.gmt_setup_position_m,
+    };
+    let bar = progress::bar(planned as u64, "flying");
+    let (mut log, packets) = raw::fly(
+        &config.receiver,
+        header,
+        &site,
+        &flight,
+        interrupted,
+        || bar.inc(1),
+        sent,
+    )?;
+    bar.finish_and_clear();
+    let damage = flight.damage();
+    for message in damage.messages() {
+        progress::note(format_args!("left out: {message}"));
+    }
+    for (part, records) in damage.gaps() {
+        log.counters
+            .insert(format!("recording damaged: {part}"), *records);
+    }
+    Ok(Flown {
+        log,
+        scene,
+        packets,
+        out,
+    })
+}
+
+/// The scene to compare the map with: the one that was asked for, or that of the recording, if it is still there.
+fn scene(args: &Args, recorded: &str) -> Result<Option<Scene>, InputError> {
+    if let Some(name) = &args.scene {
+        return Scene::load(name).map(Some);
+    }
+    match Scene::load(recorded) {
+        Ok(scene) => Ok(Some(scene)),
+        Err(error) => {
+            progress::note(format_args!(
+                "the map is not compared with surfaces: {error}; --scene names another"
+            ));
+            Ok(None)
+        }
+    }
+}

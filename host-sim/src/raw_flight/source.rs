@@ -1,0 +1,72 @@
+//! Where a flight's events and samples come from: a simulated world, or a recording.
+
+use crate::channel::Sweep;
+use crate::flight_log::PoseTruth;
+use crate::input::InputError;
+use crate::paths::Link;
+use crate::sensors::{Stamped, Truth};
+use crate::world::World;
+
+/// The samples of one sweep.
+#[derive(Clone, Debug, Default)]
+pub struct Given {
+    /// Blocks of the transmit beams; lost ones are absent.
+    pub beams: Sweep,
+    /// Blocks of the beam squint symbols that follow them.
+    pub squint: Sweep,
+    /// Where the UAV was at the first beam, and the true paths, where both are known: not for the receiver.
+    pub truth: Option<(PoseTruth, Link)>,
+}
+
+/// What a receiver is given in a flight, and what is known of the truth behind it.
+pub trait Source: Sync {
+    /// Number of sweeps.
+    fn sweeps(&self) -> u32;
+
+    /// All but samples, in the order in which it arrives.
+    fn events(&self) -> Box<dyn Iterator<Item = Stamped> + '_>;
+
+    /// The samples of a sweep. May be called for the sweeps ahead while the receiver works, in order.
+    ///
+    /// # Errors
+    /// [`InputError`] naming the sweep, or the file, that gives no samples.
+    fn sweep(&self, sweep: u32) -> Result<Given, InputError>;
+
+    /// Where the UAV was when its clock showed `uav_time_ns`; `None` when nobody knows.
+    fn truth(&self, uav_time_ns: u64) -> Option<PoseTruth>;
+}
+
+impl Source for World<'_> {
+    fn sweeps(&self) -> u32 {
+        self.sweeps()
+    }
+
+    fn events(&self) -> Box<dyn Iterator<Item = Stamped> + '_> {
+        Box::new(self.flight().events())
+    }
+
+    fn sweep(&self, sweep: u32) -> Result<Given, InputError> {
+        let heard = self.sweep(sweep)?;
+        Ok(Given {
+            beams: heard.beams,
+            squint: heard.squint,
+            truth: Some((pose(&heard.truth), heard.link)),
+        })
+    }
+
+    fn truth(&self, uav_time_ns: u64) -> Option<PoseTruth> {
+        // The clock is off by microseconds, so one correction does.
+        let shown_s = uav_time_ns as f64 * 1e-9;
+        let gmt_time_s = 2.0 * shown_s - self.flight().clock().reading_s(shown_s);
+        Some(pose(&self.flight().truth(gmt_time_s)))
+    }
+}
+
+fn pose(truth: &Truth) -> PoseTruth {
+    PoseTruth {
+        position_m: truth.uav.position_m.into(),
+        quaternion_wb: truth.uav.quaternion_wb(),
+        velocity_m_per_s: truth.uav.velocity_m_per_s.into(),
+        clock_offset_s: truth.clock_offset_s,
+    }
+}

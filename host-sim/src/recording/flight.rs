@@ -1,0 +1,141 @@
+//! A recording as a flight: what it holds goes to the receiver as it went when it was recorded.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use super::truth::TruthTrack;
+use super::{Damage, Manifest, Recording, TRUTH_PATHS, read_with, squint_base, sweep_base};
+use crate::channel::Sweep;
+use crate::flight_log::PoseTruth;
+use crate::input::InputError;
+use crate::paths::{self, Link};
+use crate::raw_flight::{Given, Source};
+use crate::sensors::{Event, Stamped};
+use crate::sigmf::{self, Codebook};
+
+/// A recording with samples, ready to be flown.
+#[derive(Debug)]
+pub struct RecordedFlight {
+    directory: PathBuf,
+    recording: Recording,
+    sweeps: u32,
+    truth: Option<TruthTrack>,
+    /// The true paths, a link a sweep; empty when nobody knows.
+    links: Vec<Link>,
+    damage: Mutex<Damage>,
+}
+
+impl RecordedFlight {
+    /// Reads all but the samples, which are read as they are flown.
+    ///
+    /// # Errors
+    /// [`InputError`] naming the file and the place of what is missing or damaged, unless `damage` is to be counted; always when
+    /// the description of the recording cannot be read, or says that there are no samples.
+    pub fn open(directory: &Path, mut damage: Damage) -> Result<Self, InputError> {
+        let recording = read_with(directory, &mut damage)?;
+        if !recording.manifest().samples {
+            let message = "has no samples to fly: it was recorded without";
+            return Err(InputError::in_file(directory, message));
+        }
+        let sweeps = recording
+            .events()
+            .iter()
+            .filter_map(|stamped| match stamped.event {
+                Event::Sweep { sweep } => Some(sweep + 1),
+                _ => None,
+            });
+        let sweeps = sweeps.max().unwrap_or(0);
+        let file = directory.join(TRUTH_PATHS);
+        let links = if file.exists() {
+            paths::read(&file)?
+        } else {
+            Vec::new()
+        };
+        Ok(Self {
+            directory: directory.to_owned(),
+            sweeps,
+            truth: TruthTrack::read(directory)?,
+            links,
+            recording,
+            damage: Mutex::new(damage),
+        })
+    }
+
+    /// What the recording says about itself.
+    pub fn manifest(&self) -> &Manifest {
+        self.recording.manifest()
+    }
+
+    /// What was found damaged or missing so far.
+    pub fn damage(&self) -> Damage {
+        self.damage
+            .lock()
+            .map_or_else(|e| e.into_inner().clone(), |d| d.clone())
+    }
+
+    /// The blocks of a sweep, or of the symbols after it; none when they are damaged and damage is counted.
+    fn blocks(&self, base: &Path, expected: Codebook, part: &str) -> Result<Sweep, InputError> {
+        let read = sigmf::read(base).and_then(|recording| {
+            if recording.codebook == expected {
+                return Ok(Sweep {
+                    blocks: recording.blocks,
+                });
+            }
+            let (meta, _) = sigmf::files(base);
+            let message = format!(
+                "cslam:codebook is {}, expected {}",
+                recording.codebook.name(),
+                expected.name()
+            );
+            Err(InputError::in_file(&meta, message))
+        });
+        read.or_else(|error| {
+            let mut damage = self
+                .damage
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner);
+            damage.found(part, 1, error)?;
+            Ok(Sweep::default())
+        })
+    }
+}
+
+impl Source for RecordedFlight {
+    fn sweeps(&self) -> u32 {
+        self.sweeps
+    }
+
+    fn events(&self) -> Box<dyn Iterator<Item = Stamped> + '_> {
+        Box::new(self.recording.events().iter().copied())
+    }
+
+    fn sweep(&self, sweep: u32) -> Result<Given, InputError> {
+        let mut sweeps = self
+            .recording
+            .events()
+            .iter()
+            .filter_map(|stamped| match stamped.event {
+                Event::Sweep { sweep: number } if number == sweep => Some(stamped.uav_time_ns),
+                _ => None,
+            });
+        // One whose beginning nobody recorded is not asked for again.
+        let Some(start_ns) = sweeps.next() else {
+            return Ok(Given::default());
+        };
+        let truth = self.truth(start_ns);
+        Ok(Given {
+            beams: self.blocks(&sweep_base(&self.directory, sweep), Codebook::Beams, "sweeps")?,
+            squint: self.blocks(
+                &squint_base(&self.directory, sweep),
+                Codebook::SquintSequential,
+                "beam squint symbols",
+            )?,
+            truth: truth.zip(self.links.get(sweep as usize).cloned()),
+        })
+    }
+
+    fn truth(&self, uav_time_ns: u64) -> Option<PoseTruth> {
+        let truth = self.truth.as_ref()?;
+        Some(truth.at(uav_time_ns as f64 * 1e-9))
+    }
+}

@@ -1,0 +1,159 @@
+//! `cslam fly --recording` as a user meets it: a recorded flight flies like the one that was recorded.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn cslam(directory: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_cslam"))
+        .current_dir(directory)
+        .args(args)
+        .output()
+        .expect("the binary runs")
+}
+
+fn good(directory: &Path, args: &[&str]) -> String {
+    let output = cslam(directory, args);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{args:?}: {said}");
+    said
+}
+
+/// What a refused command says: one line.
+fn refused(directory: &Path, args: &[&str]) -> String {
+    let output = cslam(directory, args);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
+    assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+    said
+}
+
+fn report(directory: &Path) -> serde_json::Value {
+    serde_json::from_slice(&fs::read(directory.join("report.json")).expect("written")).expect("JSON")
+}
+
+/// What the receiver made of a flight, without any truth.
+const ITS_OWN: [&str; 3] = ["packets.bin", "trajectory.tum", "map.ply"];
+
+fn same(a: &Path, b: &Path, what: &str) {
+    for name in ITS_OWN {
+        let [a, b] = [a, b].map(|at| fs::read(at.join(name)).expect("written"));
+        assert!(a == b, "{what}: {name} differs");
+    }
+}
+
+/// Records and flies `steps` sweeps of a scene in a world, and flies the recording.
+fn direct_and_recorded(scene: &str, world: &str, steps: &str) {
+    let directory = tempfile::tempdir().expect("a directory");
+    let at = directory.path();
+    let options = [
+        "--scene", scene, "--seed", "4", "--steps", steps, "--world", world,
+    ];
+    good(at, &[&["record", "--out", "rec"][..], &options].concat());
+    good(at, &[&["fly", "--out", "direct"][..], &options].concat());
+    good(at, &["fly", "--recording", "rec", "--out", "flown"]);
+    let what = format!("{scene}, {world}");
+    same(&at.join("direct"), &at.join("flown"), &what);
+    let [direct, flown] = ["direct", "flown"].map(|out| report(&at.join(out)));
+    for key in [
+        "mode", "scene", "world", "seed", "sweeps", "verdicts", "health", "map",
+    ] {
+        assert_eq!(direct[key], flown[key], "{what}: {key}");
+    }
+    assert_eq!(direct["world"], world);
+    // A flight in which nothing happens would be the same too.
+    assert!(
+        scene != "outdoor" || direct["trajectory"]["poses"].as_u64() > Some(10),
+        "{what}: no poses"
+    );
+}
+
+#[test]
+fn a_recorded_flight_of_the_ideal_world_flies_the_same() {
+    for scene in ["outdoor", "street", "indoor", "city:1"] {
+        direct_and_recorded(scene, "ideal", "16");
+    }
+}
+
+#[test]
+fn a_recorded_flight_of_the_budget_world_flies_the_same() {
+    for scene in ["outdoor", "street", "indoor", "city:1"] {
+        direct_and_recorded(scene, "budget", "16");
+    }
+}
+
+#[test]
+fn a_recorded_flight_of_the_real_world_flies_the_same() {
+    for scene in ["outdoor", "street", "indoor", "city:1"] {
+        direct_and_recorded(scene, "real", "12");
+    }
+}
+
+#[test]
+fn a_recording_flies_without_its_truth_and_what_is_damaged_is_told() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let at = directory.path();
+    good(at, &["record", "--seed", "4", "--steps", "20", "--out", "rec"]);
+    good(at, &["fly", "--recording", "rec", "--out", "whole"]);
+    let whole = report(&at.join("whole"));
+    assert!(whole["map"]["points"].as_u64() > Some(0), "{whole}");
+    assert!(whole["trajectory"]["position_rmse_m"].as_f64() < Some(1.0));
+
+    for name in ["truth.csv", "truth_paths.jsonl"] {
+        fs::remove_file(at.join("rec").join(name)).expect("recorded");
+    }
+    good(at, &["fly", "--recording", "rec", "--out", "blind"]);
+    same(&at.join("whole"), &at.join("blind"), "without truth");
+    let blind = report(&at.join("blind"));
+    assert!(blind["trajectory"]["position_rmse_m"].is_null() && blind["map"]["precision"].is_null());
+    assert_eq!(blind["map"]["points"], whole["map"]["points"]);
+
+    let samples = at.join("rec").join("sweep-0007.sigmf-data");
+    let bytes = fs::read(&samples).expect("recorded");
+    fs::write(&samples, &bytes[..bytes.len() / 2]).expect("writable");
+    let said = refused(at, &["fly", "--recording", "rec", "--out", "no"]);
+    assert!(
+        said.contains("sweep-0007.sigmf-data") && said.contains("cut short"),
+        "{said}"
+    );
+    assert!(!at.join("no").join("report.json").exists());
+    let said = good(
+        at,
+        &["fly", "--recording", "rec", "--keep-going", "--out", "rest"],
+    );
+    assert!(
+        said.contains("left out: ") && said.contains("sweep-0007.sigmf-data"),
+        "{said}"
+    );
+    let rest = report(&at.join("rest"));
+    assert_eq!(rest["counters"]["recording damaged: sweeps"], 1);
+    assert_eq!(rest["sweeps"], 20);
+
+    let imu = at.join("rec").join("imu.bin");
+    let mut bytes = fs::read(&imu).expect("recorded");
+    bytes.swap(28 * 2000 + 3, 28 * 2000 + 4);
+    fs::write(&imu, &bytes).expect("writable");
+    let said = refused(at, &["fly", "--recording", "rec", "--out", "no"]);
+    assert!(said.contains("imu.bin") && said.contains("changed"), "{said}");
+    fs::remove_file(at.join("rec").join("flight.json")).expect("recorded");
+    let said = refused(at, &["fly", "--recording", "rec", "--keep-going", "--out", "no"]);
+    assert!(said.contains("flight.json"), "{said}");
+}
+
+#[test]
+fn what_cannot_be_flown_is_refused() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let at = directory.path();
+    good(at, &["record", "--steps", "2", "--no-samples", "--out", "rec"]);
+    let said = refused(at, &["fly", "--recording", "rec"]);
+    assert!(said.contains("has no samples to fly"), "{said}");
+    let said = refused(at, &["fly", "--recording", "nowhere"]);
+    assert!(said.contains("nowhere"), "{said}");
+    assert_eq!(
+        cslam(at, &["fly", "--recording", "rec", "--world", "real"])
+            .status
+            .code(),
+        Some(2)
+    );
+    assert_eq!(cslam(at, &["fly", "--keep-going"]).status.code(), Some(2));
+}
