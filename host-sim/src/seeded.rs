@@ -61,6 +61,10 @@ pub enum Source {
     MappedPlanes,
     /// Where a jammer is, and what it sends.
     Jammer,
+    /// Which beacons arrive over the air.
+    BeaconAir = 0x5ec0,
+    /// What the air does to two-way timing.
+    TimingAir,
 }
 
 /// A seeded generator of uniform and normal numbers: a [`Stream`] of its own for every source.

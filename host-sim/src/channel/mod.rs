@@ -29,6 +29,7 @@ mod air;
 pub mod bench;
 mod calibration;
 mod config;
+mod gains;
 mod mix;
 mod noise;
 mod rays;

@@ -29,6 +29,8 @@ pub struct BeaconConfig {
     pub latency_s: f64,
     /// Share of beacons that are lost, 0..=1.
     pub loss: f64,
+    /// Whether beacons go through the channel, and are lost with its paths ([`super::OverAir`]).
+    pub over_air: bool,
 }
 
 impl Default for BeaconConfig {
@@ -40,11 +42,20 @@ impl Default for BeaconConfig {
             tilt_error_deg: 0.05,
             latency_s: 1e-3,
             loss: 0.0,
+            over_air: false,
         }
     }
 }
 
 impl BeaconConfig {
+    /// Beacons that go through the channel.
+    pub fn real() -> Self {
+        Self {
+            over_air: true,
+            ..Self::default()
+        }
+    }
+
     /// A GMT that knows itself exactly.
     pub fn ideal() -> Self {
         Self {

@@ -60,9 +60,6 @@ pub struct Events<'a> {
     pending: [Option<Stamped>; 5],
 }
 
-/// First exchange, by the GMT clock, in shares of the period: halfway between two sweeps at the default rates.
-const TIMING_PHASE: f64 = 0.5;
-
 impl<'a> Events<'a> {
     pub(super) fn new(flight: &'a SensedFlight) -> Self {
         let (config, seed) = (flight.config(), flight.seed());
@@ -132,12 +129,17 @@ impl<'a> Events<'a> {
 
     fn exchange(&mut self) -> Option<Stamped> {
         loop {
-            let number = self.take_number(2) as f64;
-            let time_s = (number + TIMING_PHASE) / f64::from(self.flight.config().timing.rate_hz);
+            let number = self.take_number(2);
+            let time_s = self.flight.exchange_time_s(number);
             if time_s > self.flight.plan().duration_s() {
                 return None;
             }
-            if let Some(sample) = self.timing.measure(self.flight.clock().offset_s(time_s)) {
+            let sample = self.timing.measure(self.flight.clock().offset_s(time_s));
+            let error_s = self.flight.exchange_error_s(number);
+            if let (Some(sample), Some(error_s)) = (sample, error_s) {
+                let sample = TimingSample {
+                    clock_offset_s: sample.clock_offset_s + error_s,
+                };
                 return Some(self.stamp(time_s, Event::Timing(sample)));
             }
         }
@@ -153,12 +155,13 @@ impl<'a> Events<'a> {
         loop {
             let sweep = u32::try_from(self.take_number(4)).ok()?;
             let start_s = self.flight.plan().schedule().sweep_time_s(sweep);
-            let heard_s = start_s + self.flight.config().beacon.latency_s;
+            let heard_s = self.flight.beacon_time_s(sweep);
             if sweep >= self.flight.plan().sweeps() || heard_s > self.flight.plan().duration_s() {
                 return None;
             }
             let (position_m, _) = self.flight.plan().gmt().at(start_s);
-            if let Some(beacon) = self.beacons.next(sweep, &position_m) {
+            let beacon = self.beacons.next(sweep, &position_m);
+            if let Some(beacon) = beacon.filter(|_| self.flight.beacon_arrives(sweep)) {
                 return Some(self.stamp(heard_s, Event::Beacon(beacon)));
             }
         }

@@ -5,6 +5,7 @@
 //! receiver may see, in order and stamped by the UAV clock; its [`truth`](SensedFlight::truth) is for the channel and
 //! for evaluation. What fails in a flight is configured too: [`faults`].
 
+mod air;
 mod beacon;
 mod clock;
 mod config;
@@ -18,6 +19,7 @@ mod sensed_flight;
 mod static_run;
 mod timing;
 
+pub use air::{OverAir, WordLink, WordPath, WordRadio};
 pub use beacon::{Beacon, BeaconConfig, Beacons, true_gmt_attitude};
 pub use clock::{Clock, ClockConfig};
 pub use config::SensorsConfig;

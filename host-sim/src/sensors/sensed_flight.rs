@@ -3,9 +3,12 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::faults::wrong_fix_m;
-use super::{Clock, Events, Faulty, SensorsConfig, true_gmt_attitude};
+use super::{Clock, Events, Faulty, OverAir, SensorsConfig, true_gmt_attitude};
 use crate::flight::{FlightPlan, Motion};
 use crate::input::InputError;
+
+/// First exchange, by the GMT clock, in shares of the period: halfway between two sweeps at the default rates.
+const TIMING_PHASE: f64 = 0.5;
 
 /// The world as it is at one instant: for the channel and for evaluation, never for the receiver.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +37,7 @@ pub struct SensedFlight {
     seed: u64,
     clock: Clock,
     gmt_attitude: Rotation3<f64>,
+    over_air: Option<OverAir>,
 }
 
 impl SensedFlight {
@@ -51,7 +55,57 @@ impl SensedFlight {
             seed,
             clock,
             gmt_attitude,
+            over_air: None,
         })
+    }
+
+    /// The same flight with words that fare as the air lets them.
+    #[must_use]
+    pub fn with_words(mut self, over_air: OverAir) -> Self {
+        self.over_air = Some(over_air);
+        self
+    }
+
+    /// Whether the air lets the beacon after a sweep through.
+    pub(super) fn beacon_arrives(&self, sweep: u32) -> bool {
+        let words = self.over_air.as_ref().filter(|_| self.config.beacon.over_air);
+        words.is_none_or(|words| words.beacons.get(sweep as usize).copied().unwrap_or(false))
+    }
+
+    /// What the air adds to the clock offset of an exchange, s; `None` when it fails.
+    pub(super) fn exchange_error_s(&self, exchange: u64) -> Option<f64> {
+        match self.over_air.as_ref().filter(|_| self.config.timing.over_air) {
+            Some(words) => words
+                .exchanges
+                .get(usize::try_from(exchange).ok()?)
+                .copied()
+                .flatten(),
+            None => Some(0.0),
+        }
+    }
+
+    /// When the beacon after each sweep is heard, GMT time, s.
+    pub fn beacon_times_s(&self) -> Vec<f64> {
+        let sweeps = 0..self.plan.sweeps();
+        sweeps.map(|sweep| self.beacon_time_s(sweep)).collect()
+    }
+
+    /// When the beacon after a sweep is heard, GMT time, s.
+    pub(super) fn beacon_time_s(&self, sweep: u32) -> f64 {
+        self.plan.schedule().sweep_time_s(sweep) + self.config.beacon.latency_s
+    }
+
+    /// When timing is exchanged, GMT time, s: until the flight ends.
+    pub fn exchange_times_s(&self) -> Vec<f64> {
+        (0..)
+            .map(|number| self.exchange_time_s(number))
+            .take_while(|time_s| *time_s <= self.plan.duration_s())
+            .collect()
+    }
+
+    /// Time of an exchange, GMT time, s.
+    pub(super) fn exchange_time_s(&self, number: u64) -> f64 {
+        (number as f64 + TIMING_PHASE) / f64::from(self.config.timing.rate_hz)
     }
 
     /// The planned flight.

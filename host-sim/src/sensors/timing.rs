@@ -21,6 +21,8 @@ pub struct TimingConfig {
     pub fixed_ns: f64,
     /// Share of exchanges that succeed, 0..=1 (docs/localization.md, "The model").
     pub availability: f64,
+    /// Whether exchanges go through the channel: they fail, and err, with its paths ([`super::OverAir`]).
+    pub over_air: bool,
 }
 
 impl Default for TimingConfig {
@@ -30,11 +32,22 @@ impl Default for TimingConfig {
             white_ns: 0.3,
             fixed_ns: 0.1,
             availability: 0.9,
+            over_air: false,
         }
     }
 }
 
 impl TimingConfig {
+    /// Exchanges through the channel, between radios whose delays are known to 0.1 ns.
+    pub fn real() -> Self {
+        Self {
+            white_ns: 0.0,
+            availability: 1.0,
+            over_air: true,
+            ..Self::default()
+        }
+    }
+
     /// An exchange that always succeeds and never errs.
     pub fn ideal() -> Self {
         Self {

@@ -72,6 +72,7 @@ impl WorldConfig {
             },
             Profile::Real => Self {
                 propagation: PropagationConfig::real(),
+                sensors: SensorsConfig::real(),
                 ..budget
             },
         }

@@ -6,6 +6,7 @@
 
 mod config;
 mod propagation;
+mod words;
 
 use cslam_core::array::{SquintScheme, half_wave_dipole};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
@@ -19,7 +20,7 @@ use crate::input::InputError;
 use crate::paths::{Link, LinkPath};
 use crate::scene::Scene;
 use crate::sensors::{SensedFlight, Truth};
-use crate::tracer::Tracer;
+use crate::tracer::{Propagation, Tracer};
 
 pub use config::{Profile, WorldConfig};
 pub use propagation::{Materials, PropagationConfig};
@@ -62,11 +63,25 @@ impl<'s> World<'s> {
         )
         .ok_or_else(|| InputError::new("more reflections are asked for than the tracer can follow"))?;
         let plan = FlightPlan::plan(scene, &config.flight, seed)?;
+        let simulator = Simulator::new(config.channel, seed);
+        let mut flight = SensedFlight::new(plan, config.sensors, seed)?;
+        if flight.config().beacon.over_air || flight.config().timing.over_air {
+            // Words are understood over single paths.
+            let single = Propagation {
+                diffuse: None,
+                ..*tracer.propagation()
+            };
+            let tracer = Tracer::with(scene, tracer.max_order(), single);
+            let words = tracer.map(|tracer| words::over_air(&tracer, &simulator, &flight));
+            if let Some(words) = words.transpose()? {
+                flight = flight.with_words(words);
+            }
+        }
         Ok(Self {
             profile: config.profile,
             tracer,
-            flight: SensedFlight::new(plan, config.sensors, seed)?,
-            simulator: Simulator::new(config.channel, seed),
+            flight,
+            simulator,
         })
     }
 
