@@ -4,14 +4,14 @@
 //! the channel what the front end makes of these. Each sweep depends on the world and its number only, so sweeps may be
 //! made in any order, on any thread.
 
-use cslam_core::array::{SquintScheme, half_wave_dipole};
+use cslam_core::array::half_wave_dipole;
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{GeometryError, Rotation};
 use cslam_core::waveform::Waveform;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::channel::{ChannelConfig, Instant, Simulator, Sweep};
+use crate::channel::{ChannelConfig, Instant, Simulator, SquintScheme, Sweep};
 use crate::flight::{FlightConfig, FlightPlan};
 use crate::input::InputError;
 use crate::paths::{Link, LinkPath};

@@ -1,8 +1,8 @@
 //! What arrives at the antennas, slot by slot: rays, array phases, clock and jammer, before noise.
 
-use cslam_core::array::phasor;
 use cslam_core::geometry::Direction;
 
+use super::antenna::phasor;
 use super::config::{Jammer, JammerKind};
 use super::mix::{Gain, mix};
 use super::noise::Gaussian;

@@ -1,5 +1,6 @@
 //! The errors a device is built with: drawn once from a seed, the same in every sweep.
 
+use super::antenna::phasor;
 use super::config::Impairments;
 use super::{ARRAYS, C64, ELEMENTS, FACE_ELEMENTS, FACES};
 use crate::random::Stream;
@@ -28,7 +29,7 @@ impl Calibration {
         };
         let phase = |index, rms_deg: f64| {
             let mut draw = kind(index, rms_deg.to_radians());
-            move || cslam_core::array::phasor(draw())
+            move || phasor(draw())
         };
         let mut uav_element = phase(0, impairments.uav_element_phase_rms_deg);
         let mut uav_axis = kind(1, impairments.uav_axis_rms_deg.to_radians());

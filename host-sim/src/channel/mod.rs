@@ -26,6 +26,7 @@
 
 mod adc;
 mod air;
+mod antenna;
 pub mod bench;
 mod calibration;
 mod config;
@@ -39,12 +40,15 @@ mod transmit;
 mod waves;
 
 #[cfg(test)]
+mod golden_tests;
+#[cfg(test)]
 mod impairment_tests;
 #[cfg(test)]
 mod probe;
 #[cfg(test)]
 mod tests;
 
+pub use antenna::squint::{SquintScheme, SquintSymbol};
 pub use calibration::Calibration;
 pub use config::{ChannelConfig, FrontEndConfig, Impairments, Jammer, JammerKind, MotionConfig};
 pub use noise::Gaussian;

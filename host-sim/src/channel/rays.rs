@@ -2,11 +2,12 @@
 
 use std::fmt;
 
-use cslam_core::array::{half_wave_dipole, phasor};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction, Gmt, Rotation, Vector3, World};
 
 use super::C64;
+use super::antenna::element::half_wave_dipole;
+use super::antenna::phasor;
 use super::config::MotionConfig;
 use crate::paths::{Link, LinkPath};
 

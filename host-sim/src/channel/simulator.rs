@@ -1,6 +1,5 @@
 //! A sweep of all transmit beams through channel and front end.
 
-use cslam_core::array::{Codebook, UavArrays, phasor};
 use cslam_core::block::BeamBlock;
 use cslam_core::constants::{BOLTZMANN_J_PER_K, NOISE_TEMPERATURE_K, SPEED_OF_LIGHT_M_PER_S};
 use cslam_core::geometry::{Body, Direction};
@@ -8,6 +7,8 @@ use cslam_core::ltd::Iq;
 use cslam_core::waveform::{SAMPLES, Waveform};
 
 use super::air::SweepState;
+use super::antenna::phasor;
+use super::antenna::uav::UavArrays;
 use super::config::ChannelConfig;
 use super::noise::Gaussian;
 use super::rays::{Instant, Ray, RayError, rays};
@@ -68,7 +69,7 @@ pub struct Simulator {
     pub(super) config: ChannelConfig,
     pub(super) seed: u64,
     pub(super) device: Calibration,
-    pub(super) arrays: UavArrays<f64>,
+    pub(super) arrays: UavArrays,
     pub(super) transmitter: Transmitter,
     pub(super) maker: WaveMaker,
     pub(super) gaussian: Gaussian,
@@ -88,8 +89,8 @@ impl Simulator {
     /// A simulator; `seed` draws the device errors and all noise.
     pub fn new(config: ChannelConfig, seed: u64) -> Self {
         let device = Calibration::draw(&config.impairments, seed);
-        let mut arrays = UavArrays::<f64>::default();
-        for (array, [along, across]) in arrays.arrays_mut().iter_mut().zip(device.uav_axis_rad) {
+        let mut arrays = UavArrays::nominal();
+        for (array, [along, across]) in arrays.0.iter_mut().zip(device.uav_axis_rad) {
             let tangent = array.normal.cross(&array.axis);
             array.axis = (array.axis + array.normal * along + tangent * across).normalize();
         }
@@ -98,7 +99,7 @@ impl Simulator {
             seed,
             device,
             arrays,
-            transmitter: Transmitter::new(Codebook::default()),
+            transmitter: Transmitter::new(),
             maker: WaveMaker::new(Waveform::default()),
             gaussian: Gaussian::new(),
         }
@@ -164,7 +165,7 @@ impl Simulator {
         let lead_s = self.arrays.lead_m(arrival).map(|m| m / SPEED_OF_LIGHT_M_PER_S);
         Reception {
             steering: std::array::from_fn(|j| {
-                let clean = UavArrays::<f64>::steering(steps[j]);
+                let clean = UavArrays::steering(steps[j]);
                 std::array::from_fn(|i| clean[i] * self.device.uav_element[j][i] * amplitudes[j])
             }),
             delay_s: std::array::from_fn(|j| delay_s - lead_s[j] + self.device.uav_delay_s[j]),

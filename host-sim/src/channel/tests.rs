@@ -1,8 +1,8 @@
 //! The samples are right: delay, spatial phase, link budget, noise, antennas.
 
-use cslam_core::array::half_wave_dipole;
 use cslam_core::geometry::{Rotation, Vector3};
 
+use super::antenna::element::half_wave_dipole;
 use super::probe::{block, fits, one_path, response};
 use super::*;
 

@@ -2,10 +2,10 @@
 //!
 //! These do not depend on the beam, so a sweep makes them once (again when a drifting clock has moved on).
 
-use cslam_core::array::phasor;
 use cslam_core::waveform::{SAMPLES, Waveform};
 
 use super::C64;
+use super::antenna::phasor;
 use super::spectrum::{Samples, Transform};
 
 /// Complex samples as two planes, for arithmetic in lanes.
