@@ -166,6 +166,7 @@ fn seen_from(link: &Link, shift_m: Vector3<f64>) -> Link {
 pub fn instant(truth: &Truth) -> Result<Instant, GeometryError> {
     let gmt = nalgebra::UnitQuaternion::from_rotation_matrix(&truth.gmt_attitude);
     Ok(Instant {
+        time_s: truth.time_s,
         attitude: Rotation::from_quaternion(truth.uav.quaternion_wb())?,
         velocity_m_per_s: truth.uav.velocity_m_per_s,
         gmt_attitude: Rotation::from_quaternion([gmt.w, gmt.i, gmt.j, gmt.k])?,

@@ -1,13 +1,17 @@
 //! What arrives at the antennas, slot by slot: rays, array phases, clock and jammer, before noise.
 
+use std::borrow::Cow;
+
 use cslam_core::geometry::Direction;
 
 use super::antenna::phasor;
 use super::config::{Jammer, JammerKind};
+use super::effects::airframe;
 use super::mix::{Gain, mix};
 use super::noise::Gaussian;
 use super::rays::{Instant, Ray};
-use super::simulator::{Block, CHANNELS, Reception, Simulator};
+use super::reception::Reception;
+use super::simulator::{Block, CHANNELS, Simulator};
 use super::transmit::BeamField;
 use super::waves::{Plane, Wave, WaveMaker};
 use super::{ARRAYS, C64, ELEMENTS};
@@ -30,12 +34,14 @@ pub(super) struct SweepState<'a> {
     pub(super) simulator: &'a Simulator,
     instant: &'a Instant,
     index: u32,
-    pub(super) rays: &'a [Ray],
+    pub(super) rays: Cow<'a, [Ray]>,
     pub(super) receptions: Vec<Reception>,
     pub(super) fields: Vec<Vec<BeamField>>,
     /// Per array, a wave for each ray and one for the jammer.
     pub(super) waves: [Vec<Wave>; ARRAYS],
     steering: [Vec<[C64; ELEMENTS]>; ARRAYS],
+    /// Delays of the elements in their arrays, s; none where these count as one place.
+    element_delay_s: Option<[Vec<[f64; ELEMENTS]>; ARRAYS]>,
     /// Clock offset the waves were made with, s.
     pub(super) made_at_s: f64,
     jammer: Option<(Jammer, Reception)>,
@@ -70,25 +76,33 @@ fn keep_pulses(wave: &mut Wave, jammer: &Jammer, maker: &WaveMaker, time_s: f64)
 impl<'a> SweepState<'a> {
     pub(super) fn new(simulator: &'a Simulator, rays: &'a [Ray], instant: &'a Instant, index: u32) -> Self {
         let impairments = &simulator.config.impairments;
+        let mut rays = Cow::Borrowed(rays);
+        if impairments.airframe.shadow {
+            let copies = airframe::copies(&rays);
+            rays.to_mut().extend(copies);
+        }
+        let errors = simulator.arrays.errors_at(instant.time_s);
         let jammer = impairments.jammer.as_ref().and_then(|jammer| {
             let (zenith, azimuth) = (jammer.zenith_deg.to_radians(), jammer.azimuth_deg.to_radians());
             let world = Direction::from_zenith_azimuth(zenith, azimuth).ok()?;
             let body = instant.attitude.inverse().apply(world);
-            Some((jammer.clone(), simulator.reception(&body, jammer.delay_s)))
+            let reception = simulator.arrays.reception(&body, jammer.delay_s, &errors);
+            Some((jammer.clone(), reception))
         });
         let receptions: Vec<_> = rays
             .iter()
-            .map(|ray| simulator.reception(&ray.arrival, ray.delay_s))
+            .map(|ray| simulator.arrays.reception(&ray.arrival, ray.delay_s, &errors))
             .collect();
-        let steering = std::array::from_fn(|j| {
-            let all = receptions.iter().chain(jammer.as_ref().map(|(_, r)| r));
-            all.map(|r| r.steering[j]).collect()
-        });
+        let all = || receptions.iter().chain(jammer.as_ref().map(|(_, r)| r));
+        let steering = std::array::from_fn(|j| all().map(|r| r.steering[j]).collect());
+        let delays = || std::array::from_fn(|j| all().map(|r| r.element_delay_s[j]).collect());
+        let element_delay_s = simulator.arrays.squints().then(delays);
         let fields = rays
             .iter()
             .map(|r| simulator.transmitter.fields(&r.departure, &simulator.device));
         let mut state = Self {
             fields: fields.collect(),
+            element_delay_s,
             simulator,
             instant,
             index,
@@ -229,7 +243,18 @@ impl<'a> SweepState<'a> {
             });
             let gains: Vec<Gain> = of_rays.chain(of_jammer).collect();
             let planes = &mut self.planes[j * ELEMENTS..(j + 1) * ELEMENTS];
-            mix(waves, &gains, &self.steering[j], &mut self.scratch, planes);
+            let delays = self
+                .element_delay_s
+                .as_ref()
+                .map(|of_arrays| of_arrays[j].as_slice());
+            mix(
+                waves,
+                &gains,
+                &self.steering[j],
+                delays,
+                &mut self.scratch,
+                planes,
+            );
         }
         true
     }

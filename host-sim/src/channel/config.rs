@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::hardware::{AirframeEffects, GmtArrayErrors, UavArrayErrors};
 use crate::input::InputError;
 use crate::sigmf::Codebook;
 
@@ -86,6 +87,12 @@ pub struct Impairments {
     pub dropped_beams: Vec<u16>,
     /// Channels 0..32 that deliver zeros.
     pub dead_channels: Vec<u8>,
+    /// Further errors of the UAV's arrays.
+    pub uav_arrays: UavArrayErrors,
+    /// Further errors of the GMT's faces.
+    pub gmt_arrays: GmtArrayErrors,
+    /// The UAV's body before its arrays.
+    pub airframe: AirframeEffects,
     /// A jammer in the band.
     pub jammer: Option<Jammer>,
 }
@@ -172,6 +179,9 @@ impl Impairments {
             dropped_beam_probability: 0.0,
             dropped_beams: Vec::new(),
             dead_channels: Vec::new(),
+            uav_arrays: UavArrayErrors::default(),
+            gmt_arrays: GmtArrayErrors::default(),
+            airframe: AirframeEffects::default(),
             jammer: None,
         }
     }
@@ -305,6 +315,10 @@ impl ChannelConfig {
                 format!("holds {beam}, expected 0 to {}", BEAMS - 1),
             );
         }
+        let under =
+            |table: &'static str| move |error: InputError| error.under(&format!("impairments.{table}"));
+        i.uav_arrays.check().map_err(under("uav_arrays"))?;
+        i.gmt_arrays.check().map_err(under("gmt_arrays"))?;
         if let Some(j) = &i.jammer {
             let ranges = [
                 ("power_dbm", j.power_dbm, -200.0, 60.0),

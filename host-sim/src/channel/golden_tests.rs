@@ -30,7 +30,11 @@ fn sums(config: ChannelConfig) -> [u64; 3] {
         clock_drift: 4e-7,
         ..Instant::at_rest()
     };
-    let squint = |scheme| simulator.squint(&link, &instant, 5, scheme).expect("complete paths");
+    let squint = |scheme| {
+        simulator
+            .squint(&link, &instant, 5, scheme)
+            .expect("complete paths")
+    };
     [
         sum(&simulator.sweep(&link, &instant, 5).expect("complete paths")),
         sum(&squint(SquintScheme::Sequential)),
@@ -40,7 +44,10 @@ fn sums(config: ChannelConfig) -> [u64; 3] {
 
 #[test]
 fn the_samples_of_the_budget_are_the_same_bits() {
-    assert_eq!(sums(ChannelConfig::default()), [381152133251600420, 12266239572877202686, 16682985871423125535]);
+    assert_eq!(
+        sums(ChannelConfig::default()),
+        [381152133251600420, 12266239572877202686, 16682985871423125535]
+    );
 }
 
 #[test]
@@ -58,5 +65,8 @@ fn the_samples_with_the_older_impairments_are_the_same_bits() {
         },
         ..ChannelConfig::default()
     };
-    assert_eq!(sums(config), [1537588091402283994, 14559737010211324462, 16094980118742142560]);
+    assert_eq!(
+        sums(config),
+        [1537588091402283994, 14559737010211324462, 16094980118742142560]
+    );
 }

@@ -30,9 +30,12 @@ mod antenna;
 pub mod bench;
 mod calibration;
 mod config;
+mod effects;
+mod hardware;
 mod mix;
 mod noise;
 mod rays;
+mod reception;
 mod simulator;
 pub(crate) mod spectrum;
 pub mod squint;
@@ -41,6 +44,8 @@ mod waves;
 
 #[cfg(test)]
 mod golden_tests;
+#[cfg(test)]
+mod hardware_tests;
 #[cfg(test)]
 mod impairment_tests;
 #[cfg(test)]
@@ -51,6 +56,7 @@ mod tests;
 pub use antenna::squint::{SquintScheme, SquintSymbol};
 pub use calibration::Calibration;
 pub use config::{ChannelConfig, FrontEndConfig, Impairments, Jammer, JammerKind, MotionConfig};
+pub use hardware::{AirframeEffects, GmtArrayErrors, UavArrayErrors};
 pub use noise::Gaussian;
 pub use rays::{Instant, Ray, RayError};
 pub use simulator::{Block, CHANNELS, Simulator, Sweep};

@@ -1,20 +1,18 @@
 //! A sweep of all transmit beams through channel and front end.
 
 use cslam_core::block::BeamBlock;
-use cslam_core::constants::{BOLTZMANN_J_PER_K, NOISE_TEMPERATURE_K, SPEED_OF_LIGHT_M_PER_S};
-use cslam_core::geometry::{Body, Direction};
+use cslam_core::constants::{BOLTZMANN_J_PER_K, NOISE_TEMPERATURE_K};
 use cslam_core::ltd::Iq;
 use cslam_core::waveform::{SAMPLES, Waveform};
 
 use super::air::SweepState;
-use super::antenna::phasor;
-use super::antenna::uav::UavArrays;
 use super::config::ChannelConfig;
 use super::noise::Gaussian;
 use super::rays::{Instant, Ray, RayError, rays};
+use super::reception::ReceiveArrays;
 use super::transmit::Transmitter;
 use super::waves::{Plane, WaveMaker};
-use super::{ARRAYS, C64, Calibration, ELEMENTS, adc};
+use super::{ARRAYS, Calibration, ELEMENTS, adc};
 use crate::paths::Link;
 
 /// Channels of the receiver, array-major (8 j + i).
@@ -69,38 +67,25 @@ pub struct Simulator {
     pub(super) config: ChannelConfig,
     pub(super) seed: u64,
     pub(super) device: Calibration,
-    pub(super) arrays: UavArrays,
+    pub(super) arrays: ReceiveArrays,
     pub(super) transmitter: Transmitter,
     pub(super) maker: WaveMaker,
     pub(super) gaussian: Gaussian,
-}
-
-/// A ray at the receive arrays.
-pub(super) struct Reception {
-    /// Element pattern, steering and errors of each array's elements.
-    pub(super) steering: [[C64; ELEMENTS]; ARRAYS],
-    /// Delay at each array, s; lever arm and delay error included, clock not.
-    pub(super) delay_s: [f64; ARRAYS],
-    /// Carrier phase of the lever arm.
-    pub(super) carrier: [C64; ARRAYS],
 }
 
 impl Simulator {
     /// A simulator; `seed` draws the device errors and all noise.
     pub fn new(config: ChannelConfig, seed: u64) -> Self {
         let device = Calibration::draw(&config.impairments, seed);
-        let mut arrays = UavArrays::nominal();
-        for (array, [along, across]) in arrays.0.iter_mut().zip(device.uav_axis_rad) {
-            let tangent = array.normal.cross(&array.axis);
-            array.axis = (array.axis + array.normal * along + tangent * across).normalize();
-        }
+        let waveform = Waveform::default();
+        let arrays = ReceiveArrays::new(&config.impairments, &device, waveform.carrier_hz, seed);
         Self {
             config,
             seed,
             device,
             arrays,
             transmitter: Transmitter::new(),
-            maker: WaveMaker::new(Waveform::default()),
+            maker: WaveMaker::new(waveform),
             gaussian: Gaussian::new(),
         }
     }
@@ -153,24 +138,6 @@ impl Simulator {
             }
         }
         sweep
-    }
-
-    /// How a wave from `arrival` whose delay at the body origin is `delay_s` meets the elements.
-    pub(super) fn reception(&self, arrival: &Direction<Body, f64>, delay_s: f64) -> Reception {
-        let carrier_hz = self.maker.waveform().carrier_hz;
-        let (steps, amplitudes) = (
-            self.arrays.phase_step_rad(arrival),
-            self.arrays.amplitude(arrival),
-        );
-        let lead_s = self.arrays.lead_m(arrival).map(|m| m / SPEED_OF_LIGHT_M_PER_S);
-        Reception {
-            steering: std::array::from_fn(|j| {
-                let clean = UavArrays::steering(steps[j]);
-                std::array::from_fn(|i| clean[i] * self.device.uav_element[j][i] * amplitudes[j])
-            }),
-            delay_s: std::array::from_fn(|j| delay_s - lead_s[j] + self.device.uav_delay_s[j]),
-            carrier: lead_s.map(|s| phasor(std::f64::consts::TAU * carrier_hz * s)),
-        }
     }
 }
 

@@ -136,9 +136,12 @@ impl SweepState<'_> {
 }
 
 fn shaped(simulator: &Simulator, ray: &Ray, delay_s: f64, cfo_hz: f64, response: &[C64]) -> Wave {
-    simulator
-        .maker
-        .through(delay_s, ray.doppler_hz + cfo_hz, response)
+    simulator.maker.through(
+        delay_s,
+        ray.doppler_hz + cfo_hz,
+        response,
+        simulator.arrays.squints(),
+    )
 }
 
 #[cfg(test)]

@@ -92,10 +92,7 @@ mod tests {
         assert_eq!(fields.len(), 72);
         let codebook = cslam_core::array::Codebook::<f64>::default();
         for (m, f) in fields.iter().enumerate() {
-            assert!(
-                (f.field - codebook.field(m, &u)).norm() < 1e-12,
-                "beam {m}"
-            );
+            assert!((f.field - codebook.field(m, &u)).norm() < 1e-12, "beam {m}");
             assert_eq!(f.slope_s, C64::new(0.0, 0.0));
         }
     }

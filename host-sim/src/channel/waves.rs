@@ -65,7 +65,10 @@ impl WaveMaker {
 
     /// A wave of the given delay whose frequency is off by `shift_hz`; phase 0 of the shift at sample 0.
     pub(crate) fn wave(&self, delay_s: f64, shift_hz: f64) -> Wave {
-        let mut value = self.spectrum(delay_s);
+        self.of_spectrum(self.spectrum(delay_s), shift_hz)
+    }
+
+    fn of_spectrum(&self, mut value: Samples, shift_hz: f64) -> Wave {
         let mut slope = value;
         for i in 0..self.symbols.len() {
             let offset = f64::from(self.waveform.offset(i));
@@ -80,11 +83,14 @@ impl WaveMaker {
         }
     }
 
-    /// The same through a frequency response, one value an active subcarrier; its slope is not made.
-    pub(crate) fn through(&self, delay_s: f64, shift_hz: f64, response: &[C64]) -> Wave {
+    /// The same through a frequency response, one value an active subcarrier; its slope is made if it is asked for.
+    pub(crate) fn through(&self, delay_s: f64, shift_hz: f64, response: &[C64], with_slope: bool) -> Wave {
         let mut value = self.spectrum(delay_s);
         for (i, response) in response.iter().enumerate() {
             value[self.waveform.bin(i)] *= response;
+        }
+        if with_slope {
+            return self.of_spectrum(value, shift_hz);
         }
         self.to_time(&mut value, shift_hz);
         Wave {
@@ -171,10 +177,11 @@ mod tests {
         let maker = WaveMaker::new(Waveform::default());
         let (plain, turned) = (
             maker.wave(1e-7, 2e4),
-            maker.through(1e-7, 2e4, &[C64::new(0.0, 2.0); 416]),
+            maker.through(1e-7, 2e4, &[C64::new(0.0, 2.0); 416], true),
         );
         for n in 0..SAMPLES {
             assert!((turned.value.im[n] - 2.0 * plain.value.re[n]).abs() < 1e-5);
+            assert!((turned.slope.im[n] - 2.0 * plain.slope.re[n]).abs() < 1e-6 * 4e8);
         }
     }
 }

@@ -36,8 +36,5 @@ pub(super) fn place(index: usize) -> f64 {
 /// degrees about z.
 fn face_axes(azimuth_rad: f64) -> (Vector3<f64>, Vector3<f64>) {
     let (sine, cosine) = (libm::sin(azimuth_rad), libm::cos(azimuth_rad));
-    (
-        Vector3::new(cosine, sine, 0.0),
-        Vector3::new(-sine, cosine, 0.0),
-    )
+    (Vector3::new(cosine, sine, 0.0), Vector3::new(-sine, cosine, 0.0))
 }

@@ -46,7 +46,11 @@ fn the_beams_of_the_gmt_are_those_of_the_receiver() {
         let u = Direction::<Gmt, f64>::from_zenith_azimuth(zenith, azimuth).expect("angles");
         for ((m, (face, _)), w) in beams.iter().enumerate().zip(&codewords) {
             let face = gmt::Face::new(*face);
-            let sum: C64 = gmt::response(face.cosines(&u)).iter().zip(w).map(|(v, w)| v * w).sum();
+            let sum: C64 = gmt::response(face.cosines(&u))
+                .iter()
+                .zip(w)
+                .map(|(v, w)| v * w)
+                .sum();
             let error = sum * face.amplitude(&u) - codebook.field(m, &u);
             assert!(error.norm() < 1e-13, "beam {m} at {zenith}, {azimuth}: {error}");
         }
@@ -56,7 +60,10 @@ fn the_beams_of_the_gmt_are_those_of_the_receiver() {
         for (zenith, azimuth) in directions() {
             let u = Direction::<Gmt, f64>::from_zenith_azimuth(zenith, azimuth).expect("angles");
             assert_eq!(gmt::Face::new(s).amplitude(&u), arrays.amplitude(theirs, &u));
-            assert_eq!(gmt::Face::new(s).cosines(&u), GmtArrays::<f64>::cosines(theirs, &u));
+            assert_eq!(
+                gmt::Face::new(s).cosines(&u),
+                GmtArrays::<f64>::cosines(theirs, &u)
+            );
         }
     }
 }
