@@ -184,7 +184,10 @@ fn squint_in_the_arrays_is_the_phase_over_frequency() {
 #[test]
 fn the_body_shades_and_scatters() {
     let with = Impairments {
-        airframe: AirframeEffects { shadow: true },
+        airframe: AirframeEffects {
+            shadow: true,
+            rotors: false,
+        },
         ..Impairments::none()
     };
     let left = airframe::shadow(arrival().vector());

@@ -3,6 +3,7 @@
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction};
+use nalgebra::Vector3;
 
 use super::antenna::uav::UavArrays;
 use super::antenna::{phasor, place};
@@ -83,6 +84,11 @@ impl ReceiveArrays {
     #[cfg(test)]
     pub(super) fn lead_m(&self, u: &Direction<Body, f64>) -> [f64; ARRAYS] {
         self.arrays.lead_m(u)
+    }
+
+    /// Centre of each array, m, body frame.
+    pub(super) fn centres_m(&self) -> [Vector3<f64>; ARRAYS] {
+        self.arrays.0.map(|array| array.centre_m)
     }
 
     /// The errors of the elements at a time since switch-on.

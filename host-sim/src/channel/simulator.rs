@@ -5,8 +5,13 @@ use cslam_core::constants::{BOLTZMANN_J_PER_K, NOISE_TEMPERATURE_K};
 use cslam_core::ltd::Iq;
 use cslam_core::waveform::{SAMPLES, Waveform};
 
-use super::air::SweepState;
+use super::air::{CONVERTER, NOISE, SweepState, stream};
 use super::config::ChannelConfig;
+use super::effects::carrier_offset::CarrierOffset;
+use super::effects::converter::Converter;
+use super::effects::interference::Neighbour;
+use super::effects::quadrature::Quadrature;
+use super::effects::rotors::Rotors;
 use super::noise::Gaussian;
 use super::rays::{Instant, Ray, RayError, rays};
 use super::reception::ReceiveArrays;
@@ -70,6 +75,11 @@ pub struct Simulator {
     pub(super) arrays: ReceiveArrays,
     pub(super) transmitter: Transmitter,
     pub(super) maker: WaveMaker,
+    pub(super) carrier_offset: Option<CarrierOffset>,
+    pub(super) rotors: Option<Rotors>,
+    pub(super) neighbour: Option<Neighbour>,
+    quadrature: Option<Quadrature>,
+    converter: Option<Converter>,
     pub(super) gaussian: Gaussian,
 }
 
@@ -79,13 +89,22 @@ impl Simulator {
         let device = Calibration::draw(&config.impairments, seed);
         let waveform = Waveform::default();
         let arrays = ReceiveArrays::new(&config.impairments, &device, waveform.carrier_hz, seed);
+        let impairments = &config.impairments;
         Self {
+            carrier_offset: CarrierOffset::draw(&impairments.oscillators, seed),
+            rotors: impairments.airframe.rotors.then(|| Rotors::draw(seed)),
+            neighbour: impairments
+                .interference
+                .as_ref()
+                .and_then(|_| Neighbour::draw(seed)),
+            quadrature: Quadrature::draw(&impairments.receiver, seed),
+            converter: Converter::draw(&impairments.receiver, &config.front_end, seed),
+            maker: WaveMaker::new(waveform, impairments.amplifier.as_ref()),
             config,
             seed,
             device,
             arrays,
             transmitter: Transmitter::new(),
-            maker: WaveMaker::new(waveform),
             gaussian: Gaussian::new(),
         }
     }
@@ -142,29 +161,41 @@ impl Simulator {
 }
 
 impl Simulator {
-    /// The front end: noise of a stream, dead channels, gain control, converter.
+    fn silence_dead_channels(&self, planes: &mut [Plane]) {
+        for channel in &self.config.impairments.dead_channels {
+            if let Some(plane) = planes.get_mut(usize::from(*channel)) {
+                *plane = Plane::new();
+            }
+        }
+    }
+
+    /// The front end in a slot of a sweep: noise, mixers, dead channels, gain control, converter.
     pub(super) fn digitise(
         &self,
         planes: &mut [Plane],
         gaussian: &mut Gaussian,
-        stream: u64,
+        (index, slot): (u32, usize),
         beam: u16,
     ) -> Block {
         let front_end = &self.config.front_end;
         if front_end.noise {
-            gaussian.restart(self.seed, stream);
+            gaussian.restart(self.seed, stream(index, slot, NOISE));
             let sigma = (0.5 * self.noise_power_w()).sqrt() as f32;
             for plane in planes.iter_mut() {
                 gaussian.add_to(&mut plane.re, sigma);
                 gaussian.add_to(&mut plane.im, sigma);
             }
         }
-        for channel in &self.config.impairments.dead_channels {
-            if let Some(plane) = planes.get_mut(usize::from(*channel)) {
-                *plane = Plane::new();
-            }
+        if let Some(quadrature) = &self.quadrature {
+            quadrature.apply(planes);
         }
+        self.silence_dead_channels(planes);
         let mut block = Block::zero(beam, adc::exponent(planes, front_end.agc_rms_dbfs));
+        if let Some(converter) = &self.converter {
+            gaussian.restart(self.seed, stream(index, slot, CONVERTER));
+            converter.apply(planes, block.exponent, gaussian);
+            self.silence_dead_channels(planes);
+        }
         adc::convert(planes, block.exponent, front_end.adc_bits, &mut block.samples);
         block
     }

@@ -123,12 +123,14 @@ impl SweepState<'_> {
     fn make_shaped_waves(&mut self, slot: usize, response: impl Fn(&Ray) -> Vec<C64>) {
         let clock_s = self.clock_s(slot);
         let simulator = self.simulator;
-        let cfo_hz = simulator.config.impairments.cfo_hz;
+        let cfo_hz = self.cfo_hz;
+        let of_link = self.rays.iter().zip(0..self.fields.len());
+        let responses: Vec<_> = of_link.map(|(ray, _)| response(ray)).collect();
         for (l, ray) in self.rays.iter().enumerate() {
-            let response = response(ray);
+            let response = &responses[self.origin[l]];
             for (j, waves) in self.waves.iter_mut().enumerate() {
                 let delay_s = self.receptions[l].delay_s[j] + clock_s;
-                waves[l] = shaped(simulator, ray, delay_s, cfo_hz, &response);
+                waves[l] = shaped(simulator, ray, delay_s, cfo_hz, response);
             }
         }
         self.made_at_s = clock_s;

@@ -6,6 +6,7 @@ use cslam_core::waveform::{SAMPLES, Waveform};
 
 use super::C64;
 use super::antenna::phasor;
+use super::effects::amplifier::Amplifier;
 use super::spectrum::{Samples, Transform};
 
 /// Complex samples as two planes, for arithmetic in lanes.
@@ -31,10 +32,20 @@ impl Plane {
         }
     }
 
-    fn of(samples: &Samples) -> Self {
+    pub(super) fn of(samples: &Samples) -> Self {
         Self {
             re: std::array::from_fn(|n| samples[n].re as f32),
             im: std::array::from_fn(|n| samples[n].im as f32),
+        }
+    }
+}
+
+impl Wave {
+    /// No wave.
+    pub(super) fn silent() -> Self {
+        Self {
+            value: Plane::new(),
+            slope: Plane::new(),
         }
     }
 }
@@ -48,15 +59,24 @@ pub(crate) struct WaveMaker {
 }
 
 impl WaveMaker {
-    pub(crate) fn new(waveform: Waveform) -> Self {
+    /// The waveform as the amplifier leaves it; a linear one without.
+    pub(crate) fn new(waveform: Waveform, amplifier: Option<&Amplifier>) -> Self {
         let scale = 1.0 / (waveform.active as f64).sqrt();
+        let symbols: Vec<C64> = (0..waveform.active)
+            .map(|i| waveform.symbol::<f64>(i) * scale)
+            .collect();
         Self {
-            symbols: (0..waveform.active)
-                .map(|i| waveform.symbol::<f64>(i) * scale)
-                .collect(),
+            symbols: match amplifier {
+                None => symbols,
+                Some(amplifier) => amplifier.amplify(&symbols, &waveform),
+            },
             transform: Transform::new(),
             waveform,
         }
+    }
+
+    pub(super) fn transform(&self) -> &Transform {
+        &self.transform
     }
 
     pub(crate) fn waveform(&self) -> &Waveform {
@@ -147,7 +167,7 @@ mod tests {
     use super::*;
 
     fn wave(delay_s: f64) -> Wave {
-        WaveMaker::new(Waveform::default()).wave(delay_s, 0.0)
+        WaveMaker::new(Waveform::default(), None).wave(delay_s, 0.0)
     }
 
     #[test]
@@ -174,7 +194,7 @@ mod tests {
 
     #[test]
     fn a_flat_response_changes_nothing_but_its_factor() {
-        let maker = WaveMaker::new(Waveform::default());
+        let maker = WaveMaker::new(Waveform::default(), None);
         let (plain, turned) = (
             maker.wave(1e-7, 2e4),
             maker.through(1e-7, 2e4, &[C64::new(0.0, 2.0); 416], true),

@@ -36,19 +36,23 @@ fn raised_cosine(x: f64) -> f64 {
     0.5 + 0.5 * libm::cos(std::f64::consts::PI * x.clamp(0.0, 1.0))
 }
 
-/// The copies of rays that the body scatters: they come from the other side.
-pub(in crate::channel) fn copies(rays: &[Ray]) -> Vec<Ray> {
-    let copy = |ray: &Ray| {
+/// The copies of rays that the body scatters, with the place of the ray: they come from the other side. Of rays more than
+/// 20 dB under the strongest they would be more than 42 dB under it, and are left out.
+pub(in crate::channel) fn copies(rays: &[Ray]) -> Vec<(usize, Ray)> {
+    let power = |ray: &Ray| ray.amplitude.norm_sqr();
+    let strongest = rays.iter().map(power).fold(0.0, f64::max);
+    let copy = |(place, ray): (usize, &Ray)| {
         let u = ray.arrival.vector();
         let other_side = Vector3::new(-u.x, -u.y, u.z);
-        Some(Ray {
+        let copy = Ray {
             amplitude: ray.amplitude * libm::exp10(COPY_DB / 20.0),
             delay_s: ray.delay_s + DETOUR_M / cslam_core::constants::SPEED_OF_LIGHT_M_PER_S,
             arrival: Direction::<Body, f64>::from_vector(other_side).ok()?,
             ..*ray
-        })
+        };
+        (power(ray) >= 0.01 * strongest).then_some((place, copy))
     };
-    rays.iter().filter_map(copy).collect()
+    rays.iter().enumerate().filter_map(copy).collect()
 }
 
 #[cfg(test)]
@@ -87,7 +91,11 @@ mod tests {
             departure: Direction::from_zenith_azimuth(1.5, 0.2).expect("angles"),
             doppler_hz: 120.0,
         };
-        let [copy] = copies(&[ray])[..] else {
+        let weak = Ray {
+            amplitude: ray.amplitude * 0.099,
+            ..ray
+        };
+        let [(1, copy)] = copies(&[weak, ray])[..] else {
             panic!("one copy")
         };
         assert!((20.0 * libm::log10((copy.amplitude / ray.amplitude).norm()) + 22.0).abs() < 1e-9);

@@ -2,9 +2,16 @@
 //! simulation").
 
 pub(super) mod airframe;
+pub(super) mod amplifier;
+pub(super) mod carrier_offset;
+pub(super) mod converter;
 pub(super) mod coupling;
 pub(super) mod drift;
+pub(super) mod interference;
+pub(super) mod phase_noise;
+pub(super) mod quadrature;
 pub(super) mod ripple;
+pub(super) mod rotors;
 pub(super) mod slow;
 
 use crate::random::Stream;
@@ -25,6 +32,11 @@ pub(super) enum Draw {
     Drift,
     Temperature,
     GmtGain,
+    CarrierOffset,
+    Quadrature,
+    Leakage,
+    Neighbour,
+    Rotors,
 }
 
 /// High bit of the stream numbers of device errors; those of sweeps have it clear.

@@ -30,6 +30,15 @@ impl SlowProcess {
         }
     }
 
+    /// Of the autocorrelation `rms^2 exp(-t^2 / (2 time_s^2))`: smooth, its rate has the rms `rms / time_s`.
+    pub(in crate::channel) fn smooth(rms: f64, time_s: f64, stream: &mut Stream) -> Self {
+        let cosine = |_| [stream.normal() / time_s, TAU * stream.uniform()];
+        Self {
+            amplitude: rms * (2.0 / COSINES as f64).sqrt(),
+            cosines: std::array::from_fn(cosine),
+        }
+    }
+
     /// Its value at a time, s.
     pub(in crate::channel) fn at(&self, time_s: f64) -> f64 {
         let sum: f64 = self
