@@ -50,7 +50,7 @@ pub(super) struct SweepState<'a> {
     /// Per array, a wave for each ray, one for the jammer and one for the neighbour.
     pub(super) waves: [Vec<Wave>; ARRAYS],
     steering: [Vec<[C64; ELEMENTS]>; ARRAYS],
-    /// Delays of the elements in their arrays, s; none where these count as one place.
+    /// Delays of the elements in their arrays for the rays of the link, s; none where an array counts as one place.
     element_delay_s: Option<[Vec<[f64; ELEMENTS]>; ARRAYS]>,
     /// Clock offset the waves were made with, s.
     pub(super) made_at_s: f64,
@@ -138,7 +138,9 @@ impl<'a> SweepState<'a> {
                 .chain(neighbour.as_ref().map(|n| &n.reception))
         };
         let steering = std::array::from_fn(|j| heard().map(|r| r.steering[j]).collect());
-        let delays = || std::array::from_fn(|j| heard().map(|r| r.element_delay_s[j]).collect());
+        // What the body scatters, 22 dB down and more, and what others send has its delay at the array's centre.
+        let of_link = &receptions[..rays.len()];
+        let delays = || std::array::from_fn(|j| of_link.iter().map(|r| r.element_delay_s[j]).collect());
         let element_delay_s = simulator.arrays.squints().then(delays);
         let fields = rays
             .iter()

@@ -19,8 +19,8 @@ pub(crate) struct Gain {
 
 type Lanes = [f32; LANES];
 
-/// `out[i] = sum_l steering[l][i] (gain[l].value wave[l] + gain[l].slope wave'[l])`, and where elements have delays of
-/// their own, less `steering[l][i] delay_s[l][i] gain[l].value wave'[l]`. Second order: -63 dB at the edge of band and array.
+/// `out[i] = sum_l steering[l][i] (gain[l].value wave[l] + gain[l].slope wave'[l])`, and for the first rays, whose
+/// elements have delays of their own, less `steering[l][i] delay_s[l][i] gain[l].value wave'[l]`. Second order: -63 dB at the edge of band and array.
 ///
 /// Sums run over the rays in order, sample by sample: the result does not depend on how wide the machine's lanes are.
 pub(crate) fn mix(

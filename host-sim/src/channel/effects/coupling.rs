@@ -20,14 +20,14 @@ impl Coupling {
     /// Draws what calibration measured: each coefficient with a relative error of `unknown_share` rms.
     pub(in crate::channel) fn draw(unknown_share: f64, mut stream: Stream) -> Self {
         let truth = COEFFICIENTS.map(|[amplitude, phase]| phasor(phase) * amplitude);
-        let mut residual = |_| {
+        let residual = |_| {
             let measured = truth.map(|c| {
                 let error = C64::new(stream.normal(), stream.normal()) * (unknown_share * 0.5_f64.sqrt());
                 c + c * error
             });
             left(truth, measured)
         };
-        Self(std::array::from_fn(|j| residual(j)))
+        Self(std::array::from_fn(residual))
     }
 
     /// What the channels of array `array` hear of `steering`.
