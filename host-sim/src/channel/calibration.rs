@@ -18,6 +18,10 @@ pub struct Calibration {
     pub uav_delay_s: [f64; ARRAYS],
     /// UAV: error of each array's centre, m, body frame.
     pub uav_centre_m: [Vector3<f64>; ARRAYS],
+    /// GMT: turn of each face about the axes of the GMT's frame, rad.
+    pub gmt_axis_rad: [Vector3<f64>; FACES],
+    /// GMT: error of each face's centre, m, GMT frame.
+    pub gmt_centre_m: [Vector3<f64>; FACES],
     /// GMT: gain and `exp(j error)` of each element, column-major 8 p + q.
     pub gmt_element: [[C64; FACE_ELEMENTS]; FACES],
     /// GMT: delay of each element, s.
@@ -35,6 +39,9 @@ impl Calibration {
         let mut uav_delay = normal(Draw::UavDelay, impairments.uav_array_delay_rms_ps * 1e-12);
         let mut gmt_delay = normal(Draw::GmtDelay, impairments.gmt_element_delay_rms_ps * 1e-12);
         let mut uav_centre = normal(Draw::UavCentre, impairments.uav_arrays.centre_rms_mm * 1e-3);
+        let gmt = &impairments.gmt_arrays;
+        let mut gmt_axis = normal(Draw::GmtAxis, gmt.axis_rms_deg.to_radians());
+        let mut gmt_centre = normal(Draw::GmtCentre, gmt.centre_rms_mm * 1e-3);
         let element = |gain: (Draw, f64), phase: (Draw, f64)| {
             let (mut gain_db, mut phase_rad) =
                 (normal(gain.0, gain.1), normal(phase.0, phase.1.to_radians()));
@@ -45,7 +52,7 @@ impl Calibration {
             (Draw::UavPhase, impairments.uav_element_phase_rms_deg),
         );
         let mut gmt_element = element(
-            (Draw::GmtGain, impairments.gmt_arrays.gain_rms_db),
+            (Draw::GmtGain, gmt.gain_rms_db),
             (Draw::GmtPhase, impairments.gmt_element_phase_rms_deg),
         );
         Self {
@@ -53,6 +60,8 @@ impl Calibration {
             uav_axis_rad: std::array::from_fn(|_| std::array::from_fn(|_| uav_axis())),
             uav_delay_s: std::array::from_fn(|_| uav_delay()),
             uav_centre_m: std::array::from_fn(|_| Vector3::from_fn(|_, _| uav_centre())),
+            gmt_axis_rad: std::array::from_fn(|_| Vector3::from_fn(|_, _| gmt_axis())),
+            gmt_centre_m: std::array::from_fn(|_| Vector3::from_fn(|_, _| gmt_centre())),
             gmt_element: std::array::from_fn(|_| std::array::from_fn(|_| gmt_element())),
             gmt_delay_s: std::array::from_fn(|_| std::array::from_fn(|_| gmt_delay())),
         }
@@ -66,7 +75,7 @@ mod tests {
 
     #[test]
     fn gains_and_centres_have_their_rms_and_move_no_phase() {
-        let (mut square, draws) = ([0.0; 3], 200);
+        let (mut square, draws) = ([0.0; 5], 200);
         let budget = Impairments::budget();
         for seed in 0..draws {
             let with = Impairments {
@@ -75,7 +84,11 @@ mod tests {
                     centre_rms_mm: 1.0,
                     ..UavArrayErrors::default()
                 },
-                gmt_arrays: GmtArrayErrors { gain_rms_db: 0.5 },
+                gmt_arrays: GmtArrayErrors {
+                    gain_rms_db: 0.5,
+                    axis_rms_deg: 0.1,
+                    centre_rms_mm: 1.0,
+                },
                 ..budget.clone()
             };
             let (with, without) = (Calibration::draw(&with, seed), Calibration::draw(&budget, seed));
@@ -95,6 +108,9 @@ mod tests {
                 .sum::<f64>()
                 / 192.0;
             square[2] += with.uav_centre_m.iter().map(|m| m.norm_squared()).sum::<f64>() * 1e6 / 12.0;
+            square[3] += with.gmt_centre_m.iter().map(|m| m.norm_squared()).sum::<f64>() * 1e6 / 9.0;
+            let degrees = with.gmt_axis_rad.map(|turn| turn.map(f64::to_degrees));
+            square[4] += degrees.iter().map(|turn| turn.norm_squared()).sum::<f64>() / 9.0;
             let pairs = |a: &Calibration, b: &Calibration| {
                 let [a, b] =
                     [a, b].map(|c| [c.uav_element.as_flattened(), c.gmt_element.as_flattened()].concat());
@@ -109,12 +125,16 @@ mod tests {
                 (without.uav_axis_rad, without.uav_delay_s, without.gmt_delay_s)
             );
         }
-        let [uav, gmt, centre] = square.map(|s| (s / draws as f64).sqrt());
+        let [uav, gmt, centre, face, turn] = square.map(|s| (s / draws as f64).sqrt());
         assert!(
             (uav - 0.5).abs() < 0.02 && (gmt - 0.5).abs() < 0.01,
             "{uav} {gmt}"
         );
         assert!((centre - 1.0).abs() < 0.06, "{centre}");
+        assert!(
+            (face - 1.0).abs() < 0.08 && (turn - 0.1).abs() < 0.008,
+            "{face} {turn}"
+        );
     }
 
     #[test]

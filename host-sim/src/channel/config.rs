@@ -217,7 +217,7 @@ impl Impairments {
     pub fn real() -> Self {
         Self {
             uav_arrays: UavArrayErrors::real(),
-            gmt_arrays: GmtArrayErrors { gain_rms_db: 0.5 },
+            gmt_arrays: GmtArrayErrors::real(),
             airframe: AirframeEffects {
                 shadow: true,
                 rotors: true,

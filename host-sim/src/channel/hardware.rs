@@ -88,11 +88,28 @@ impl UavArrayErrors {
 pub struct GmtArrayErrors {
     /// Gain error of an element, dB rms, 0..=6. Drawn once for a device.
     pub gain_rms_db: f64,
+    /// Turn of a face, and so of its beams, about each axis, deg rms, 0..=45. Drawn once.
+    pub axis_rms_deg: f64,
+    /// Error of a face's centre in each component, mm rms, 0..=100. Drawn once.
+    pub centre_rms_mm: f64,
 }
 
 impl GmtArrayErrors {
+    /// As at the UAV.
+    pub(super) fn real() -> Self {
+        Self {
+            gain_rms_db: 0.5,
+            axis_rms_deg: 0.1,
+            centre_rms_mm: 1.0,
+        }
+    }
+
     pub(super) fn check(&self) -> Result<(), InputError> {
-        within(&[("gain_rms_db", self.gain_rms_db, 0.0, 6.0)])
+        within(&[
+            ("gain_rms_db", self.gain_rms_db, 0.0, 6.0),
+            ("axis_rms_deg", self.axis_rms_deg, 0.0, 45.0),
+            ("centre_rms_mm", self.centre_rms_mm, 0.0, 100.0),
+        ])
     }
 }
 

@@ -100,11 +100,11 @@ impl Simulator {
             quadrature: Quadrature::draw(&impairments.receiver, seed),
             converter: Converter::draw(&impairments.receiver, &config.front_end, seed),
             maker: WaveMaker::new(waveform, impairments.amplifier.as_ref()),
+            transmitter: Transmitter::new(&device, waveform.carrier_hz),
             config,
             seed,
             device,
             arrays,
-            transmitter: Transmitter::new(),
             gaussian: Gaussian::new(),
         }
     }

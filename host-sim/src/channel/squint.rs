@@ -87,6 +87,7 @@ impl Simulator {
         let face = &self.transmitter.faces()[symbol.face];
         let cosines = face.cosines(departure);
         let amplitude = face.amplitude(departure) / (FACE_ELEMENTS as f64).sqrt();
+        let (carrier, lead_s) = (self.transmitter.carrier(face, departure), face.lead_s(departure));
         let waveform = self.maker.waveform();
         // Each element's phase is linear in frequency: at the carrier, and per subcarrier.
         let spacing_hz = waveform.spacing_hz();
@@ -98,12 +99,14 @@ impl Simulator {
             let along = |v: [f64; 2]| place(e / 8) * v[0] + place(e % 8) * v[1];
             let path = std::f64::consts::PI * along(cosines);
             let shift = std::f64::consts::PI * along(symbol.psi);
-            let delay_s = along(symbol.delay_ns) * 1e-9 + self.device.gmt_delay_s[symbol.face][e];
+            let own_s = self.device.gmt_delay_s[symbol.face][e] - lead_s;
+            let delay_s = along(symbol.delay_ns) * 1e-9 + own_s;
             let per_subcarrier = spacing_hz * (path / waveform.carrier_hz - std::f64::consts::TAU * delay_s);
             let first = f64::from(waveform.offset(0));
             now[e] = phasor(path - shift + first * per_subcarrier)
                 * self.device.gmt_element[symbol.face][e]
-                * amplitude;
+                * amplitude
+                * carrier;
             step[e] = phasor(per_subcarrier);
         }
         (0..waveform.active)
@@ -240,11 +243,19 @@ mod tests {
 
     #[test]
     fn element_errors_enter_the_pattern() {
-        let simulator = simulator(Impairments::budget());
+        let simulator = simulator(Impairments {
+            gmt_arrays: crate::channel::GmtArrayErrors {
+                gain_rms_db: 0.5,
+                centre_rms_mm: 2.0,
+                ..Default::default()
+            },
+            ..Impairments::budget()
+        });
         let u = Direction::from_zenith_azimuth(DEPARTURE[0], DEPARTURE[1]).expect("angles");
         let amplitude = simulator.transmitter.faces()[0].amplitude(&u);
         let symbol = &simulator.squint_symbols(SquintScheme::Raster)[0];
         let response = simulator.squint_response(symbol, &u);
+        let lead_s = simulator.device.gmt_centre_m[0].dot(u.vector()) / 299_792_458.0;
         for k in [-208, 0, 3, 207] {
             let f_hz = f64::from(k) * 480e3;
             let sum: C64 = (0..64)
@@ -255,7 +266,8 @@ mod tests {
                     let delay_s = along(symbol.delay_ns) * 1e-9 + simulator.device.gmt_delay_s[0][e];
                     let phase = std::f64::consts::PI * along(cosines()) * (1.0 + f_hz / 30e9)
                         - std::f64::consts::PI * along(symbol.psi)
-                        - std::f64::consts::TAU * f_hz * delay_s;
+                        - std::f64::consts::TAU * f_hz * delay_s
+                        + std::f64::consts::TAU * (30e9 + f_hz) * lead_s;
                     phasor(phase) * simulator.device.gmt_element[0][e] * amplitude / 8.0
                 })
                 .sum();

@@ -2,6 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_3, PI, TAU};
 
+use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Direction, Gmt};
 use nalgebra::Vector3;
 
@@ -15,25 +16,53 @@ const BEAMS_OF_FACE: usize = AZIMUTHS * ELEVATIONS_DEG.len();
 /// Beams of the codebook.
 pub(in crate::channel) const BEAMS: usize = FACES * BEAMS_OF_FACE;
 
-/// One face of 8 x 8 elements half a wavelength apart, GMT frame. All faces share the GMT's position.
+/// One face of 8 x 8 elements half a wavelength apart, GMT frame. As they were meant, all faces share the GMT's position.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::channel) struct Face {
     /// Outward normal.
     normal: Vector3<f64>,
-    /// Unit vector along a row, horizontal. Columns run along z.
+    /// Unit vectors along a row, horizontal, and along a column, z, as they were meant.
     tangent: Vector3<f64>,
+    column: Vector3<f64>,
+    /// Centre, m.
+    centre_m: Vector3<f64>,
 }
 
 impl Face {
     /// Face `index`, which looks at `index` times 120 deg.
     pub(in crate::channel) fn new(index: usize) -> Self {
         let (normal, tangent) = face_axes(TAU * (index as f64 / FACES as f64));
-        Self { normal, tangent }
+        Self {
+            normal,
+            tangent,
+            column: Vector3::z(),
+            centre_m: Vector3::zeros(),
+        }
+    }
+
+    /// The face turned by a small angle (rad, about each axis) and with its centre elsewhere.
+    pub(in crate::channel) fn moved(self, turn_rad: &Vector3<f64>, centre_m: &Vector3<f64>) -> Self {
+        // Vectors that are not turned keep their bits.
+        let turned = |v: Vector3<f64>| match *turn_rad == Vector3::zeros() {
+            true => v,
+            false => (v + turn_rad.cross(&v)).normalize(),
+        };
+        Self {
+            normal: turned(self.normal),
+            tangent: turned(self.tangent),
+            column: turned(self.column),
+            centre_m: self.centre_m + centre_m,
+        }
+    }
+
+    /// How much earlier than the GMT's position a wave towards `u` leaves from its centre, s.
+    pub(in crate::channel) fn lead_s(&self, u: &Direction<Gmt, f64>) -> f64 {
+        self.centre_m.dot(u.vector()) / SPEED_OF_LIGHT_M_PER_S
     }
 
     /// Direction cosines of `u` along row and column.
     pub(in crate::channel) fn cosines(&self, u: &Direction<Gmt, f64>) -> [f64; 2] {
-        [self.tangent.dot(u.vector()), u.vector().z]
+        [self.tangent.dot(u.vector()), self.column.dot(u.vector())]
     }
 
     /// Amplitude of its elements towards `u`.

@@ -82,6 +82,19 @@ mod tests {
     }
 
     #[test]
+    fn coupling_reaches_neighbours_and_next_neighbours() {
+        let (c1, c2) = (C64::new(0.1, 0.2), C64::new(0.3, 0.4));
+        let (one, none) = (C64::new(1.0, 0.0), C64::new(0.0, 0.0));
+        let rows = [
+            [one, c1, c2, none],
+            [c1, one, c1, c2],
+            [c2, c1, one, c1],
+            [none, c2, c1, one],
+        ];
+        assert_eq!(matrix::<4>([c1, c2]), rows);
+    }
+
+    #[test]
     fn what_is_left_times_what_was_measured_is_the_coupling() {
         let (truth, measured) = (
             [C64::new(-0.05, 0.11), C64::new(0.02, -0.03)],

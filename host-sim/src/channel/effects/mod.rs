@@ -37,6 +37,8 @@ pub(super) enum Draw {
     Leakage,
     Neighbour,
     Rotors,
+    GmtAxis,
+    GmtCentre,
 }
 
 /// High bit of the stream numbers of device errors; those of sweeps have it clear.
