@@ -2,8 +2,11 @@
 
 use std::f64::consts::{PI, TAU};
 
+use cslam_core::geometry::{Body, Direction};
+
 use super::antenna::{phasor, phasor_of_turns};
 use super::effects::carrier_offset::CarrierOffset;
+use super::effects::rotors::Rotors;
 use super::probe::{block, fit, one_path, response};
 use super::spectrum::Transform;
 use super::*;
@@ -30,11 +33,13 @@ fn simulator(impairments: Impairments) -> Simulator {
     Simulator::new(config, SEED)
 }
 
+fn sweep_of(link: &Link, impairments: Impairments) -> Sweep {
+    let sweep = simulator(impairments).sweep(link, &Instant::at_rest(), 0);
+    sweep.expect("complete path")
+}
+
 fn sweep(impairments: Impairments) -> Sweep {
-    let link = link();
-    simulator(impairments)
-        .sweep(&link, &Instant::at_rest(), 0)
-        .expect("complete path")
+    sweep_of(&link(), impairments)
 }
 
 /// Samples of a channel in a beam, sqrt(W).
@@ -280,48 +285,70 @@ fn a_neighbour_adds_its_power_while_it_sends() {
 }
 
 #[test]
-fn tips_add_a_turning_copy_of_the_strongest_wave() {
-    let with = Impairments {
+fn tips_add_a_turning_copy_of_the_strongest_wave_and_blades_shade() {
+    let impairments = Impairments {
         airframe: AirframeEffects {
             rotors: true,
             shadow: false,
         },
         ..Impairments::none()
     };
-    let simulator = simulator(with.clone());
+    // Through the disc of the first rotor to the array on the left.
+    let arrival = [1.30, 0.206];
+    let link = one_path(55.5, arrival, [1.5, 0.1]);
+    let simulator = simulator(impairments);
     let rotors = simulator.rotors.clone().expect("drawn");
-    let (with, without) = (sweep(with), sweep(Impairments::none()));
+    let u = Direction::from_zenith_azimuth(arrival[0], arrival[1]).expect("angles");
     let known = cslam_core::array::UavArrays::<f64>::default();
-    let u = cslam_core::geometry::Direction::from_zenith_azimuth(1.3, 0.7).expect("angles");
-    let (steps, gains, leads) = (known.phase_step_rad(&u), known.amplitude(&u), known.lead_m(&u));
-    let channel = 10;
-    let (j, n) = (channel / 8, (channel % 8) as f64 - 3.5);
+    let (channel, j, n) = (10, 1, 2.0 - 3.5);
+    let crossing = Rotors::crossing(u.vector(), &known.arrays()[j].centre_m).expect("a rotor in the way");
     let per_m = TAU / 299_792_458.0;
-    let direct = |f_hz: f64| phasor(n * steps[j] + f_hz * leads[j] * per_m) * gains[j];
-    for beam in [0_u16, BEAM, 50] {
-        let [a, b] = [&with, &without].map(|s| response(block(s, beam), channel));
-        let time_s = f64::from(beam) * 1024.0 / 245.76e6;
+    let arrived = |u: &Direction<Body, f64>, f_hz: f64| {
+        let (step, gain, lead_m) = (
+            known.phase_step_rad(u)[j],
+            known.amplitude(u)[j],
+            known.lead_m(u)[j],
+        );
+        phasor(n * step + f_hz * lead_m * per_m) * gain
+    };
+    let hubs: Vec<Direction<Body, f64>> = (0..4)
+        .map(|rotor| PI * (0.25 + 0.5 * f64::from(rotor)))
+        .map(|azimuth| nalgebra::Vector3::new(0.25 * libm::cos(azimuth), 0.25 * libm::sin(azimuth), 0.05))
+        .map(|way| Direction::from_vector(way).expect("a hub"))
+        .collect();
+    let clean = sweep_of(&link, Impairments::none());
+    let mut shades = Vec::new();
+    for instant_s in [
+        0.0, 0.4e-3, 0.8e-3, 1.2e-3, 1.6e-3, 2.0e-3, 2.4e-3, 2.8e-3, 3.2e-3, 3.6e-3, 4e-3,
+    ] {
+        let instant = Instant {
+            time_s: instant_s,
+            ..Instant::at_rest()
+        };
+        let turning = simulator.sweep(&link, &instant, 0).expect("complete path");
+        let [a, b] = [&turning, &clean].map(|s| response(block(s, BEAM), channel));
+        let time_s = instant_s + f64::from(BEAM) * 1024.0 / 245.76e6;
         let tips = rotors.tips(u.vector(), 30e9, time_s);
+        let shade = rotors.shade(&crossing, time_s);
+        shades.push(shade);
         for k in (0..416).step_by(23) {
             let off_hz = (k as f64 - 208.0) * 480e3;
-            let mut expected = C64::new(1.0, 0.0);
-            for (rotor, tip) in tips.iter().enumerate() {
-                let azimuth = PI * (0.25 + 0.5 * rotor as f64);
-                let way = nalgebra::Vector3::new(0.25 * azimuth.cos(), 0.25 * azimuth.sin(), 0.05);
-                let hub = cslam_core::geometry::Direction::from_vector(way).expect("hub");
-                let (steps, gains, leads) = (
-                    known.phase_step_rad(&hub),
-                    known.amplitude(&hub),
-                    known.lead_m(&hub),
-                );
-                let arrived = phasor(n * steps[j] + (30e9 + off_hz) * leads[j] * per_m) * gains[j];
-                let late = phasor(-off_hz * 0.3 * per_m);
-                expected += tip * arrived * late * libm::exp10(-1.5) / direct(30e9 + off_hz);
-            }
-            let factor = a[k] / b[k];
-            // One blade may be in the way.
-            let off = [1.0, libm::exp10(-0.05)].map(|shade| (factor - (expected - 1.0) - shade).norm());
-            assert!(off[0].min(off[1]) < 3e-3, "beam {beam}, {k}: {factor} {expected}");
+            let late = phasor(-off_hz * 0.3 * per_m) * libm::exp10(-1.5);
+            let scattered: C64 = hubs
+                .iter()
+                .zip(tips)
+                .map(|(hub, tip)| tip * arrived(hub, 30e9 + off_hz))
+                .sum();
+            let expected = scattered * late / arrived(&u, 30e9 + off_hz) + shade;
+            assert!(
+                (a[k] / b[k] - expected).norm() < 3e-3,
+                "{instant_s} s, {k}: {} {expected}",
+                a[k] / b[k]
+            );
         }
     }
+    assert!(
+        shades.contains(&1.0) && shades.iter().any(|shade| *shade < 1.0),
+        "{shades:?}"
+    );
 }
