@@ -1,6 +1,6 @@
 //! Trials over the 8 x 8 faces.
 
-use cslam_core::array::{Codebook, GmtArrays, SquintScheme, UavArrays, phasor};
+use cslam_core::array::{Codebook, GmtArrays, SquintConfig, SquintSymbol, UavArrays, phasor};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction, Gmt};
 use cslam_core::localization::bsm::{FACE_BIAS_SIGMA, Sighting};
@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::bound::{Hearing, position_variance_m2};
 use super::receiver::Receiver;
-use crate::channel::{ChannelConfig, FrontEndConfig, Impairments, Instant, Ray, Simulator};
+use crate::channel::{ChannelConfig, FrontEndConfig, Impairments, Instant, Ray, Simulator, SquintScheme};
 use crate::random::Stream;
 use crate::statistics::rms;
 
@@ -55,6 +55,18 @@ impl Case {
         } else {
             SquintScheme::Sequential
         }
+    }
+
+    /// Its symbols on the first face, as the receiver knows them.
+    fn symbols_of_a_face(&self, waveform: &Waveform) -> Vec<SquintSymbol<f64>> {
+        use cslam_core::array::SquintScheme::{Raster, Sequential};
+        let scheme = if self.raster { Raster } else { Sequential };
+        let edge_hz = |index| f64::from(waveform.offset(index)) * waveform.spacing_hz();
+        let band_hz = [edge_hz(0), edge_hz(waveform.active - 1)];
+        let config = SquintConfig::default();
+        (0..)
+            .map_while(|index| config.symbol(scheme, index, 1, band_hz, waveform.carrier_hz))
+            .collect()
     }
 
     /// What is known of the constant error of a face: none where the GMT has no errors.
@@ -255,11 +267,7 @@ fn trial(case: &Case, receiver: &mut Receiver, seed: u64, index: u32) -> Errors 
     let amplitude = los.amplitude.norm() * simulator.signal_amplitude() * gmt.amplitude(face, &los.departure);
     // Waveforms of power one have 512/416 of it on each active subcarrier; noise has its power on all.
     let snr = amplitude * amplitude * 512.0 / waveform.active as f64 / simulator.noise_power_w();
-    let symbols: Vec<_> = simulator
-        .squint_symbols(case.scheme())
-        .into_iter()
-        .filter(|s| s.face == 0)
-        .collect();
+    let symbols = case.symbols_of_a_face(&waveform);
     let hearing = Hearing {
         symbols: &symbols,
         waveform: &waveform,

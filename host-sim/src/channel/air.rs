@@ -1,15 +1,22 @@
 //! What arrives at the antennas, slot by slot: rays, array phases, clock and jammer, before noise.
 
-use cslam_core::array::phasor;
-use cslam_core::geometry::Direction;
+use std::borrow::Cow;
 
-use super::config::{Jammer, JammerKind};
+use cslam_core::waveform::SAMPLES;
+use nalgebra::Vector3;
+
+use super::antenna::{phasor, phasor_of_turns};
+use super::config::Jammer;
+use super::effects::rotors::{Crossing, Rotors};
+use super::effects::{airframe, phase_noise};
+use super::jamming::{HeardNeighbour, jammer, neighbour};
 use super::mix::{Gain, mix};
 use super::noise::Gaussian;
 use super::rays::{Instant, Ray};
-use super::simulator::{Block, CHANNELS, Reception, Simulator};
+use super::reception::Reception;
+use super::simulator::{Block, CHANNELS, Simulator};
 use super::transmit::BeamField;
-use super::waves::{Plane, Wave, WaveMaker};
+use super::waves::{Plane, Wave};
 use super::{ARRAYS, C64, ELEMENTS};
 use crate::random::Stream;
 
@@ -23,81 +30,144 @@ pub(super) fn stream(index: u32, symbol: usize, kind: u64) -> u64 {
 }
 pub(super) const NOISE: u64 = 0;
 const PER_BEAM: u64 = 1;
-const JAMMED: u64 = 2;
+pub(super) const JAMMED: u64 = 2;
+const PHASE_NOISE: u64 = 3;
+pub(super) const CONVERTER: u64 = 4;
+pub(super) const BURSTS: u64 = 5;
+pub(super) const BURST_NOISE: u64 = 6;
 
 /// What a sweep keeps between its beams.
 pub(super) struct SweepState<'a> {
     pub(super) simulator: &'a Simulator,
     instant: &'a Instant,
-    index: u32,
-    pub(super) rays: &'a [Ray],
+    pub(super) index: u32,
+    /// The rays of the link, then what the UAV's own body makes of them.
+    pub(super) rays: Cow<'a, [Ray]>,
+    /// For each ray, the one of the link that it is made of: they leave the GMT together.
+    pub(super) origin: Vec<usize>,
     pub(super) receptions: Vec<Reception>,
     pub(super) fields: Vec<Vec<BeamField>>,
-    /// Per array, a wave for each ray and one for the jammer.
+    /// Per array, a wave for each ray, one for the jammer and one for the neighbour.
     pub(super) waves: [Vec<Wave>; ARRAYS],
     steering: [Vec<[C64; ELEMENTS]>; ARRAYS],
+    /// Delays of the elements in their arrays for the rays of the link, s; none where an array counts as one place.
+    element_delay_s: Option<[Vec<[f64; ELEMENTS]>; ARRAYS]>,
     /// Clock offset the waves were made with, s.
     pub(super) made_at_s: f64,
-    jammer: Option<(Jammer, Reception)>,
+    /// Offset of the carrier, Hz.
+    pub(super) cfo_hz: f64,
+    /// Rate of the clock's offset, s/s.
+    clock_drift: f64,
+    rotors: Option<TurningRotors<'a>>,
+    pub(super) jammer: Option<(Jammer, Reception)>,
+    pub(super) neighbour: Option<HeardNeighbour>,
     planes: Vec<Plane>,
     scratch: Vec<[[f32; 16]; 2]>,
-    gaussian: Gaussian,
+    pub(super) gaussian: Gaussian,
 }
 
-/// White noise of mean power one.
-fn noise(gaussian: &mut Gaussian) -> Wave {
-    let mut value = Plane::new();
-    gaussian.add_to(&mut value.re, std::f32::consts::FRAC_1_SQRT_2);
-    gaussian.add_to(&mut value.im, std::f32::consts::FRAC_1_SQRT_2);
-    Wave {
-        value,
-        slope: Plane::new(),
-    }
+/// The rotors in a sweep.
+struct TurningRotors<'a> {
+    rotors: &'a Rotors,
+    /// Place of the first of the rays that they scatter, one a rotor, and where the wave of these comes from.
+    scattered: Option<(usize, Vector3<f64>)>,
+    /// Per ray and array, where a rotor is in the way.
+    crossings: Vec<[Option<Crossing>; ARRAYS]>,
 }
 
-/// Silences a block that begins at `time_s` between the jammer's pulses.
-fn keep_pulses(wave: &mut Wave, jammer: &Jammer, maker: &WaveMaker, time_s: f64) {
-    let sample_s = 1.0 / maker.waveform().sample_rate_hz;
-    let samples = wave.value.re.iter_mut().zip(&mut wave.value.im);
-    for (n, (re, im)) in samples.enumerate() {
-        let pulses = (time_s + n as f64 * sample_s) / jammer.pulse_interval_s;
-        if pulses - pulses.floor() >= jammer.duty {
-            (*re, *im) = (0.0, 0.0);
+impl TurningRotors<'_> {
+    /// What the rotors multiply a ray by at an array, at a time since switch-on.
+    fn factor(&self, tips: &[C64], ray: usize, array: usize, time_s: f64) -> C64 {
+        if let Some((first, _)) = self.scattered
+            && let Some(tip) = ray.checked_sub(first).and_then(|k| tips.get(k))
+        {
+            return *tip;
         }
+        let shade = self.crossings[ray][array]
+            .as_ref()
+            .map_or(1.0, |crossing| self.rotors.shade(crossing, time_s));
+        C64::new(shade, 0.0)
     }
+}
+
+/// The ray of the greatest amplitude.
+fn strongest(rays: &[Ray]) -> Option<usize> {
+    let power = |place: &usize| rays[*place].amplitude.norm_sqr();
+    (0..rays.len()).max_by(|a, b| power(a).total_cmp(&power(b)))
 }
 
 impl<'a> SweepState<'a> {
     pub(super) fn new(simulator: &'a Simulator, rays: &'a [Ray], instant: &'a Instant, index: u32) -> Self {
         let impairments = &simulator.config.impairments;
-        let jammer = impairments.jammer.as_ref().and_then(|jammer| {
-            let (zenith, azimuth) = (jammer.zenith_deg.to_radians(), jammer.azimuth_deg.to_radians());
-            let world = Direction::from_zenith_azimuth(zenith, azimuth).ok()?;
-            let body = instant.attitude.inverse().apply(world);
-            Some((jammer.clone(), simulator.reception(&body, jammer.delay_s)))
+        let mut origin: Vec<usize> = (0..rays.len()).collect();
+        let mut all = Cow::Borrowed(rays);
+        if impairments.airframe.shadow {
+            for (place, copy) in airframe::copies(rays) {
+                all.to_mut().push(copy);
+                origin.push(place);
+            }
+        }
+        let rotors = simulator.rotors.as_ref().map(|rotors| {
+            let first = all.len();
+            let strongest = strongest(rays);
+            if let Some(place) = strongest {
+                let scattered = Rotors::scattered(&rays[place]);
+                origin.extend(scattered.iter().map(|_| place));
+                all.to_mut().extend(scattered);
+            }
+            let centres_m = simulator.arrays.centres_m();
+            let crossing = |ray: &Ray| centres_m.map(|c| Rotors::crossing(ray.arrival.vector(), &c));
+            TurningRotors {
+                rotors,
+                scattered: strongest.map(|place| (first, *rays[place].arrival.vector())),
+                crossings: all.iter().map(crossing).collect(),
+            }
         });
-        let receptions: Vec<_> = rays
+        let errors = simulator.arrays.errors_at(instant.time_s);
+        let jammer = jammer(simulator, instant, &errors);
+        let neighbour = neighbour(simulator, instant, &errors, index);
+        let receptions: Vec<_> = all
             .iter()
-            .map(|ray| simulator.reception(&ray.arrival, ray.delay_s))
+            .map(|ray| simulator.arrays.reception(&ray.arrival, ray.delay_s, &errors))
             .collect();
-        let steering = std::array::from_fn(|j| {
-            let all = receptions.iter().chain(jammer.as_ref().map(|(_, r)| r));
-            all.map(|r| r.steering[j]).collect()
-        });
+        let heard = || {
+            let jammer = jammer.as_ref().map(|(_, r)| r);
+            receptions
+                .iter()
+                .chain(jammer)
+                .chain(neighbour.as_ref().map(|n| &n.reception))
+        };
+        let steering = std::array::from_fn(|j| heard().map(|r| r.steering[j]).collect());
+        // What the body scatters, 22 dB down and more, and what others send has its delay at the array's centre.
+        let of_link = &receptions[..rays.len()];
+        let delays = || std::array::from_fn(|j| of_link.iter().map(|r| r.element_delay_s[j]).collect());
+        let element_delay_s = simulator.arrays.squints().then(delays);
         let fields = rays
             .iter()
             .map(|r| simulator.transmitter.fields(&r.departure, &simulator.device));
+        let offset_hz = simulator
+            .carrier_offset
+            .as_ref()
+            .map_or(0.0, |offset| offset.at(instant.time_s));
+        // A carrier that seems high is a clock that runs slow.
+        let tied = -offset_hz / simulator.maker.waveform().carrier_hz;
         let mut state = Self {
             fields: fields.collect(),
+            cfo_hz: impairments.cfo_hz + offset_hz,
+            clock_drift: impairments.clock_drift + instant.clock_drift + tied,
             simulator,
             instant,
             index,
-            rays,
+            rays: all,
+            origin,
             receptions,
             waves: std::array::from_fn(|_| Vec::new()),
             steering,
+            element_delay_s,
             made_at_s: 0.0,
+            rotors,
             jammer,
+            neighbour,
             planes: vec![Plane::new(); CHANNELS],
             scratch: Vec::new(),
             gaussian: simulator.gaussian.clone(),
@@ -109,69 +179,35 @@ impl<'a> SweepState<'a> {
     /// Clock offset in a slot, s.
     pub(super) fn clock_s(&self, slot: usize) -> f64 {
         let i = &self.simulator.config.impairments;
-        i.clock_offset_s
-            + self.instant.clock_offset_s
-            + (i.clock_drift + self.instant.clock_drift) * self.time_s(slot)
+        i.clock_offset_s + self.instant.clock_offset_s + self.clock_drift * self.time_s(slot)
     }
 
     /// Time of a slot's block since the first one, s.
-    fn time_s(&self, slot: usize) -> f64 {
+    pub(super) fn time_s(&self, slot: usize) -> f64 {
         self.simulator.maker.waveform().beam_period_s() * slot as f64
     }
 
     fn make_waves(&mut self, clock_s: f64) {
         let maker = &self.simulator.maker;
-        let cfo_hz = self.simulator.config.impairments.cfo_hz;
+        let cfo_hz = self.cfo_hz;
         for (j, waves) in self.waves.iter_mut().enumerate() {
             waves.clear();
             for (ray, r) in self.rays.iter().zip(&self.receptions) {
                 waves.push(maker.wave(r.delay_s[j] + clock_s, ray.doppler_hz + cfo_hz));
             }
-            // Any but a tone is made anew in every slot.
+            // Any but a tone is made anew in every slot, and so are the neighbour's bursts.
             waves.extend(
                 self.jammer
                     .iter()
                     .map(|(jammer, _)| maker.tone(jammer.offset_hz + cfo_hz)),
             );
+            waves.extend(self.neighbour.iter().map(|_| Wave::silent()));
         }
         self.made_at_s = clock_s;
     }
 
-    /// What the jammer sends in a slot, if that is not always the same.
-    fn jam(&mut self, slot: usize) {
-        let Some((jammer, reception)) = &self.jammer else {
-            return;
-        };
-        let maker = &self.simulator.maker;
-        let heard: [Wave; ARRAYS] = match jammer.kind {
-            JammerKind::Tone => return,
-            JammerKind::Noise | JammerKind::Pulsed => {
-                self.gaussian
-                    .restart(self.simulator.seed, stream(self.index, slot, JAMMED));
-                let mut wave = noise(&mut self.gaussian);
-                if jammer.kind == JammerKind::Pulsed {
-                    keep_pulses(&mut wave, jammer, maker, self.time_s(slot));
-                }
-                // The arrays are a fifth of a sample apart: to them it is one noise.
-                std::array::from_fn(|_| wave.clone())
-            }
-            JammerKind::Replay => {
-                let shift_hz = jammer.offset_hz + self.simulator.config.impairments.cfo_hz;
-                let clock_s = self.clock_s(slot);
-                reception
-                    .delay_s
-                    .map(|delay_s| maker.wave(delay_s + clock_s, shift_hz))
-            }
-        };
-        for (waves, wave) in self.waves.iter_mut().zip(heard) {
-            if let Some(last) = waves.last_mut() {
-                *last = wave;
-            }
-        }
-    }
-
-    /// The field that arrives in a slot (of a beam period) of a transmitter whose field towards each ray is given, into
-    /// `planes`, without noise. False when the block is lost: by chance, or because the caller says so.
+    /// The field that arrives in a slot (of a beam period) of a transmitter whose field towards each ray of the link is
+    /// given, into `planes`, without noise. False when the block is lost: by chance, or because the caller says so.
     pub(super) fn air(&mut self, slot: usize, lost: bool, field: impl Fn(&Self, usize) -> BeamField) -> bool {
         let simulator = self.simulator;
         let impairments = &simulator.config.impairments;
@@ -190,12 +226,16 @@ impl<'a> SweepState<'a> {
             self.make_waves(clock_s);
         }
         self.jam(slot);
+        self.interfere(slot);
         let late_s = clock_s - self.made_at_s;
-        let turn = |shift_hz: f64| {
-            let turns = shift_hz * time_s;
-            phasor(std::f64::consts::TAU * (turns - turns.floor()))
-        };
+        let turn = |shift_hz: f64| phasor_of_turns(shift_hz * time_s);
         let amplitude = simulator.signal_amplitude();
+        let flight_s = self.instant.time_s + time_s;
+        let carrier_hz = simulator.maker.waveform().carrier_hz;
+        let tips = self.rotors.as_ref().and_then(|r| {
+            let (_, from) = r.scattered?;
+            Some(r.rotors.tips(&from, carrier_hz, flight_s))
+        });
         for (j, waves) in self.waves.iter().enumerate() {
             let lo = if impairments.free_array_phase {
                 array_phase[j]
@@ -208,40 +248,87 @@ impl<'a> SweepState<'a> {
                 .zip(&self.receptions)
                 .enumerate()
                 .map(|(index, (ray, r))| {
-                    let common = ray.amplitude
-                        * turn(ray.doppler_hz + impairments.cfo_hz)
-                        * r.carrier[j]
-                        * lo
-                        * amplitude;
-                    let BeamField { field, slope_s } = field(self, index);
+                    let mut common =
+                        ray.amplitude * turn(ray.doppler_hz + self.cfo_hz) * r.carrier[j] * lo * amplitude;
+                    if let Some(rotors) = &self.rotors {
+                        common *= rotors.factor(tips.as_ref().map_or(&[], |t| t), index, j, flight_s);
+                    }
+                    let BeamField { field, slope_s } = field(self, self.origin[index]);
                     Gain {
                         value: common * field,
                         slope: -common * (field * late_s + slope_s),
                     }
                 });
-            let of_jammer = self.jammer.iter().map(|(jammer, r)| Gain {
-                value: jammer_phase
-                    * turn(jammer.offset_hz + impairments.cfo_hz)
-                    * r.carrier[j]
-                    * lo
-                    * libm::exp10((jammer.power_dbm - 30.0) / 20.0),
+            let without_slope = |value| Gain {
+                value,
                 slope: C64::new(0.0, 0.0),
+            };
+            let of_jammer = self.jammer.iter().map(|(jammer, r)| {
+                without_slope(
+                    jammer_phase
+                        * turn(jammer.offset_hz + self.cfo_hz)
+                        * r.carrier[j]
+                        * lo
+                        * libm::exp10((jammer.power_dbm - 30.0) / 20.0),
+                )
             });
-            let gains: Vec<Gain> = of_rays.chain(of_jammer).collect();
+            let of_neighbour = self
+                .neighbour
+                .iter()
+                .map(|n| without_slope(n.reception.carrier[j] * lo * n.amplitude));
+            let gains: Vec<Gain> = of_rays.chain(of_jammer).chain(of_neighbour).collect();
             let planes = &mut self.planes[j * ELEMENTS..(j + 1) * ELEMENTS];
-            mix(waves, &gains, &self.steering[j], &mut self.scratch, planes);
+            let delays = self
+                .element_delay_s
+                .as_ref()
+                .map(|of_arrays| of_arrays[j].as_slice());
+            mix(
+                waves,
+                &gains,
+                &self.steering[j],
+                delays,
+                &mut self.scratch,
+                planes,
+            );
+        }
+        if impairments.oscillators.phase_noise {
+            self.add_phase_noise(slot);
         }
         true
+    }
+
+    /// Turns the samples by the phases of the GMT's oscillator and of each array's. Delays, under a microsecond, count as
+    /// none: it is noise of a megahertz and more that the rays would not share.
+    fn add_phase_noise(&mut self, slot: usize) {
+        let Self {
+            planes,
+            gaussian,
+            simulator,
+            index,
+            ..
+        } = self;
+        let mut phase_rad = |oscillator: usize| {
+            let stream = stream(*index, slot | oscillator << 12, PHASE_NOISE);
+            phase_noise::block(gaussian, simulator.seed, stream)
+        };
+        let of_gmt = phase_rad(ARRAYS);
+        for (j, planes) in planes.chunks_exact_mut(ELEMENTS).enumerate() {
+            let own = phase_rad(j);
+            let turns: [[f32; 2]; SAMPLES] = std::array::from_fn(|n| {
+                let turn = phasor(own[n] + of_gmt[n]);
+                [turn.re as f32, turn.im as f32]
+            });
+            for plane in planes {
+                for ((re, im), [c, s]) in plane.re.iter_mut().zip(&mut plane.im).zip(turns) {
+                    (*re, *im) = (*re * c - *im * s, *re * s + *im * c);
+                }
+            }
+        }
     }
 
     /// Noise and front end over `planes`.
     pub(super) fn digitise(&mut self, slot: usize, beam: u16) -> Block {
         let simulator = self.simulator;
-        simulator.digitise(
-            &mut self.planes,
-            &mut self.gaussian,
-            stream(self.index, slot, NOISE),
-            beam,
-        )
+        simulator.digitise(&mut self.planes, &mut self.gaussian, (self.index, slot), beam)
     }
 }

@@ -25,10 +25,10 @@ pub struct SynthSpeed {
     pub longest_ms: f64,
 }
 
-/// Times whole sweeps (72 beams x 32 x 512 samples, every impairment of the budget, noise, 12 bits) of a drawn link with
-/// `paths` paths, on the calling thread.
-pub fn synth(paths: usize, sweeps: usize) -> SynthSpeed {
-    let simulator = Simulator::new(ChannelConfig::default(), 1);
+/// Times whole sweeps (72 beams x 32 x 512 samples, noise, 12 bits) of a drawn link with `paths` paths through a channel, on
+/// the calling thread.
+pub fn synth(config: ChannelConfig, paths: usize, sweeps: usize) -> SynthSpeed {
+    let simulator = Simulator::new(config, 1);
     let mut stream = Stream::new(1, 0);
     let mut direction = || {
         let zenith = (2.0 * stream.uniform() - 1.0).acos();

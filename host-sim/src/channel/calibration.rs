@@ -1,19 +1,28 @@
 //! The errors a device is built with: drawn once from a seed, the same in every sweep.
 
+use nalgebra::Vector3;
+
+use super::antenna::phasor;
 use super::config::Impairments;
+use super::effects::Draw;
 use super::{ARRAYS, C64, ELEMENTS, FACE_ELEMENTS, FACES};
-use crate::random::Stream;
 
 /// Errors of one UAV and one GMT.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
-    /// UAV: `exp(j error)` of each element.
+    /// UAV: gain and `exp(j error)` of each element.
     pub uav_element: [[C64; ELEMENTS]; ARRAYS],
     /// UAV: tilt of each axis along two tangents, rad.
     pub uav_axis_rad: [[f64; 2]; ARRAYS],
     /// UAV: delay of each array, s.
     pub uav_delay_s: [f64; ARRAYS],
-    /// GMT: `exp(j error)` of each element, column-major 8 p + q.
+    /// UAV: error of each array's centre, m, body frame.
+    pub uav_centre_m: [Vector3<f64>; ARRAYS],
+    /// GMT: turn of each face about the axes of the GMT's frame, rad.
+    pub gmt_axis_rad: [Vector3<f64>; FACES],
+    /// GMT: error of each face's centre, m, GMT frame.
+    pub gmt_centre_m: [Vector3<f64>; FACES],
+    /// GMT: gain and `exp(j error)` of each element, column-major 8 p + q.
     pub gmt_element: [[C64; FACE_ELEMENTS]; FACES],
     /// GMT: delay of each element, s.
     pub gmt_delay_s: [[f64; FACE_ELEMENTS]; FACES],
@@ -22,35 +31,111 @@ pub struct Calibration {
 impl Calibration {
     /// Draws a device. Each kind of error has its own stream, so setting one to zero leaves the others as they were.
     pub fn draw(impairments: &Impairments, seed: u64) -> Self {
-        let kind = |index: u64, rms: f64| {
-            let mut stream = Stream::new(seed, CALIBRATION_STREAMS | index);
+        let normal = |draw: Draw, rms: f64| {
+            let mut stream = draw.stream(seed);
             move || rms * stream.normal()
         };
-        let phase = |index, rms_deg: f64| {
-            let mut draw = kind(index, rms_deg.to_radians());
-            move || cslam_core::array::phasor(draw())
+        let mut uav_axis = normal(Draw::UavAxis, impairments.uav_axis_rms_deg.to_radians());
+        let mut uav_delay = normal(Draw::UavDelay, impairments.uav_array_delay_rms_ps * 1e-12);
+        let mut gmt_delay = normal(Draw::GmtDelay, impairments.gmt_element_delay_rms_ps * 1e-12);
+        let mut uav_centre = normal(Draw::UavCentre, impairments.uav_arrays.centre_rms_mm * 1e-3);
+        let gmt = &impairments.gmt_arrays;
+        let mut gmt_axis = normal(Draw::GmtAxis, gmt.axis_rms_deg.to_radians());
+        let mut gmt_centre = normal(Draw::GmtCentre, gmt.centre_rms_mm * 1e-3);
+        let element = |gain: (Draw, f64), phase: (Draw, f64)| {
+            let (mut gain_db, mut phase_rad) =
+                (normal(gain.0, gain.1), normal(phase.0, phase.1.to_radians()));
+            move || phasor(phase_rad()) * libm::exp10(gain_db() / 20.0)
         };
-        let mut uav_element = phase(0, impairments.uav_element_phase_rms_deg);
-        let mut uav_axis = kind(1, impairments.uav_axis_rms_deg.to_radians());
-        let mut uav_delay = kind(2, impairments.uav_array_delay_rms_ps * 1e-12);
-        let mut gmt_element = phase(3, impairments.gmt_element_phase_rms_deg);
-        let mut gmt_delay = kind(4, impairments.gmt_element_delay_rms_ps * 1e-12);
+        let mut uav_element = element(
+            (Draw::UavGain, impairments.uav_arrays.gain_rms_db),
+            (Draw::UavPhase, impairments.uav_element_phase_rms_deg),
+        );
+        let mut gmt_element = element(
+            (Draw::GmtGain, gmt.gain_rms_db),
+            (Draw::GmtPhase, impairments.gmt_element_phase_rms_deg),
+        );
         Self {
             uav_element: std::array::from_fn(|_| std::array::from_fn(|_| uav_element())),
             uav_axis_rad: std::array::from_fn(|_| std::array::from_fn(|_| uav_axis())),
             uav_delay_s: std::array::from_fn(|_| uav_delay()),
+            uav_centre_m: std::array::from_fn(|_| Vector3::from_fn(|_, _| uav_centre())),
+            gmt_axis_rad: std::array::from_fn(|_| Vector3::from_fn(|_, _| gmt_axis())),
+            gmt_centre_m: std::array::from_fn(|_| Vector3::from_fn(|_, _| gmt_centre())),
             gmt_element: std::array::from_fn(|_| std::array::from_fn(|_| gmt_element())),
             gmt_delay_s: std::array::from_fn(|_| std::array::from_fn(|_| gmt_delay())),
         }
     }
 }
 
-/// High bits of the stream numbers of device errors; those of sweeps have them clear.
-const CALIBRATION_STREAMS: u64 = 1 << 63;
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::channel::{GmtArrayErrors, UavArrayErrors};
+
+    #[test]
+    fn gains_and_centres_have_their_rms_and_move_no_phase() {
+        let (mut square, draws) = ([0.0; 5], 200);
+        let budget = Impairments::budget();
+        for seed in 0..draws {
+            let with = Impairments {
+                uav_arrays: UavArrayErrors {
+                    gain_rms_db: 0.5,
+                    centre_rms_mm: 1.0,
+                    ..UavArrayErrors::default()
+                },
+                gmt_arrays: GmtArrayErrors {
+                    gain_rms_db: 0.5,
+                    axis_rms_deg: 0.1,
+                    centre_rms_mm: 1.0,
+                },
+                ..budget.clone()
+            };
+            let (with, without) = (Calibration::draw(&with, seed), Calibration::draw(&budget, seed));
+            let db = |c: &C64| 20.0 * libm::log10(c.norm());
+            square[0] += with
+                .uav_element
+                .iter()
+                .flatten()
+                .map(|c| db(c).powi(2))
+                .sum::<f64>()
+                / 32.0;
+            square[1] += with
+                .gmt_element
+                .iter()
+                .flatten()
+                .map(|c| db(c).powi(2))
+                .sum::<f64>()
+                / 192.0;
+            square[2] += with.uav_centre_m.iter().map(|m| m.norm_squared()).sum::<f64>() * 1e6 / 12.0;
+            square[3] += with.gmt_centre_m.iter().map(|m| m.norm_squared()).sum::<f64>() * 1e6 / 9.0;
+            let degrees = with.gmt_axis_rad.map(|turn| turn.map(f64::to_degrees));
+            square[4] += degrees.iter().map(|turn| turn.norm_squared()).sum::<f64>() / 9.0;
+            let pairs = |a: &Calibration, b: &Calibration| {
+                let [a, b] =
+                    [a, b].map(|c| [c.uav_element.as_flattened(), c.gmt_element.as_flattened()].concat());
+                a.iter()
+                    .zip(&b)
+                    .map(|(a, b)| (a / b).arg().abs())
+                    .fold(0.0, f64::max)
+            };
+            assert!(pairs(&with, &without) < 1e-12);
+            assert_eq!(
+                (with.uav_axis_rad, with.uav_delay_s, with.gmt_delay_s),
+                (without.uav_axis_rad, without.uav_delay_s, without.gmt_delay_s)
+            );
+        }
+        let [uav, gmt, centre, face, turn] = square.map(|s| (s / draws as f64).sqrt());
+        assert!(
+            (uav - 0.5).abs() < 0.02 && (gmt - 0.5).abs() < 0.01,
+            "{uav} {gmt}"
+        );
+        assert!((centre - 1.0).abs() < 0.06, "{centre}");
+        assert!(
+            (face - 1.0).abs() < 0.08 && (turn - 0.1).abs() < 0.008,
+            "{face} {turn}"
+        );
+    }
 
     #[test]
     fn errors_have_their_rms_and_one_does_not_move_another() {

@@ -5,6 +5,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::effects::amplifier::Amplifier;
+use super::effects::interference::Interference;
+use super::hardware::{AirframeEffects, GmtArrayErrors, Oscillators, ReceiverErrors, UavArrayErrors};
 use crate::input::InputError;
 use crate::sigmf::Codebook;
 
@@ -86,6 +89,20 @@ pub struct Impairments {
     pub dropped_beams: Vec<u16>,
     /// Channels 0..32 that deliver zeros.
     pub dead_channels: Vec<u8>,
+    /// Further errors of the UAV's arrays.
+    pub uav_arrays: UavArrayErrors,
+    /// Further errors of the GMT's faces.
+    pub gmt_arrays: GmtArrayErrors,
+    /// The UAV's body before its arrays.
+    pub airframe: AirframeEffects,
+    /// The GMT's transmit amplifier; a linear one without.
+    pub amplifier: Option<Amplifier>,
+    /// Oscillators of both ends.
+    pub oscillators: Oscillators,
+    /// Mixers and converters of the UAV.
+    pub receiver: ReceiverErrors,
+    /// Bursts of a neighbour in the band.
+    pub interference: Option<Interference>,
     /// A jammer in the band.
     pub jammer: Option<Jammer>,
 }
@@ -172,6 +189,13 @@ impl Impairments {
             dropped_beam_probability: 0.0,
             dropped_beams: Vec::new(),
             dead_channels: Vec::new(),
+            uav_arrays: UavArrayErrors::default(),
+            gmt_arrays: GmtArrayErrors::default(),
+            airframe: AirframeEffects::default(),
+            amplifier: None,
+            oscillators: Oscillators::default(),
+            receiver: ReceiverErrors::default(),
+            interference: None,
             jammer: None,
         }
     }
@@ -186,6 +210,23 @@ impl Impairments {
             gmt_element_phase_rms_deg: 5.0,
             gmt_element_delay_rms_ps: 20.0,
             ..Self::none()
+        }
+    }
+
+    /// The budget and what measured hardware has beyond it.
+    pub fn real() -> Self {
+        Self {
+            uav_arrays: UavArrayErrors::real(),
+            gmt_arrays: GmtArrayErrors::real(),
+            airframe: AirframeEffects {
+                shadow: true,
+                rotors: true,
+            },
+            amplifier: Some(Amplifier::default()),
+            oscillators: Oscillators::real(),
+            receiver: ReceiverErrors::real(),
+            interference: Some(Interference::default()),
+            ..Self::budget()
         }
     }
 }
@@ -222,6 +263,22 @@ impl Default for MotionConfig {
 }
 
 impl ChannelConfig {
+    /// Every error at zero, thermal noise on: the paper's world.
+    pub fn ideal() -> Self {
+        Self {
+            impairments: Impairments::none(),
+            ..Self::default()
+        }
+    }
+
+    /// The error budget with every effect of real hardware (docs/signal-model.md, "Hardware of the simulation").
+    pub fn real() -> Self {
+        Self {
+            impairments: Impairments::real(),
+            ..Self::default()
+        }
+    }
+
     /// Checks the range of every value.
     ///
     /// # Errors
@@ -305,6 +362,18 @@ impl ChannelConfig {
                 format!("holds {beam}, expected 0 to {}", BEAMS - 1),
             );
         }
+        let under =
+            |table: &'static str| move |error: InputError| error.under(&format!("impairments.{table}"));
+        i.uav_arrays.check().map_err(under("uav_arrays"))?;
+        i.gmt_arrays.check().map_err(under("gmt_arrays"))?;
+        i.oscillators.check().map_err(under("oscillators"))?;
+        i.receiver.check().map_err(under("receiver"))?;
+        if let Some(amplifier) = &i.amplifier {
+            amplifier.check().map_err(under("amplifier"))?;
+        }
+        if let Some(interference) = &i.interference {
+            interference.check().map_err(under("interference"))?;
+        }
         if let Some(j) = &i.jammer {
             let ranges = [
                 ("power_dbm", j.power_dbm, -200.0, 60.0),
@@ -370,6 +439,38 @@ mod tests {
         });
         let text = toml::to_string(&config).expect("TOML");
         assert_eq!(read(&text).expect("same"), config);
+    }
+
+    #[test]
+    fn the_worlds_are_sound_and_differ_in_their_impairments_only() {
+        let worlds = [
+            ChannelConfig::ideal(),
+            ChannelConfig::default(),
+            ChannelConfig::real(),
+        ];
+        for world in &worlds {
+            world.check().expect("in range");
+            assert_eq!(world.front_end, FrontEndConfig::default());
+            assert_eq!(
+                read(&toml::to_string(world).expect("TOML")).expect("same"),
+                *world
+            );
+        }
+        let impairments = worlds.map(|world| world.impairments);
+        assert_eq!(impairments[..2], [Impairments::none(), Impairments::budget()]);
+        let budget = Impairments {
+            uav_arrays: UavArrayErrors::default(),
+            gmt_arrays: GmtArrayErrors::default(),
+            airframe: AirframeEffects::default(),
+            amplifier: None,
+            oscillators: Oscillators::default(),
+            receiver: ReceiverErrors::default(),
+            interference: None,
+            ..impairments[2].clone()
+        };
+        assert_eq!(budget, Impairments::budget());
+        let real = &impairments[2];
+        assert!(real.uav_arrays.ripple_rms_db > 0.0 && real.oscillators.phase_noise);
     }
 
     #[test]

@@ -21,18 +21,26 @@
 //! (rays x 512) and its noise. Phases are made in `f64` with libm, samples in `f32` with plain products: the same bits on
 //! every machine and for every number of threads.
 //!
-//! **Not modelled**: squint inside an array in the ordinary sweep (0.04 rad at the band edge; the beam squint symbols of
-//! [`squint`] have it), mutual coupling, phase noise, IQ imbalance, diffuse scattering.
+//! **Own antennas.** The arrays, beams and squint symbols are those of [`antenna`], not the receiver's. What measured hardware
+//! has beyond the formula above is in [`effects`], each off by default: errors and coupling of the elements, squint inside an
+//! array, airframe and rotors, amplifier, oscillators, mixers and converters, neighbours in the band.
+//!
+//! **Not modelled**: cross polarisation, jitter of the converters, squint inside an array for a jammer's signal.
 
 mod adc;
 mod air;
+mod antenna;
 pub mod bench;
 mod calibration;
 mod config;
+mod effects;
 mod gains;
+mod hardware;
+mod jamming;
 mod mix;
 mod noise;
 mod rays;
+mod reception;
 mod simulator;
 pub(crate) mod spectrum;
 pub mod squint;
@@ -40,14 +48,24 @@ mod transmit;
 mod waves;
 
 #[cfg(test)]
+mod converter_tests;
+#[cfg(test)]
+mod golden_tests;
+#[cfg(test)]
+mod hardware_tests;
+#[cfg(test)]
 mod impairment_tests;
 #[cfg(test)]
 mod probe;
 #[cfg(test)]
 mod tests;
 
+pub use antenna::squint::{SquintScheme, SquintSymbol};
 pub use calibration::Calibration;
 pub use config::{ChannelConfig, FrontEndConfig, Impairments, Jammer, JammerKind, MotionConfig};
+pub use effects::amplifier::Amplifier;
+pub use effects::interference::Interference;
+pub use hardware::{AirframeEffects, GmtArrayErrors, Oscillators, ReceiverErrors, UavArrayErrors};
 pub use noise::Gaussian;
 pub use rays::{Instant, Ray, RayError};
 pub use simulator::{Block, CHANNELS, Simulator, Sweep};

@@ -1,8 +1,8 @@
 //! What tests measure on a block: a matched filter in `f64`, apart from the receiver's own.
 
-use cslam_core::array::phasor;
 use cslam_core::waveform::{SAMPLES, Waveform};
 
+use super::antenna::phasor;
 use super::spectrum::Transform;
 use super::{Block, C64, CHANNELS, Sweep};
 use crate::paths::Link;

@@ -2,17 +2,20 @@
 
 use std::fmt;
 
-use cslam_core::array::{half_wave_dipole, phasor};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction, Gmt, Rotation, Vector3, World};
 
 use super::C64;
+use super::antenna::element::half_wave_dipole;
+use super::antenna::phasor;
 use super::config::MotionConfig;
 use crate::paths::{Link, LinkPath};
 
 /// Attitude, motion and clock at the first beam of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instant {
+    /// Time since both ends were switched on, s: what warms up or wanders depends on it.
+    pub time_s: f64,
     /// Attitude of the UAV.
     pub attitude: Rotation<Body, World, f64>,
     /// Velocity of the UAV, m/s.
@@ -31,6 +34,7 @@ impl Instant {
     /// Level, at rest, clocks aligned.
     pub fn at_rest() -> Self {
         Self {
+            time_s: 0.0,
             attitude: Rotation::identity(),
             velocity_m_per_s: Vector3::zeros(),
             gmt_attitude: Rotation::identity(),

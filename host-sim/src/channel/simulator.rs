@@ -1,19 +1,23 @@
 //! A sweep of all transmit beams through channel and front end.
 
-use cslam_core::array::{Codebook, UavArrays, phasor};
 use cslam_core::block::BeamBlock;
-use cslam_core::constants::{BOLTZMANN_J_PER_K, NOISE_TEMPERATURE_K, SPEED_OF_LIGHT_M_PER_S};
-use cslam_core::geometry::{Body, Direction};
+use cslam_core::constants::{BOLTZMANN_J_PER_K, NOISE_TEMPERATURE_K};
 use cslam_core::ltd::Iq;
 use cslam_core::waveform::{SAMPLES, Waveform};
 
-use super::air::SweepState;
+use super::air::{CONVERTER, NOISE, SweepState, stream};
 use super::config::ChannelConfig;
+use super::effects::carrier_offset::CarrierOffset;
+use super::effects::converter::Converter;
+use super::effects::interference::Neighbour;
+use super::effects::quadrature::Quadrature;
+use super::effects::rotors::Rotors;
 use super::noise::Gaussian;
 use super::rays::{Instant, Ray, RayError, rays};
+use super::reception::ReceiveArrays;
 use super::transmit::Transmitter;
 use super::waves::{Plane, WaveMaker};
-use super::{ARRAYS, C64, Calibration, ELEMENTS, adc};
+use super::{ARRAYS, Calibration, ELEMENTS, adc};
 use crate::paths::Link;
 
 /// Channels of the receiver, array-major (8 j + i).
@@ -68,38 +72,39 @@ pub struct Simulator {
     pub(super) config: ChannelConfig,
     pub(super) seed: u64,
     pub(super) device: Calibration,
-    pub(super) arrays: UavArrays<f64>,
+    pub(super) arrays: ReceiveArrays,
     pub(super) transmitter: Transmitter,
     pub(super) maker: WaveMaker,
+    pub(super) carrier_offset: Option<CarrierOffset>,
+    pub(super) rotors: Option<Rotors>,
+    pub(super) neighbour: Option<Neighbour>,
+    quadrature: Option<Quadrature>,
+    converter: Option<Converter>,
     pub(super) gaussian: Gaussian,
-}
-
-/// A ray at the receive arrays.
-pub(super) struct Reception {
-    /// Element pattern, steering and errors of each array's elements.
-    pub(super) steering: [[C64; ELEMENTS]; ARRAYS],
-    /// Delay at each array, s; lever arm and delay error included, clock not.
-    pub(super) delay_s: [f64; ARRAYS],
-    /// Carrier phase of the lever arm.
-    pub(super) carrier: [C64; ARRAYS],
 }
 
 impl Simulator {
     /// A simulator; `seed` draws the device errors and all noise.
     pub fn new(config: ChannelConfig, seed: u64) -> Self {
         let device = Calibration::draw(&config.impairments, seed);
-        let mut arrays = UavArrays::<f64>::default();
-        for (array, [along, across]) in arrays.arrays_mut().iter_mut().zip(device.uav_axis_rad) {
-            let tangent = array.normal.cross(&array.axis);
-            array.axis = (array.axis + array.normal * along + tangent * across).normalize();
-        }
+        let waveform = Waveform::default();
+        let arrays = ReceiveArrays::new(&config.impairments, &device, waveform.carrier_hz, seed);
+        let impairments = &config.impairments;
         Self {
+            carrier_offset: CarrierOffset::draw(&impairments.oscillators, seed),
+            rotors: impairments.airframe.rotors.then(|| Rotors::draw(seed)),
+            neighbour: impairments
+                .interference
+                .as_ref()
+                .and_then(|_| Neighbour::draw(seed)),
+            quadrature: Quadrature::draw(&impairments.receiver, seed),
+            converter: Converter::draw(&impairments.receiver, &config.front_end, seed),
+            maker: WaveMaker::new(waveform, impairments.amplifier.as_ref()),
+            transmitter: Transmitter::new(&device, waveform.carrier_hz),
             config,
             seed,
             device,
             arrays,
-            transmitter: Transmitter::new(Codebook::default()),
-            maker: WaveMaker::new(Waveform::default()),
             gaussian: Gaussian::new(),
         }
     }
@@ -153,50 +158,44 @@ impl Simulator {
         }
         sweep
     }
-
-    /// How a wave from `arrival` whose delay at the body origin is `delay_s` meets the elements.
-    pub(super) fn reception(&self, arrival: &Direction<Body, f64>, delay_s: f64) -> Reception {
-        let carrier_hz = self.maker.waveform().carrier_hz;
-        let (steps, amplitudes) = (
-            self.arrays.phase_step_rad(arrival),
-            self.arrays.amplitude(arrival),
-        );
-        let lead_s = self.arrays.lead_m(arrival).map(|m| m / SPEED_OF_LIGHT_M_PER_S);
-        Reception {
-            steering: std::array::from_fn(|j| {
-                let clean = UavArrays::<f64>::steering(steps[j]);
-                std::array::from_fn(|i| clean[i] * self.device.uav_element[j][i] * amplitudes[j])
-            }),
-            delay_s: std::array::from_fn(|j| delay_s - lead_s[j] + self.device.uav_delay_s[j]),
-            carrier: lead_s.map(|s| phasor(std::f64::consts::TAU * carrier_hz * s)),
-        }
-    }
 }
 
 impl Simulator {
-    /// The front end: noise of a stream, dead channels, gain control, converter.
+    fn silence_dead_channels(&self, planes: &mut [Plane]) {
+        for channel in &self.config.impairments.dead_channels {
+            if let Some(plane) = planes.get_mut(usize::from(*channel)) {
+                *plane = Plane::new();
+            }
+        }
+    }
+
+    /// The front end in a slot of a sweep: noise, mixers, dead channels, gain control, converter.
     pub(super) fn digitise(
         &self,
         planes: &mut [Plane],
         gaussian: &mut Gaussian,
-        stream: u64,
+        (index, slot): (u32, usize),
         beam: u16,
     ) -> Block {
         let front_end = &self.config.front_end;
         if front_end.noise {
-            gaussian.restart(self.seed, stream);
+            gaussian.restart(self.seed, stream(index, slot, NOISE));
             let sigma = (0.5 * self.noise_power_w()).sqrt() as f32;
             for plane in planes.iter_mut() {
                 gaussian.add_to(&mut plane.re, sigma);
                 gaussian.add_to(&mut plane.im, sigma);
             }
         }
-        for channel in &self.config.impairments.dead_channels {
-            if let Some(plane) = planes.get_mut(usize::from(*channel)) {
-                *plane = Plane::new();
-            }
+        if let Some(quadrature) = &self.quadrature {
+            quadrature.apply(planes);
         }
+        self.silence_dead_channels(planes);
         let mut block = Block::zero(beam, adc::exponent(planes, front_end.agc_rms_dbfs));
+        if let Some(converter) = &self.converter {
+            gaussian.restart(self.seed, stream(index, slot, CONVERTER));
+            converter.apply(planes, block.exponent, gaussian);
+            self.silence_dead_channels(planes);
+        }
         adc::convert(planes, block.exponent, front_end.adc_bits, &mut block.samples);
         block
     }

@@ -2,10 +2,10 @@
 //!
 //! Own code, not a library's: those choose their instructions by the processor, and with them the last bit.
 
-use cslam_core::array::phasor;
 use cslam_core::waveform::SAMPLES;
 
 use super::C64;
+use super::antenna::phasor;
 
 /// A block of complex numbers.
 pub(crate) type Samples = [C64; SAMPLES];

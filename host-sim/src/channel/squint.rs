@@ -4,26 +4,23 @@
 //! the 64 elements' phase shifters, true time delays and errors, with the squint of the elements' places at every
 //! subcarrier.
 
-use cslam_core::array::{GmtArrays, SquintConfig, SquintScheme, SquintSymbol, centred, phasor};
 use cslam_core::geometry::{Direction, Gmt};
 
 use super::air::SweepState;
+use super::antenna::squint::{SquintScheme, SquintSymbol};
+use super::antenna::{phasor, place};
 use super::rays::{Instant, Ray, RayError, rays};
 use super::transmit::BeamField;
 use super::waves::Wave;
-use super::{C64, FACE_ELEMENTS, FACES, Simulator, Sweep};
+use super::{C64, FACE_ELEMENTS, Simulator, Sweep};
 use crate::paths::Link;
 
 impl Simulator {
     /// The symbols of a scheme, in the order they are sent: 33 or 3.
-    pub fn squint_symbols(&self, scheme: SquintScheme) -> Vec<SquintSymbol<f64>> {
+    pub fn squint_symbols(&self, scheme: SquintScheme) -> Vec<SquintSymbol> {
         let waveform = self.maker.waveform();
         let edge_hz = |index| f64::from(waveform.offset(index)) * waveform.spacing_hz();
-        let band_hz = [edge_hz(0), edge_hz(waveform.active - 1)];
-        let config = SquintConfig::default();
-        (0..)
-            .map_while(|i| config.symbol(scheme, i, FACES, band_hz, waveform.carrier_hz))
-            .collect()
+        scheme.symbols([edge_hz(0), edge_hz(waveform.active - 1)], waveform.carrier_hz)
     }
 
     /// Blocks of the squint symbols over a link. They follow the sweep of the same `index`: their slots are those after
@@ -50,7 +47,7 @@ impl Simulator {
         instant: &Instant,
         index: u32,
         scheme: SquintScheme,
-        wanted: impl Fn(&SquintSymbol<f64>) -> bool,
+        wanted: impl Fn(&SquintSymbol) -> bool,
     ) -> Sweep {
         let symbols = self.squint_symbols(scheme);
         let places = (0..symbols.len()).filter(|place| wanted(&symbols[*place]));
@@ -86,30 +83,30 @@ impl Simulator {
     }
 
     /// Field of a symbol towards a departure on every active subcarrier, element errors included.
-    fn squint_response(&self, symbol: &SquintSymbol<f64>, departure: &Direction<Gmt, f64>) -> Vec<C64> {
-        let arrays = self.transmitter.arrays();
-        let face = &arrays.faces()[symbol.face];
-        let cosines = GmtArrays::<f64>::cosines(face, departure);
-        let amplitude = arrays.amplitude(face, departure) / (FACE_ELEMENTS as f64).sqrt();
+    fn squint_response(&self, symbol: &SquintSymbol, departure: &Direction<Gmt, f64>) -> Vec<C64> {
+        let face = &self.transmitter.faces()[symbol.face];
+        let cosines = face.cosines(departure);
+        let amplitude = face.amplitude(departure) / (FACE_ELEMENTS as f64).sqrt();
+        let (carrier, lead_s) = (self.transmitter.carrier(face, departure), face.lead_s(departure));
         let waveform = self.maker.waveform();
         // Each element's phase is linear in frequency: at the carrier, and per subcarrier.
-        let per_cosine = arrays.phase_per_element_rad();
         let spacing_hz = waveform.spacing_hz();
         let (mut now, mut step) = (
             [C64::new(0.0, 0.0); FACE_ELEMENTS],
             [C64::new(0.0, 0.0); FACE_ELEMENTS],
         );
         for e in 0..FACE_ELEMENTS {
-            let place = [centred::<f64>(e / 8, 8), centred::<f64>(e % 8, 8)];
-            let along = |v: [f64; 2]| place[0] * v[0] + place[1] * v[1];
-            let path = per_cosine * along(cosines);
+            let along = |v: [f64; 2]| place(e / 8) * v[0] + place(e % 8) * v[1];
+            let path = std::f64::consts::PI * along(cosines);
             let shift = std::f64::consts::PI * along(symbol.psi);
-            let delay_s = along(symbol.delay_ns) * 1e-9 + self.device.gmt_delay_s[symbol.face][e];
+            let own_s = self.device.gmt_delay_s[symbol.face][e] - lead_s;
+            let delay_s = along(symbol.delay_ns) * 1e-9 + own_s;
             let per_subcarrier = spacing_hz * (path / waveform.carrier_hz - std::f64::consts::TAU * delay_s);
             let first = f64::from(waveform.offset(0));
             now[e] = phasor(path - shift + first * per_subcarrier)
                 * self.device.gmt_element[symbol.face][e]
-                * amplitude;
+                * amplitude
+                * carrier;
             step[e] = phasor(per_subcarrier);
         }
         (0..waveform.active)
@@ -129,12 +126,14 @@ impl SweepState<'_> {
     fn make_shaped_waves(&mut self, slot: usize, response: impl Fn(&Ray) -> Vec<C64>) {
         let clock_s = self.clock_s(slot);
         let simulator = self.simulator;
-        let cfo_hz = simulator.config.impairments.cfo_hz;
+        let cfo_hz = self.cfo_hz;
+        let of_link = self.rays.iter().zip(0..self.fields.len());
+        let responses: Vec<_> = of_link.map(|(ray, _)| response(ray)).collect();
         for (l, ray) in self.rays.iter().enumerate() {
-            let response = response(ray);
+            let response = &responses[self.origin[l]];
             for (j, waves) in self.waves.iter_mut().enumerate() {
                 let delay_s = self.receptions[l].delay_s[j] + clock_s;
-                waves[l] = shaped(simulator, ray, delay_s, cfo_hz, &response);
+                waves[l] = shaped(simulator, ray, delay_s, cfo_hz, response);
             }
         }
         self.made_at_s = clock_s;
@@ -142,9 +141,12 @@ impl SweepState<'_> {
 }
 
 fn shaped(simulator: &Simulator, ray: &Ray, delay_s: f64, cfo_hz: f64, response: &[C64]) -> Wave {
-    simulator
-        .maker
-        .through(delay_s, ray.doppler_hz + cfo_hz, response)
+    simulator.maker.through(
+        delay_s,
+        ray.doppler_hz + cfo_hz,
+        response,
+        simulator.arrays.squints(),
+    )
 }
 
 #[cfg(test)]
@@ -175,6 +177,18 @@ mod tests {
             .expect("complete path")
     }
 
+    /// The symbol as the receiver knows it.
+    fn known(scheme: SquintScheme, place: usize) -> cslam_core::array::SquintSymbol<f64> {
+        use cslam_core::array::{SquintConfig, SquintScheme as Known};
+        let known = match scheme {
+            SquintScheme::Sequential => Known::Sequential,
+            SquintScheme::Raster => Known::Raster,
+        };
+        let band_hz = [-208.0 * 480e3, 207.0 * 480e3];
+        let symbol = SquintConfig::default().symbol(known, place, 3, band_hz, 30e9);
+        symbol.expect("a symbol")
+    }
+
     fn cosines() -> [f64; 2] {
         [DEPARTURE[0].sin() * DEPARTURE[1].sin(), DEPARTURE[0].cos()]
     }
@@ -187,7 +201,8 @@ mod tests {
             assert_eq!(sweep.blocks.len(), count);
             let symbols = simulator.squint_symbols(scheme);
             // Symbols of face 0, which looks at the receiver.
-            for (place, symbol) in symbols.iter().enumerate().filter(|(_, s)| s.face == 0) {
+            for (place, _) in symbols.iter().enumerate().filter(|(_, s)| s.face == 0) {
+                let known = known(scheme, place);
                 let h = response(block(&sweep, place as u16), 3);
                 let lead_s = simulator
                     .arrays
@@ -197,7 +212,7 @@ mod tests {
                 let model: Vec<C64> = (-208..208)
                     .map(|k| {
                         let f_hz = f64::from(k) * 480e3;
-                        symbol.response::<8, 8>(cosines(), f_hz * 1e-9, 30.0)
+                        known.response::<8, 8>(cosines(), f_hz * 1e-9, 30.0)
                             * phasor(-std::f64::consts::TAU * f_hz * delay_s)
                     })
                     .collect();
@@ -219,7 +234,7 @@ mod tests {
         let arrays = codebook.arrays();
         let element = arrays.amplitude(&arrays.faces()[0], &u);
         let per_field = response(block(&beams, 16), 3)[208].norm() / codebook.field(16, &u).norm();
-        let symbol = &simulator.squint_symbols(SquintScheme::Sequential)[1];
+        let symbol = known(SquintScheme::Sequential, 1);
         let sweep = heard(&simulator, SquintScheme::Sequential);
         let h = response(block(&sweep, 1), 3)[208].norm();
         let expected = per_field * symbol.response::<8, 8>(cosines(), 0.0, 30.0).norm() * element;
@@ -228,12 +243,19 @@ mod tests {
 
     #[test]
     fn element_errors_enter_the_pattern() {
-        let simulator = simulator(Impairments::budget());
+        let simulator = simulator(Impairments {
+            gmt_arrays: crate::channel::GmtArrayErrors {
+                gain_rms_db: 0.5,
+                centre_rms_mm: 2.0,
+                ..Default::default()
+            },
+            ..Impairments::budget()
+        });
         let u = Direction::from_zenith_azimuth(DEPARTURE[0], DEPARTURE[1]).expect("angles");
-        let arrays = simulator.transmitter.arrays();
-        let amplitude = arrays.amplitude(&arrays.faces()[0], &u);
+        let amplitude = simulator.transmitter.faces()[0].amplitude(&u);
         let symbol = &simulator.squint_symbols(SquintScheme::Raster)[0];
         let response = simulator.squint_response(symbol, &u);
+        let lead_s = simulator.device.gmt_centre_m[0].dot(u.vector()) / 299_792_458.0;
         for k in [-208, 0, 3, 207] {
             let f_hz = f64::from(k) * 480e3;
             let sum: C64 = (0..64)
@@ -244,7 +266,8 @@ mod tests {
                     let delay_s = along(symbol.delay_ns) * 1e-9 + simulator.device.gmt_delay_s[0][e];
                     let phase = std::f64::consts::PI * along(cosines()) * (1.0 + f_hz / 30e9)
                         - std::f64::consts::PI * along(symbol.psi)
-                        - std::f64::consts::TAU * f_hz * delay_s;
+                        - std::f64::consts::TAU * f_hz * delay_s
+                        + std::f64::consts::TAU * (30e9 + f_hz) * lead_s;
                     phasor(phase) * simulator.device.gmt_element[0][e] * amplitude / 8.0
                 })
                 .sum();

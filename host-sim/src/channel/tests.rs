@@ -1,8 +1,8 @@
 //! The samples are right: delay, spatial phase, link budget, noise, antennas.
 
-use cslam_core::array::half_wave_dipole;
 use cslam_core::geometry::{Rotation, Vector3};
 
+use super::antenna::element::half_wave_dipole;
 use super::probe::{block, fits, one_path, response};
 use super::*;
 
@@ -242,6 +242,29 @@ fn a_sweep_depends_on_its_seed_and_index_only() {
     );
     assert_ne!(make(1, 2), make(1, 3));
     assert_ne!(make(1, 2), make(2, 2));
+}
+
+#[test]
+fn with_every_effect_a_block_still_depends_on_seed_index_and_slot_only() {
+    let link = one_path(40.0, [1.4, 0.5], [1.45, 0.15]);
+    let simulator = Simulator::new(ChannelConfig::real(), 1);
+    let late = Instant {
+        time_s: 30.0,
+        ..Instant::at_rest()
+    };
+    let make = |simulator: &Simulator| simulator.sweep(&link, &late, 2).expect("path");
+    let first = make(&simulator);
+    assert_eq!(first, make(&Simulator::new(ChannelConfig::real(), 1)));
+    assert_ne!(first, make(&Simulator::new(ChannelConfig::real(), 2)));
+    let rays = rays::rays(&link, &late, 30e9).expect("complete");
+    let all = simulator.squint_rays(&rays, &late, 2, SquintScheme::Sequential, |_| true);
+    let some = simulator.squint_rays(&rays, &late, 2, SquintScheme::Sequential, |s| s.face == 2);
+    assert_eq!(all.blocks[22..], some.blocks);
+    // A beam that is lost changes no other.
+    let mut config = ChannelConfig::real();
+    config.impairments.dropped_beams = vec![0, 1, 40];
+    let fewer = make(&Simulator::new(config, 1)).blocks;
+    assert!(fewer.len() == 69 && fewer.iter().all(|b| first.blocks.contains(b)));
 }
 
 #[test]

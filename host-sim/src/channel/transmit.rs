@@ -1,9 +1,10 @@
 //! Field of every transmit beam towards every ray, with the errors of the GMT's elements.
 
-use cslam_core::array::{Codebook, GmtArrays, centred, phasor};
 use cslam_core::geometry::{Direction, Gmt};
 
-use super::{C64, Calibration, FACE_ELEMENTS};
+use super::antenna::gmt::{self, Face};
+use super::antenna::phasor_of_turns;
+use super::{C64, Calibration, FACE_ELEMENTS, FACES};
 
 /// Field of a beam towards a ray over frequency: `field - j 2 pi f slope_s`, f off the carrier. Element delays of tens of
 /// picoseconds turn the phase by hundredths of a radian at the band edge, so the second order is under -80 dB.
@@ -15,62 +16,59 @@ pub(crate) struct BeamField {
     pub(crate) slope_s: C64,
 }
 
-/// Codewords of a codebook, element by element.
+/// Faces and codewords of the GMT, element by element.
 #[derive(Clone, Debug)]
 pub(crate) struct Transmitter {
-    codebook: Codebook<f64>,
+    faces: [Face; FACES],
+    carrier_hz: f64,
     /// Face and codeword of each beam, `conj(v)/|v|`.
     codewords: Vec<(usize, [C64; FACE_ELEMENTS])>,
 }
 
-/// Element response of a face for direction cosines, column-major: element 8 p + q has phase `n_p s_x + n_q s_z` times
-/// pi.
-pub(crate) fn face_response(cosines: [f64; 2], phase_per_element_rad: f64) -> [C64; FACE_ELEMENTS] {
-    let line = |cosine: f64| -> [C64; 8] {
-        std::array::from_fn(|n| phasor(phase_per_element_rad * cosine * centred::<f64>(n, 8)))
-    };
-    let (columns, rows) = (line(cosines[0]), line(cosines[1]));
-    std::array::from_fn(|e| columns[e / 8] * rows[e % 8])
-}
-
 impl Transmitter {
-    pub(crate) fn new(codebook: Codebook<f64>) -> Self {
-        let phase = codebook.arrays().phase_per_element_rad();
-        let codewords = (0..codebook.len())
-            .filter_map(|m| codebook.beam(m))
-            .map(|beam| {
-                (
-                    beam.face,
-                    face_response(beam.cosines, phase).map(|v| v.conj() / 8.0),
-                )
-            })
-            .collect();
-        Self { codebook, codewords }
+    /// The faces as a device has them; the codewords are those of faces as they were meant.
+    pub(crate) fn new(device: &Calibration, carrier_hz: f64) -> Self {
+        let codeword = |m| {
+            let (face, cosines) = gmt::beam(m);
+            (face, gmt::response(cosines).map(|v| v.conj() / 8.0))
+        };
+        Self {
+            faces: std::array::from_fn(|s| {
+                Face::new(s).moved(&device.gmt_axis_rad[s], &device.gmt_centre_m[s])
+            }),
+            carrier_hz,
+            codewords: (0..gmt::BEAMS).map(codeword).collect(),
+        }
     }
 
     pub(crate) fn beams(&self) -> usize {
         self.codewords.len()
     }
 
-    pub(crate) fn arrays(&self) -> &GmtArrays<f64> {
-        self.codebook.arrays()
+    pub(super) fn faces(&self) -> &[Face; FACES] {
+        &self.faces
+    }
+
+    /// What a face's place does to the carrier of a wave towards `u`.
+    pub(super) fn carrier(&self, face: &Face, u: &Direction<Gmt, f64>) -> C64 {
+        phasor_of_turns(self.carrier_hz * face.lead_s(u))
     }
 
     /// Fields of all beams towards a departure.
     pub(crate) fn fields(&self, departure: &Direction<Gmt, f64>, device: &Calibration) -> Vec<BeamField> {
-        let arrays = self.codebook.arrays();
-        let faces: Vec<_> = arrays
-            .faces()
+        let faces: Vec<_> = self
+            .faces
             .iter()
-            .enumerate()
-            .map(|(s, face)| {
-                let cosines = GmtArrays::<f64>::cosines(face, departure);
-                let amplitude = arrays.amplitude(face, departure);
-                let mut response = face_response(cosines, arrays.phase_per_element_rad());
-                for (v, error) in response.iter_mut().zip(&device.gmt_element[s]) {
+            .zip(&device.gmt_element)
+            .map(|(face, errors)| {
+                let amplitude = face.amplitude(departure);
+                let mut response = gmt::response(face.cosines(departure));
+                let carrier = self.carrier(face, departure);
+                for (v, error) in response.iter_mut().zip(errors) {
                     *v *= error * amplitude;
+                    *v *= carrier;
                 }
-                response
+                (response, face.lead_s(departure))
             })
             .collect();
         self.codewords
@@ -81,10 +79,11 @@ impl Transmitter {
                     field: zero,
                     slope_s: zero,
                 };
-                for ((w, v), delay_s) in w.iter().zip(&faces[*s]).zip(&device.gmt_delay_s[*s]) {
+                let (response, lead_s) = &faces[*s];
+                for ((w, v), delay_s) in w.iter().zip(response).zip(&device.gmt_delay_s[*s]) {
                     let part = w * v;
                     sum.field += part;
-                    sum.slope_s += part * *delay_s;
+                    sum.slope_s += part * (*delay_s - lead_s);
                 }
                 sum
             })
@@ -95,28 +94,29 @@ impl Transmitter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::channel::Impairments;
+    use nalgebra::Vector3;
+
+    use crate::channel::antenna::phasor;
+    use crate::channel::{GmtArrayErrors, Impairments};
 
     #[test]
     fn without_errors_the_fields_are_those_of_the_codebook() {
-        let transmitter = Transmitter::new(Codebook::default());
         let device = Calibration::draw(&Impairments::none(), 0);
+        let transmitter = Transmitter::new(&device, 30e9);
         let u = Direction::from_zenith_azimuth(1.3, 2.9).expect("angles");
         let fields = transmitter.fields(&u, &device);
         assert_eq!(fields.len(), 72);
+        let codebook = cslam_core::array::Codebook::<f64>::default();
         for (m, f) in fields.iter().enumerate() {
-            assert!(
-                (f.field - transmitter.codebook.field(m, &u)).norm() < 1e-12,
-                "beam {m}"
-            );
+            assert!((f.field - codebook.field(m, &u)).norm() < 1e-12, "beam {m}");
             assert_eq!(f.slope_s, C64::new(0.0, 0.0));
         }
     }
 
     #[test]
     fn slope_is_the_derivative_of_the_field_over_frequency() {
-        let transmitter = Transmitter::new(Codebook::default());
         let device = Calibration::draw(&Impairments::budget(), 5);
+        let transmitter = Transmitter::new(&device, 30e9);
         let u = Direction::from_zenith_azimuth(1.4, 0.3).expect("angles");
         let f_hz = 100e6;
         let mut turned = device.clone();
@@ -132,6 +132,42 @@ mod tests {
         for (a, b) in transmitter.fields(&u, &device).iter().zip(&at_edge) {
             let linear = a.field - C64::new(0.0, std::f64::consts::TAU * f_hz) * a.slope_s;
             assert!((linear - b.field).norm() < 2e-3, "{linear} {}", b.field);
+        }
+    }
+
+    #[test]
+    fn a_face_that_is_turned_and_elsewhere_sends_from_the_places_of_its_elements() {
+        let impairments = Impairments {
+            gmt_arrays: GmtArrayErrors {
+                axis_rms_deg: 0.5,
+                centre_rms_mm: 2.0,
+                ..GmtArrayErrors::default()
+            },
+            ..Impairments::none()
+        };
+        let device = Calibration::draw(&impairments, 8);
+        let u = Direction::from_zenith_azimuth(1.4, 0.3).expect("angles");
+        let fields = Transmitter::new(&device, 30e9).fields(&u, &device);
+        let known = cslam_core::array::Codebook::<f64>::default();
+        let meant = known.arrays().faces()[0];
+        let turned = |v: Vector3<f64>| (v + device.gmt_axis_rad[0].cross(&v)).normalize();
+        let (tangent, column, normal) = (turned(meant.tangent), turned(Vector3::z()), turned(meant.normal));
+        let wavelength_m = 299_792_458.0 / 30e9;
+        let centre_m = device.gmt_centre_m[0];
+        let amplitude = cslam_core::array::GmtElement::default().amplitude(u.vector(), &normal);
+        for (m, field) in fields.iter().enumerate().take(24) {
+            let aim = known.beam(m).expect("a beam").cosines;
+            let sum: C64 = (0..64)
+                .map(|e| {
+                    let [p, q] = [f64::from(e / 8) - 3.5, f64::from(e % 8) - 3.5];
+                    let place_m = centre_m + (tangent * p + column * q) * (0.5 * wavelength_m);
+                    let sent = -std::f64::consts::PI * (p * aim[0] + q * aim[1]);
+                    phasor(std::f64::consts::TAU / wavelength_m * place_m.dot(u.vector()) + sent) / 8.0
+                })
+                .sum();
+            assert!((field.field - sum * amplitude).norm() < 1e-9, "beam {m}");
+            let late_s = -centre_m.dot(u.vector()) / 299_792_458.0;
+            assert!((field.slope_s - field.field * late_s).norm() < 1e-20, "beam {m}");
         }
     }
 }

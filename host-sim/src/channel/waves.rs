@@ -2,10 +2,11 @@
 //!
 //! These do not depend on the beam, so a sweep makes them once (again when a drifting clock has moved on).
 
-use cslam_core::array::phasor;
 use cslam_core::waveform::{SAMPLES, Waveform};
 
 use super::C64;
+use super::antenna::phasor;
+use super::effects::amplifier::Amplifier;
 use super::spectrum::{Samples, Transform};
 
 /// Complex samples as two planes, for arithmetic in lanes.
@@ -31,10 +32,20 @@ impl Plane {
         }
     }
 
-    fn of(samples: &Samples) -> Self {
+    pub(super) fn of(samples: &Samples) -> Self {
         Self {
             re: std::array::from_fn(|n| samples[n].re as f32),
             im: std::array::from_fn(|n| samples[n].im as f32),
+        }
+    }
+}
+
+impl Wave {
+    /// No wave.
+    pub(super) fn silent() -> Self {
+        Self {
+            value: Plane::new(),
+            slope: Plane::new(),
         }
     }
 }
@@ -48,15 +59,24 @@ pub(crate) struct WaveMaker {
 }
 
 impl WaveMaker {
-    pub(crate) fn new(waveform: Waveform) -> Self {
+    /// The waveform as the amplifier leaves it; a linear one without.
+    pub(crate) fn new(waveform: Waveform, amplifier: Option<&Amplifier>) -> Self {
         let scale = 1.0 / (waveform.active as f64).sqrt();
+        let symbols: Vec<C64> = (0..waveform.active)
+            .map(|i| waveform.symbol::<f64>(i) * scale)
+            .collect();
         Self {
-            symbols: (0..waveform.active)
-                .map(|i| waveform.symbol::<f64>(i) * scale)
-                .collect(),
+            symbols: match amplifier {
+                None => symbols,
+                Some(amplifier) => amplifier.amplify(&symbols, &waveform),
+            },
             transform: Transform::new(),
             waveform,
         }
+    }
+
+    pub(super) fn transform(&self) -> &Transform {
+        &self.transform
     }
 
     pub(crate) fn waveform(&self) -> &Waveform {
@@ -65,7 +85,10 @@ impl WaveMaker {
 
     /// A wave of the given delay whose frequency is off by `shift_hz`; phase 0 of the shift at sample 0.
     pub(crate) fn wave(&self, delay_s: f64, shift_hz: f64) -> Wave {
-        let mut value = self.spectrum(delay_s);
+        self.of_spectrum(self.spectrum(delay_s), shift_hz)
+    }
+
+    fn of_spectrum(&self, mut value: Samples, shift_hz: f64) -> Wave {
         let mut slope = value;
         for i in 0..self.symbols.len() {
             let offset = f64::from(self.waveform.offset(i));
@@ -80,11 +103,14 @@ impl WaveMaker {
         }
     }
 
-    /// The same through a frequency response, one value an active subcarrier; its slope is not made.
-    pub(crate) fn through(&self, delay_s: f64, shift_hz: f64, response: &[C64]) -> Wave {
+    /// The same through a frequency response, one value an active subcarrier; its slope is made if it is asked for.
+    pub(crate) fn through(&self, delay_s: f64, shift_hz: f64, response: &[C64], with_slope: bool) -> Wave {
         let mut value = self.spectrum(delay_s);
         for (i, response) in response.iter().enumerate() {
             value[self.waveform.bin(i)] *= response;
+        }
+        if with_slope {
+            return self.of_spectrum(value, shift_hz);
         }
         self.to_time(&mut value, shift_hz);
         Wave {
@@ -141,7 +167,7 @@ mod tests {
     use super::*;
 
     fn wave(delay_s: f64) -> Wave {
-        WaveMaker::new(Waveform::default()).wave(delay_s, 0.0)
+        WaveMaker::new(Waveform::default(), None).wave(delay_s, 0.0)
     }
 
     #[test]
@@ -168,13 +194,14 @@ mod tests {
 
     #[test]
     fn a_flat_response_changes_nothing_but_its_factor() {
-        let maker = WaveMaker::new(Waveform::default());
+        let maker = WaveMaker::new(Waveform::default(), None);
         let (plain, turned) = (
             maker.wave(1e-7, 2e4),
-            maker.through(1e-7, 2e4, &[C64::new(0.0, 2.0); 416]),
+            maker.through(1e-7, 2e4, &[C64::new(0.0, 2.0); 416], true),
         );
         for n in 0..SAMPLES {
             assert!((turned.value.im[n] - 2.0 * plain.value.re[n]).abs() < 1e-5);
+            assert!((turned.slope.im[n] - 2.0 * plain.slope.re[n]).abs() < 1e-6 * 4e8);
         }
     }
 }

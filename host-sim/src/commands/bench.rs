@@ -6,7 +6,7 @@ use anyhow::Context;
 use clap::ValueEnum;
 use serde::Serialize;
 
-use crate::channel;
+use crate::channel::{self, ChannelConfig};
 use crate::random::Stream;
 use crate::scene::Scene;
 use crate::table::Table;
@@ -45,7 +45,7 @@ pub(crate) struct Args {
 enum Subject {
     /// Ray tracing on the reference outdoor scene, order 3
     Trace,
-    /// Synthesis of a sweep: 72 beams, 25 paths, every error of the budget
+    /// Synthesis of a sweep: 72 beams, 25 paths, the errors of the budget and every effect
     Synth,
     /// Uplink: hostile packets against the receiver in flight; ends with 1 when one was taken or the pose moved
     Uplink,
@@ -93,7 +93,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         rows.extend(trace()?);
     }
     if args.what.is_none_or(|what| what == Subject::Synth) {
-        rows.push(synth());
+        rows.push(synth("errors of the budget", ChannelConfig::default()));
+        rows.push(synth("every effect", ChannelConfig::real()));
     }
     if args.json {
         for row in &rows {
@@ -238,11 +239,11 @@ fn links(
 }
 
 /// Median time of a sweep.
-fn synth() -> Row {
-    let speed = channel::bench::synth(25, 41);
+fn synth(what: &str, config: ChannelConfig) -> Row {
+    let speed = channel::bench::synth(config, 25, 41);
     Row {
         name: format!(
-            "sweep, {} beams x 32 x 512, {} paths, median of {} ({:.1} to {:.1})",
+            "sweep, {} beams x 32 x 512, {} paths, {what}, median of {} ({:.1} to {:.1})",
             speed.beams, speed.paths, speed.sweeps, speed.fastest_ms, speed.longest_ms
         ),
         threads: 1,

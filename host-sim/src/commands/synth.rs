@@ -4,11 +4,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use cslam_core::array::SquintScheme;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::channel::{Impairments, Instant, Simulator, Sweep};
+use crate::channel::{Impairments, Instant, Simulator, SquintScheme, Sweep};
 use crate::config::Config;
 use crate::input::InputError;
 use crate::paths::{self, Link};

@@ -4,7 +4,7 @@ use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 use super::PropagationConfig;
-use crate::channel::{ChannelConfig, Impairments};
+use crate::channel::ChannelConfig;
 use crate::flight::FlightConfig;
 use crate::input::InputError;
 use crate::scene::Scene;
@@ -64,15 +64,13 @@ impl WorldConfig {
                     imu: noise_alone(&budget.sensors.imu),
                     ..SensorsConfig::ideal()
                 },
-                channel: ChannelConfig {
-                    impairments: Impairments::none(),
-                    ..ChannelConfig::default()
-                },
+                channel: ChannelConfig::ideal(),
                 ..budget
             },
             Profile::Real => Self {
                 propagation: PropagationConfig::real(),
                 sensors: SensorsConfig::real(),
+                channel: ChannelConfig::real(),
                 ..budget
             },
         }

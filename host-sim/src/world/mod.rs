@@ -8,13 +8,13 @@ mod config;
 mod propagation;
 mod words;
 
-use cslam_core::array::{SquintScheme, half_wave_dipole};
+use cslam_core::array::half_wave_dipole;
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{GeometryError, Rotation};
 use cslam_core::waveform::Waveform;
 use nalgebra::Vector3;
 
-use crate::channel::{Instant, Simulator, Sweep};
+use crate::channel::{Instant, Simulator, SquintScheme, Sweep};
 use crate::flight::FlightPlan;
 use crate::input::InputError;
 use crate::paths::{Link, LinkPath};
@@ -173,6 +173,7 @@ fn seen_from(link: &Link, shift_m: Vector3<f64>) -> Link {
 pub fn instant(truth: &Truth) -> Result<Instant, GeometryError> {
     let gmt = nalgebra::UnitQuaternion::from_rotation_matrix(&truth.gmt_attitude);
     Ok(Instant {
+        time_s: truth.time_s,
         attitude: Rotation::from_quaternion(truth.uav.quaternion_wb())?,
         velocity_m_per_s: truth.uav.velocity_m_per_s,
         gmt_attitude: Rotation::from_quaternion([gmt.w, gmt.i, gmt.j, gmt.k])?,

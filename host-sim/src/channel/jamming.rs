@@ -1,0 +1,137 @@
+//! What others send into the band: a jammer, and a neighbour's bursts.
+
+use cslam_core::geometry::Direction;
+
+use super::ARRAYS;
+use super::air::{BURST_NOISE, BURSTS, JAMMED, SweepState, stream};
+use super::config::{Jammer, JammerKind};
+use super::noise::Gaussian;
+use super::rays::Instant;
+use super::reception::{ElementErrors, Reception};
+use super::simulator::Simulator;
+use super::waves::{Plane, Wave, WaveMaker};
+use crate::random::Stream;
+
+/// A neighbour at the arrays.
+pub(super) struct HeardNeighbour {
+    pub(super) reception: Reception,
+    /// Its bursts over the sweep, s.
+    bursts: Vec<[f64; 2]>,
+    /// Amplitude at an isotropic antenna, sqrt(W).
+    pub(super) amplitude: f64,
+}
+
+/// White noise of mean power one.
+fn noise(gaussian: &mut Gaussian) -> Wave {
+    let mut value = Plane::new();
+    gaussian.add_to(&mut value.re, std::f32::consts::FRAC_1_SQRT_2);
+    gaussian.add_to(&mut value.im, std::f32::consts::FRAC_1_SQRT_2);
+    Wave {
+        value,
+        slope: Plane::new(),
+    }
+}
+
+/// Silences a block that begins at `time_s` between the jammer's pulses.
+fn keep_pulses(wave: &mut Wave, jammer: &Jammer, maker: &WaveMaker, time_s: f64) {
+    let sample_s = 1.0 / maker.waveform().sample_rate_hz;
+    let samples = wave.value.re.iter_mut().zip(&mut wave.value.im);
+    for (n, (re, im)) in samples.enumerate() {
+        let pulses = (time_s + n as f64 * sample_s) / jammer.pulse_interval_s;
+        if pulses - pulses.floor() >= jammer.duty {
+            (*re, *im) = (0.0, 0.0);
+        }
+    }
+}
+
+/// The jammer of a sweep at the arrays.
+pub(super) fn jammer(
+    simulator: &Simulator,
+    instant: &Instant,
+    errors: &ElementErrors,
+) -> Option<(Jammer, Reception)> {
+    let jammer = simulator.config.impairments.jammer.as_ref()?;
+    let (zenith, azimuth) = (jammer.zenith_deg.to_radians(), jammer.azimuth_deg.to_radians());
+    let world = Direction::from_zenith_azimuth(zenith, azimuth).ok()?;
+    let body = instant.attitude.inverse().apply(world);
+    let reception = simulator.arrays.reception(&body, jammer.delay_s, errors);
+    Some((jammer.clone(), reception))
+}
+
+/// The neighbour of a sweep at the arrays.
+pub(super) fn neighbour(
+    simulator: &Simulator,
+    instant: &Instant,
+    errors: &ElementErrors,
+    index: u32,
+) -> Option<HeardNeighbour> {
+    let neighbour = simulator.neighbour.as_ref()?;
+    let interference = simulator.config.impairments.interference.as_ref()?;
+    let body = instant.attitude.inverse().apply(neighbour.direction);
+    // As long as the beams and the squint symbols of either scheme take.
+    let span_s = 2.0 * simulator.maker.waveform().beam_period_s() * simulator.beams() as f64;
+    let stream = Stream::new(simulator.seed, stream(index, 0, BURSTS));
+    Some(HeardNeighbour {
+        reception: simulator.arrays.reception(&body, 0.0, errors),
+        bursts: interference.bursts(span_s, stream),
+        amplitude: libm::exp10((interference.power_dbm - 30.0) / 20.0),
+    })
+}
+
+impl SweepState<'_> {
+    /// What the jammer sends in a slot, if that is not always the same.
+    pub(super) fn jam(&mut self, slot: usize) {
+        let Some((jammer, reception)) = &self.jammer else {
+            return;
+        };
+        let maker = &self.simulator.maker;
+        let heard: [Wave; ARRAYS] = match jammer.kind {
+            JammerKind::Tone => return,
+            JammerKind::Noise | JammerKind::Pulsed => {
+                self.gaussian
+                    .restart(self.simulator.seed, stream(self.index, slot, JAMMED));
+                let mut wave = noise(&mut self.gaussian);
+                if jammer.kind == JammerKind::Pulsed {
+                    keep_pulses(&mut wave, jammer, maker, self.time_s(slot));
+                }
+                // The arrays are a fifth of a sample apart: to them it is one noise.
+                std::array::from_fn(|_| wave.clone())
+            }
+            JammerKind::Replay => {
+                let shift_hz = jammer.offset_hz + self.cfo_hz;
+                let clock_s = self.clock_s(slot);
+                reception
+                    .delay_s
+                    .map(|delay_s| maker.wave(delay_s + clock_s, shift_hz))
+            }
+        };
+        let place = self.rays.len();
+        for (waves, wave) in self.waves.iter_mut().zip(heard) {
+            waves[place] = wave;
+        }
+    }
+
+    /// What the neighbour sends in a slot.
+    pub(super) fn interfere(&mut self, slot: usize) {
+        let (Some(heard), Some(neighbour)) = (&self.neighbour, &self.simulator.neighbour) else {
+            return;
+        };
+        let maker = &self.simulator.maker;
+        self.gaussian
+            .restart(self.simulator.seed, stream(self.index, slot, BURST_NOISE));
+        let wave = neighbour.wave(
+            &heard.bursts,
+            self.time_s(slot),
+            1.0 / maker.waveform().sample_rate_hz,
+            maker.transform(),
+            &mut self.gaussian,
+        );
+        // As with a jammer's noise, one noise to all arrays.
+        let wave = wave.unwrap_or_else(Wave::silent);
+        for waves in &mut self.waves {
+            if let Some(last) = waves.last_mut() {
+                *last = wave.clone();
+            }
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! The UAV's arrays as they truly hear a wave: steering, delay and carrier phase of every element, device errors and the
+//! effects of [`super::effects`] included.
+
+use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
+use cslam_core::geometry::{Body, Direction};
+use nalgebra::Vector3;
+
+use super::antenna::uav::UavArrays;
+use super::antenna::{phasor, place};
+use super::config::Impairments;
+use super::effects::coupling::Coupling;
+use super::effects::drift::Drift;
+use super::effects::ripple::Ripple;
+use super::effects::{Draw, airframe};
+use super::{ARRAYS, C64, Calibration, ELEMENTS};
+
+/// The arrays of a device.
+#[derive(Clone, Debug)]
+pub(super) struct ReceiveArrays {
+    arrays: UavArrays,
+    carrier_hz: f64,
+    element: [[C64; ELEMENTS]; ARRAYS],
+    delay_s: [f64; ARRAYS],
+    drift: Option<Drift>,
+    ripple: Option<Ripple>,
+    coupling: Option<Coupling>,
+    shadow: bool,
+    squint: bool,
+}
+
+/// The errors of the elements at a time.
+pub(super) struct ElementErrors {
+    /// Gain and phase of each element.
+    factor: [[C64; ELEMENTS]; ARRAYS],
+    /// Delay of each array, s.
+    delay_s: [f64; ARRAYS],
+}
+
+/// A ray at the receive arrays.
+pub(super) struct Reception {
+    /// Element pattern, steering and errors of each array's elements.
+    pub(super) steering: [[C64; ELEMENTS]; ARRAYS],
+    /// Delay of each element after its array's centre, s, where squint is on; zero else.
+    pub(super) element_delay_s: [[f64; ELEMENTS]; ARRAYS],
+    /// Delay at each array, s; lever arm and delay error included, clock not.
+    pub(super) delay_s: [f64; ARRAYS],
+    /// Carrier phase of the lever arm.
+    pub(super) carrier: [C64; ARRAYS],
+}
+
+impl ReceiveArrays {
+    /// The arrays with the errors of a device; `seed` draws what the device does not hold.
+    pub(super) fn new(impairments: &Impairments, device: &Calibration, carrier_hz: f64, seed: u64) -> Self {
+        let mut arrays = UavArrays::nominal();
+        for (array, [along, across]) in arrays.0.iter_mut().zip(device.uav_axis_rad) {
+            let tangent = array.normal.cross(&array.axis);
+            array.axis = (array.axis + array.normal * along + tangent * across).normalize();
+        }
+        for (array, error_m) in arrays.0.iter_mut().zip(device.uav_centre_m) {
+            array.centre_m += error_m;
+        }
+        let set = &impairments.uav_arrays;
+        let ripples = set.ripple_rms_db != 0.0 || set.ripple_rms_deg != 0.0;
+        let ripple = || Ripple::draw(set.ripple_rms_db, set.ripple_rms_deg, Draw::Ripple.stream(seed));
+        let coupling = || Coupling::draw(set.coupling_unknown_share, Draw::Coupling.stream(seed));
+        Self {
+            arrays,
+            carrier_hz,
+            element: device.uav_element,
+            delay_s: device.uav_delay_s,
+            drift: Drift::draw(impairments, seed),
+            ripple: ripples.then(ripple),
+            coupling: (set.coupling_unknown_share != 0.0).then(coupling),
+            shadow: impairments.airframe.shadow,
+            squint: set.squint,
+        }
+    }
+
+    /// Whether elements of an array have delays of their own.
+    pub(super) fn squints(&self) -> bool {
+        self.squint
+    }
+
+    #[cfg(test)]
+    pub(super) fn lead_m(&self, u: &Direction<Body, f64>) -> [f64; ARRAYS] {
+        self.arrays.lead_m(u)
+    }
+
+    /// Centre of each array, m, body frame.
+    pub(super) fn centres_m(&self) -> [Vector3<f64>; ARRAYS] {
+        self.arrays.0.map(|array| array.centre_m)
+    }
+
+    /// The errors of the elements at a time since switch-on.
+    pub(super) fn errors_at(&self, time_s: f64) -> ElementErrors {
+        let mut errors = ElementErrors {
+            factor: self.element,
+            delay_s: self.delay_s,
+        };
+        if let Some(drift) = &self.drift {
+            let (phases_rad, delays_s) = drift.at(time_s);
+            for (factor, phase_rad) in errors
+                .factor
+                .iter_mut()
+                .flatten()
+                .zip(phases_rad.iter().flatten())
+            {
+                *factor *= phasor(*phase_rad);
+            }
+            for (delay_s, more_s) in errors.delay_s.iter_mut().zip(delays_s) {
+                *delay_s += more_s;
+            }
+        }
+        errors
+    }
+
+    /// How a wave from `arrival` whose delay at the body origin is `delay_s` meets the elements.
+    pub(super) fn reception(
+        &self,
+        arrival: &Direction<Body, f64>,
+        delay_s: f64,
+        errors: &ElementErrors,
+    ) -> Reception {
+        let steps = self.arrays.phase_step_rad(arrival);
+        let mut amplitudes = self.arrays.amplitude(arrival);
+        if self.shadow {
+            let left = airframe::shadow(arrival.vector());
+            amplitudes = amplitudes.map(|amplitude| amplitude * left);
+        }
+        let ripple = self
+            .ripple
+            .as_ref()
+            .map(|ripple| ripple.factors(arrival.vector()));
+        let steering = std::array::from_fn(|j| {
+            let clean = UavArrays::steering(steps[j]);
+            let mut steering = std::array::from_fn(|i| clean[i] * errors.factor[j][i] * amplitudes[j]);
+            if let Some(factors) = &ripple {
+                for (s, factor) in steering.iter_mut().zip(&factors[j]) {
+                    *s *= factor;
+                }
+            }
+            match &self.coupling {
+                None => steering,
+                Some(coupling) => coupling.of(j, &steering),
+            }
+        });
+        // The phase n step (1 + f/fc) is that of the carrier and a delay.
+        let per_step_s = if self.squint {
+            -1.0 / (std::f64::consts::TAU * self.carrier_hz)
+        } else {
+            0.0
+        };
+        let lead_s = self.arrays.lead_m(arrival).map(|m| m / SPEED_OF_LIGHT_M_PER_S);
+        Reception {
+            steering,
+            element_delay_s: steps.map(|step| std::array::from_fn(|i| place(i) * step * per_step_s)),
+            delay_s: std::array::from_fn(|j| delay_s - lead_s[j] + errors.delay_s[j]),
+            carrier: lead_s.map(|s| phasor(std::f64::consts::TAU * self.carrier_hz * s)),
+        }
+    }
+}
