@@ -12,6 +12,7 @@ use super::effects::{airframe, phase_noise};
 use super::jamming::{HeardNeighbour, jammer, neighbour};
 use super::mix::{Gain, mix};
 use super::noise::Gaussian;
+use super::pieces::{Pieces, Slot};
 use super::rays::{Instant, Ray};
 use super::reception::Reception;
 use super::simulator::{Block, CHANNELS, Simulator};
@@ -59,6 +60,7 @@ pub(super) struct SweepState<'a> {
     /// Rate of the clock's offset, s/s.
     clock_drift: f64,
     rotors: Option<TurningRotors<'a>>,
+    pieces: Option<Pieces<'a>>,
     pub(super) jammer: Option<(Jammer, Reception)>,
     pub(super) neighbour: Option<HeardNeighbour>,
     planes: Vec<Plane>,
@@ -166,6 +168,7 @@ impl<'a> SweepState<'a> {
             element_delay_s,
             made_at_s: 0.0,
             rotors,
+            pieces: None,
             jammer,
             neighbour,
             planes: vec![Plane::new(); CHANNELS],
@@ -174,6 +177,15 @@ impl<'a> SweepState<'a> {
         };
         state.make_waves(state.clock_s(0));
         state
+    }
+
+    /// The same with the pieces of diffusely scattered waves.
+    pub(super) fn with_pieces(mut self, rays: &[Ray]) -> Self {
+        if !rays.is_empty() {
+            let errors = self.simulator.arrays.errors_at(self.instant.time_s);
+            self.pieces = Some(Pieces::new(self.simulator, rays, &errors));
+        }
+        self
     }
 
     /// Clock offset in a slot, s.
@@ -290,6 +302,15 @@ impl<'a> SweepState<'a> {
                 &mut self.scratch,
                 planes,
             );
+            if let Some(pieces) = &self.pieces {
+                let slot = Slot {
+                    beam: slot,
+                    clock_s,
+                    common: lo * amplitude,
+                    turn: |doppler_hz| turn(doppler_hz + self.cfo_hz),
+                };
+                pieces.add(j, &slot, planes);
+            }
         }
         if impairments.oscillators.phase_noise {
             self.add_phase_noise(slot);

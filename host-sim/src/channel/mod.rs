@@ -39,6 +39,7 @@ mod hardware;
 mod jamming;
 mod mix;
 mod noise;
+mod pieces;
 mod rays;
 mod reception;
 mod simulator;

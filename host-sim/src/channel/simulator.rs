@@ -13,6 +13,7 @@ use super::effects::interference::Neighbour;
 use super::effects::quadrature::Quadrature;
 use super::effects::rotors::Rotors;
 use super::noise::Gaussian;
+use super::pieces::{self, Bank};
 use super::rays::{Instant, Ray, RayError, rays};
 use super::reception::ReceiveArrays;
 use super::transmit::Transmitter;
@@ -80,6 +81,7 @@ pub struct Simulator {
     pub(super) neighbour: Option<Neighbour>,
     quadrature: Option<Quadrature>,
     converter: Option<Converter>,
+    pub(super) bank: Bank,
     pub(super) gaussian: Gaussian,
 }
 
@@ -90,6 +92,7 @@ impl Simulator {
         let waveform = Waveform::default();
         let arrays = ReceiveArrays::new(&config.impairments, &device, waveform.carrier_hz, seed);
         let impairments = &config.impairments;
+        let maker = WaveMaker::new(waveform, impairments.amplifier.as_ref());
         Self {
             carrier_offset: CarrierOffset::draw(&impairments.oscillators, seed),
             rotors: impairments.airframe.rotors.then(|| Rotors::draw(seed)),
@@ -99,7 +102,8 @@ impl Simulator {
                 .and_then(|_| Neighbour::draw(seed)),
             quadrature: Quadrature::draw(&impairments.receiver, seed),
             converter: Converter::draw(&impairments.receiver, &config.front_end, seed),
-            maker: WaveMaker::new(waveform, impairments.amplifier.as_ref()),
+            bank: Bank::new(&maker),
+            maker,
             transmitter: Transmitter::new(&device, waveform.carrier_hz),
             config,
             seed,
@@ -142,13 +146,23 @@ impl Simulator {
     /// # Errors
     /// [`RayError`] when a path of the link cannot be synthesised.
     pub fn sweep(&self, link: &Link, instant: &Instant, index: u32) -> Result<Sweep, RayError> {
+        let (rays, pieces) = self.divided(link, instant)?;
+        Ok(self.sweep_of(&rays, &pieces, instant, index))
+    }
+
+    /// The rays of a link, and the pieces of diffusely scattered waves.
+    pub(super) fn divided(&self, link: &Link, instant: &Instant) -> Result<(Vec<Ray>, Vec<Ray>), RayError> {
         let rays = rays(link, instant, self.maker.waveform().carrier_hz)?;
-        Ok(self.sweep_rays(&rays, instant, index))
+        Ok(pieces::divide(rays, |path| link.paths[path].is_scattered()))
     }
 
     /// The sweep of rays that are already in the frames of the arrays.
     pub fn sweep_rays(&self, rays: &[Ray], instant: &Instant, index: u32) -> Sweep {
-        let mut state = SweepState::new(self, rays, instant, index);
+        self.sweep_of(rays, &[], instant, index)
+    }
+
+    fn sweep_of(&self, rays: &[Ray], pieces: &[Ray], instant: &Instant, index: u32) -> Sweep {
+        let mut state = SweepState::new(self, rays, instant, index).with_pieces(pieces);
         let mut sweep = Sweep::default();
         for beam in 0..self.beams() {
             let listed = self.config.impairments.dropped_beams.contains(&(beam as u16));

@@ -9,7 +9,8 @@ use cslam_core::geometry::{Direction, Gmt};
 use super::air::SweepState;
 use super::antenna::squint::{SquintScheme, SquintSymbol};
 use super::antenna::{phasor, place};
-use super::rays::{Instant, Ray, RayError, rays};
+use super::pieces::heard_in_squint;
+use super::rays::{Instant, Ray, RayError};
 use super::transmit::BeamField;
 use super::waves::Wave;
 use super::{C64, FACE_ELEMENTS, Simulator, Sweep};
@@ -35,7 +36,9 @@ impl Simulator {
         index: u32,
         scheme: SquintScheme,
     ) -> Result<Sweep, RayError> {
-        let rays = rays(link, instant, self.maker.waveform().carrier_hz)?;
+        let (mut rays, pieces) = self.divided(link, instant)?;
+        let heard: Vec<Ray> = heard_in_squint(&rays, &pieces).copied().collect();
+        rays.extend(heard);
         Ok(self.squint_rays(&rays, instant, index, scheme, |_| true))
     }
 

@@ -66,6 +66,7 @@ impl PropagationConfig {
             roughness: true,
             diffraction: true,
             diffuse: true,
+            diffuse_most_paths: 128,
             ..Self::default()
         }
     }
