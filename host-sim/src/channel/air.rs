@@ -3,12 +3,11 @@
 use std::borrow::Cow;
 
 use cslam_core::waveform::SAMPLES;
-use nalgebra::Vector3;
 
 use super::antenna::{phasor, phasor_of_turns};
-use super::config::Jammer;
-use super::effects::rotors::{Crossing, Rotors};
-use super::effects::{airframe, phase_noise};
+use super::body::{Body, TurningRotors};
+use super::effects::phase_noise;
+use super::impairments::Jammer;
 use super::jamming::{HeardNeighbour, jammer, neighbour};
 use super::mix::{Gain, mix};
 use super::noise::Gaussian;
@@ -68,63 +67,14 @@ pub(super) struct SweepState<'a> {
     pub(super) gaussian: Gaussian,
 }
 
-/// The rotors in a sweep.
-struct TurningRotors<'a> {
-    rotors: &'a Rotors,
-    /// Place of the first of the rays that they scatter, one a rotor, and where the wave of these comes from.
-    scattered: Option<(usize, Vector3<f64>)>,
-    /// Per ray and array, where a rotor is in the way.
-    crossings: Vec<[Option<Crossing>; ARRAYS]>,
-}
-
-impl TurningRotors<'_> {
-    /// What the rotors multiply a ray by at an array, at a time since switch-on.
-    fn factor(&self, tips: &[C64], ray: usize, array: usize, time_s: f64) -> C64 {
-        if let Some((first, _)) = self.scattered
-            && let Some(tip) = ray.checked_sub(first).and_then(|k| tips.get(k))
-        {
-            return *tip;
-        }
-        let shade = self.crossings[ray][array]
-            .as_ref()
-            .map_or(1.0, |crossing| self.rotors.shade(crossing, time_s));
-        C64::new(shade, 0.0)
-    }
-}
-
-/// The ray of the greatest amplitude.
-fn strongest(rays: &[Ray]) -> Option<usize> {
-    let power = |place: &usize| rays[*place].amplitude.norm_sqr();
-    (0..rays.len()).max_by(|a, b| power(a).total_cmp(&power(b)))
-}
-
 impl<'a> SweepState<'a> {
     pub(super) fn new(simulator: &'a Simulator, rays: &'a [Ray], instant: &'a Instant, index: u32) -> Self {
         let impairments = &simulator.config.impairments;
-        let mut origin: Vec<usize> = (0..rays.len()).collect();
-        let mut all = Cow::Borrowed(rays);
-        if impairments.airframe.shadow {
-            for (place, copy) in airframe::copies(rays) {
-                all.to_mut().push(copy);
-                origin.push(place);
-            }
-        }
-        let rotors = simulator.rotors.as_ref().map(|rotors| {
-            let first = all.len();
-            let strongest = strongest(rays);
-            if let Some(place) = strongest {
-                let scattered = Rotors::scattered(&rays[place]);
-                origin.extend(scattered.iter().map(|_| place));
-                all.to_mut().extend(scattered);
-            }
-            let centres_m = simulator.arrays.centres_m();
-            let crossing = |ray: &Ray| centres_m.map(|c| Rotors::crossing(ray.arrival.vector(), &c));
-            TurningRotors {
-                rotors,
-                scattered: strongest.map(|place| (first, *rays[place].arrival.vector())),
-                crossings: all.iter().map(crossing).collect(),
-            }
-        });
+        let Body {
+            rays: all,
+            origin,
+            rotors,
+        } = Body::of(simulator, rays);
         let errors = simulator.arrays.errors_at(instant.time_s);
         let jammer = jammer(simulator, instant, &errors);
         let neighbour = neighbour(simulator, instant, &errors, index);
@@ -244,10 +194,7 @@ impl<'a> SweepState<'a> {
         let amplitude = simulator.signal_amplitude();
         let flight_s = self.instant.time_s + time_s;
         let carrier_hz = simulator.maker.waveform().carrier_hz;
-        let tips = self.rotors.as_ref().and_then(|r| {
-            let (_, from) = r.scattered?;
-            Some(r.rotors.tips(&from, carrier_hz, flight_s))
-        });
+        let tips = self.rotors.as_ref().map(|r| r.tips(carrier_hz, flight_s));
         for (j, waves) in self.waves.iter().enumerate() {
             let lo = if impairments.free_array_phase {
                 array_phase[j]
@@ -263,7 +210,7 @@ impl<'a> SweepState<'a> {
                     let mut common =
                         ray.amplitude * turn(ray.doppler_hz + self.cfo_hz) * r.carrier[j] * lo * amplitude;
                     if let Some(rotors) = &self.rotors {
-                        common *= rotors.factor(tips.as_ref().map_or(&[], |t| t), index, j, flight_s);
+                        common *= rotors.factor(tips.as_deref().unwrap_or_default(), index, j, flight_s);
                     }
                     let BeamField { field, slope_s } = field(self, self.origin[index]);
                     Gain {

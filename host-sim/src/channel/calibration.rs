@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use super::antenna::phasor;
-use super::config::Impairments;
 use super::effects::Draw;
+use super::impairments::Impairments;
 use super::{ARRAYS, C64, ELEMENTS, FACE_ELEMENTS, FACES};
 
 /// Errors of one UAV and one GMT.

@@ -4,7 +4,7 @@ use cslam_core::geometry::Direction;
 
 use super::ARRAYS;
 use super::air::{BURST_NOISE, BURSTS, JAMMED, SweepState, stream};
-use super::config::{Jammer, JammerKind};
+use super::impairments::{Jammer, JammerKind};
 use super::noise::Gaussian;
 use super::rays::Instant;
 use super::reception::{ElementErrors, Reception};

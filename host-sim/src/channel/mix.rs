@@ -20,7 +20,8 @@ pub(crate) struct Gain {
 type Lanes = [f32; LANES];
 
 /// `out[i] = sum_l steering[l][i] (gain[l].value wave[l] + gain[l].slope wave'[l])`, and for the first rays, whose
-/// elements have delays of their own, less `steering[l][i] delay_s[l][i] gain[l].value wave'[l]`. Second order: -63 dB at the edge of band and array.
+/// elements have delays of their own, less `steering[l][i] delay_s[l][i] gain[l].value wave'[l]` (second order: -63 dB at
+/// the edge of band and array).
 ///
 /// Sums run over the rays in order, sample by sample: the result does not depend on how wide the machine's lanes are.
 pub(crate) fn mix(
@@ -34,11 +35,13 @@ pub(crate) fn mix(
     let with_slope = gains.iter().any(|g| g.slope != C64::new(0.0, 0.0));
     let single = |c: C64| [c.re as f32, c.im as f32];
     let mut all: Vec<[[f32; 2]; ELEMENTS]> = steering.iter().map(|s| s.map(single)).collect();
+    // Where elements have delays, the slopes of what counts are further waves, with a steering of their own.
+    let late: Vec<usize> = delays_s.map_or_else(Vec::new, |delays_s| strong(gains, steering, delays_s.len()));
     if let Some(delays_s) = delays_s {
-        // The slopes are further waves, with a steering of their own.
-        let late =
-            |(s, d): (&[C64; ELEMENTS], &[f64; ELEMENTS])| std::array::from_fn(|i| single(s[i] * -d[i]));
-        all.extend(steering.iter().zip(delays_s).map(late));
+        all.extend(late.iter().map(|l| {
+            let (s, d) = (&steering[*l], &delays_s[*l]);
+            std::array::from_fn(|i| single(s[i] * -d[i]))
+        }));
     }
     scratch.resize(all.len(), [[0.0; LANES]; 2]);
     for start in (0..SAMPLES).step_by(LANES) {
@@ -59,8 +62,8 @@ pub(crate) fn mix(
                 }
             }
         }
-        let slopes = scratch.iter_mut().skip(waves.len());
-        for ((wave, gain), at) in waves.iter().zip(gains).zip(slopes) {
+        for (l, at) in late.iter().zip(scratch.iter_mut().skip(waves.len())) {
+            let (wave, gain) = (&waves[*l], &gains[*l]);
             let [g_re, g_im] = single(gain.value);
             let (re, im) = (lanes(&wave.slope.re, start), lanes(&wave.slope.im, start));
             for k in 0..LANES {
@@ -81,6 +84,13 @@ pub(crate) fn mix(
             plane.im[start..start + LANES].copy_from_slice(&sum_im);
         }
     }
+}
+
+/// The first `count` rays but those 30 dB under the strongest: the delays of their elements would add -58 dB.
+fn strong(gains: &[Gain], steering: &[[C64; ELEMENTS]], count: usize) -> Vec<usize> {
+    let power = |l: usize| gains[l].value.norm_sqr() * steering[l][0].norm_sqr();
+    let most = (0..count).map(power).fold(0.0, f64::max);
+    (0..count).filter(|l| power(*l) > 1e-3 * most).collect()
 }
 
 /// `LANES` values from `start`, a multiple of `LANES`.

@@ -7,11 +7,11 @@ use nalgebra::Vector3;
 
 use super::antenna::uav::UavArrays;
 use super::antenna::{phasor, place};
-use super::config::Impairments;
 use super::effects::coupling::Coupling;
 use super::effects::drift::Drift;
 use super::effects::ripple::Ripple;
 use super::effects::{Draw, airframe};
+use super::impairments::Impairments;
 use super::{ARRAYS, C64, Calibration, ELEMENTS};
 
 /// The arrays of a device.

@@ -12,7 +12,6 @@ use super::antenna::{phasor, place};
 use super::pieces::heard_in_squint;
 use super::rays::{Instant, Ray, RayError};
 use super::transmit::BeamField;
-use super::waves::Wave;
 use super::{C64, FACE_ELEMENTS, Simulator, Sweep};
 use crate::paths::Link;
 
@@ -130,26 +129,19 @@ impl SweepState<'_> {
         let clock_s = self.clock_s(slot);
         let simulator = self.simulator;
         let cfo_hz = self.cfo_hz;
-        let of_link = self.rays.iter().zip(0..self.fields.len());
-        let responses: Vec<_> = of_link.map(|(ray, _)| response(ray)).collect();
+        let responses: Vec<_> = self.rays[..self.fields.len()].iter().map(response).collect();
         for (l, ray) in self.rays.iter().enumerate() {
             let response = &responses[self.origin[l]];
+            // The slope is what elements with delays of their own take.
+            let with_slope = simulator.arrays.squints() && l < responses.len();
+            let shift_hz = ray.doppler_hz + cfo_hz;
             for (j, waves) in self.waves.iter_mut().enumerate() {
                 let delay_s = self.receptions[l].delay_s[j] + clock_s;
-                waves[l] = shaped(simulator, ray, delay_s, cfo_hz, response);
+                waves[l] = simulator.maker.through(delay_s, shift_hz, response, with_slope);
             }
         }
         self.made_at_s = clock_s;
     }
-}
-
-fn shaped(simulator: &Simulator, ray: &Ray, delay_s: f64, cfo_hz: f64, response: &[C64]) -> Wave {
-    simulator.maker.through(
-        delay_s,
-        ray.doppler_hz + cfo_hz,
-        response,
-        simulator.arrays.squints(),
-    )
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Phases and delays that follow the temperature of the UAV's electronics.
 
 use super::slow::SlowProcess;
-use crate::channel::config::Impairments;
+use crate::channel::Impairments;
 use crate::channel::effects::Draw;
 use crate::channel::{ARRAYS, ELEMENTS};
 
