@@ -61,6 +61,16 @@ pub enum Source {
     MappedPlanes,
     /// Where a jammer is, and what it sends.
     Jammer,
+    /// Rotors and the phases of their vibration.
+    Vibration = 0x5f00,
+    /// What acceleration does to the readings of an inertial sensor.
+    GSensitivity,
+    /// Where the inertial sensor is and how it is turned.
+    ImuMounting,
+    /// Jitter of the inertial sensor's time stamps.
+    ImuStampJitter,
+    /// What warmth does to the readings of an inertial sensor.
+    ImuTemperature,
 }
 
 /// A seeded generator of uniform and normal numbers: a [`Stream`] of its own for every source.

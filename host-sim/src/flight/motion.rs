@@ -6,7 +6,7 @@
 //! ideal IMU integrates back to the curve to round-off of its own integration.
 
 use cslam_core::constants::STANDARD_GRAVITY_M_PER_S2;
-use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector1, Vector3};
 
 use super::Spline;
 
@@ -23,6 +23,8 @@ pub struct Motion {
     pub attitude: Rotation3<f64>,
     /// Angular rate of the body against the world, in body axes, rad/s: what an ideal gyroscope senses.
     pub rate_rad_per_s: Vector3<f64>,
+    /// Derivative of that rate, in body axes, rad/s^2.
+    pub angular_acceleration_rad_per_s2: Vector3<f64>,
     /// Acceleration less gravity, in body axes, m/s^2: what an ideal accelerometer senses.
     pub specific_force_m_per_s2: Vector3<f64>,
 }
@@ -63,6 +65,16 @@ impl Trajectory {
         }
     }
 
+    /// Level rest at a place for `duration_s`, heading east.
+    pub fn at_rest(position_m: Vector3<f64>, duration_s: f64) -> Self {
+        let knot_s = duration_s.max(1.0);
+        Self::new(
+            Spline::constant(position_m, knot_s),
+            Spline::constant(Vector1::zeros(), knot_s),
+            0.0,
+        )
+    }
+
     /// The position curve.
     pub fn position_m(&self) -> &Spline<3> {
         &self.position_m
@@ -75,18 +87,25 @@ impl Trajectory {
 
     /// True state at `time_s`, which is clamped to the flight.
     pub fn at(&self, time_s: f64) -> Motion {
-        let [position, velocity, acceleration, jerk] = self.position_m.at(time_s);
-        let [heading, heading_rate, ..] = self.heading_rad.at(time_s).map(|v| v.x);
+        let [position, velocity, acceleration, jerk, snap] = self.position_m.at(time_s);
+        let [heading, heading_rate, heading_acceleration, ..] = self.heading_rad.at(time_s).map(|v| v.x);
         let thrust = acceleration + Vector3::z() * STANDARD_GRAVITY_M_PER_S2 + velocity * self.drag_per_s;
         let thrust_rate = jerk + acceleration * self.drag_per_s;
-        let (z, z_rate) = unit(&thrust, &thrust_rate);
+        let thrust_acceleration = snap + jerk * self.drag_per_s;
+        // Each axis with its first and second derivative.
+        let [z, z1, z2] = unit([thrust, thrust_rate, thrust_acceleration]);
         let (sin, cos) = libm::sincos(heading);
         let forward = Vector3::new(cos, sin, 0.0);
-        let forward_rate = Vector3::new(-sin, cos, 0.0) * heading_rate;
-        let left = z.cross(&forward);
-        let left_rate = z_rate.cross(&forward) + z.cross(&forward_rate);
-        let (y, y_rate) = unit(&left, &left_rate);
-        let (x, x_rate) = (y.cross(&z), y_rate.cross(&z) + y.cross(&z_rate));
+        let across = Vector3::new(-sin, cos, 0.0);
+        let forward1 = across * heading_rate;
+        let forward2 = across * heading_acceleration - forward * (heading_rate * heading_rate);
+        let [y, y1, y2] = unit([
+            z.cross(&forward),
+            z1.cross(&forward) + z.cross(&forward1),
+            z2.cross(&forward) + z1.cross(&forward1) * 2.0 + z.cross(&forward2),
+        ]);
+        let (x, x1) = (y.cross(&z), y1.cross(&z) + y.cross(&z1));
+        let x2 = y2.cross(&z) + y1.cross(&z1) * 2.0 + y.cross(&z2);
         let attitude = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, y, z]));
         Motion {
             position_m: position,
@@ -94,7 +113,12 @@ impl Trajectory {
             acceleration_m_per_s2: acceleration,
             attitude,
             // R^T dR/dt = [rate]x, element by element.
-            rate_rad_per_s: Vector3::new(z.dot(&y_rate), x.dot(&z_rate), y.dot(&x_rate)),
+            rate_rad_per_s: Vector3::new(z.dot(&y1), x.dot(&z1), y.dot(&x1)),
+            angular_acceleration_rad_per_s2: Vector3::new(
+                z1.dot(&y1) + z.dot(&y2),
+                x1.dot(&z1) + x.dot(&z2),
+                y1.dot(&x1) + y.dot(&x2),
+            ),
             specific_force_m_per_s2: attitude
                 .matrix()
                 .tr_mul(&(acceleration + Vector3::z() * STANDARD_GRAVITY_M_PER_S2)),
@@ -114,17 +138,18 @@ impl Trajectory {
     }
 }
 
-/// Unit vector of `v` and its rate of change.
-fn unit(v: &Vector3<f64>, rate: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+/// Unit vector of a vector, with its first and second derivative, from those of the vector.
+fn unit([v, v1, v2]: [Vector3<f64>; 3]) -> [Vector3<f64>; 3] {
     let length = v.norm();
     let u = v / length;
-    (u, (rate - u * u.dot(rate)) / length)
+    let u1 = (v1 - u * u.dot(&v1)) / length;
+    let length1 = u.dot(&v1);
+    let length2 = u.dot(&v2) + u1.dot(&v1);
+    [u, u1, (v2 - u1 * (2.0 * length1) - u * length2) / length]
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector1;
-
     use super::*;
 
     /// A brisk flight of 60 s: speeds to 8 m/s, accelerations to 5 m/s^2, turning all the way.
@@ -157,6 +182,9 @@ mod tests {
             let skew = (turn - turn.transpose()) * 0.5;
             let numeric = Vector3::new(skew.m32, skew.m13, skew.m21) / (2.0 * h);
             assert!((numeric - here.rate_rad_per_s).norm() < 1e-7, "at {t}");
+            let numeric = (after.rate_rad_per_s - before.rate_rad_per_s) / (2.0 * h);
+            let closed = here.angular_acceleration_rad_per_s2;
+            assert!((numeric - closed).norm() < 1e-6, "{numeric} at {t}");
             let r = here.attitude.matrix();
             assert!((r.transpose() * r - Matrix3::identity()).norm() < 1e-14 && r.determinant() > 0.0);
         }

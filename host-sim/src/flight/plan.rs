@@ -32,6 +32,8 @@ const MOST_CHOICES: u32 = 10;
 const FINALISTS: usize = 8;
 /// Of the places that the UAV may be at, every so-manyth is asked for whether a GMT sees it.
 const SAMPLED: usize = 4;
+/// Time from the end of the rest until the rotors carry the UAV, s.
+const TAKE_OFF_S: f64 = 1.0;
 /// Lines of a tour are flown at this share of the cruise speed on average, as a first guess.
 const PACE_RATIO: f64 = 0.75;
 
@@ -41,6 +43,7 @@ pub struct FlightPlan {
     uav: Trajectory,
     gmt: GmtTrack,
     schedule: Schedule,
+    rest_s: f64,
     duration_s: f64,
     contact: Contact,
 }
@@ -98,7 +101,7 @@ impl FlightPlan {
         })
     }
 
-    /// A flight from ready-made parts, such as a recorded route. Contact is evaluated in `world`.
+    /// A flight from ready-made parts, such as a recorded route, without a rest. Contact is evaluated in `world`.
     pub fn from_parts(
         world: &dyn Obstacles,
         uav: Trajectory,
@@ -111,6 +114,7 @@ impl FlightPlan {
             uav,
             gmt,
             schedule,
+            rest_s: 0.0,
             duration_s,
             contact,
         }
@@ -134,6 +138,12 @@ impl FlightPlan {
     /// Length of the flight, s.
     pub fn duration_s(&self) -> f64 {
         self.duration_s
+    }
+
+    /// Share of its weight that the rotors of the UAV carry, 0..=1: none at rest, and all a second later.
+    pub fn carried_share(&self, time_s: f64) -> f64 {
+        let u = ((time_s - self.rest_s) / TAKE_OFF_S).clamp(0.0, 1.0);
+        u * u * (3.0 - 2.0 * u)
     }
 
     /// Number of sweeps of the flight.
@@ -327,6 +337,7 @@ impl<'a> Planner<'a> {
             uav,
             gmt: draft.gmt,
             schedule: self.config.schedule,
+            rest_s: self.config.rest_s,
             duration_s: self.config.duration_s,
         })
     }

@@ -2,6 +2,7 @@
 
 use cslam_firmware::icm42688::RawSample;
 
+use super::sampling::Sampling;
 use super::{Beacon, Beacons, Imu, Magnetometer, MagnetometerSample, SensedFlight, Timing, TimingSample};
 
 /// One thing that reaches the receiver.
@@ -50,6 +51,7 @@ pub struct Stamped {
 pub struct Events<'a> {
     flight: &'a SensedFlight,
     imu: Imu,
+    sampling: Sampling,
     magnetometer: Magnetometer,
     timing: Timing,
     beacons: Beacons,
@@ -69,6 +71,7 @@ impl<'a> Events<'a> {
         let mut events = Self {
             flight,
             imu: Imu::new(&config.imu, seed),
+            sampling: Sampling::new(&config.imu, seed),
             magnetometer: Magnetometer::new(&config.magnetometer, seed),
             timing: Timing::new(&config.timing, seed),
             beacons: Beacons::new(&config.beacon, flight.plan().schedule(), seed),
@@ -117,10 +120,15 @@ impl<'a> Events<'a> {
 
     fn imu(&mut self) -> Option<Stamped> {
         let (uav_time_ns, time_s) = self.tick(0, self.flight.config().imu.rate_hz)?;
-        let (rate, force) = self.flight.plan().uav().inertial_mean(self.imu_end_s, time_s);
+        let plan = self.flight.plan();
+        let carried = |time_s| plan.carried_share(time_s);
+        let (rate, force) = self.sampling.sample(plan.uav(), carried, self.imu_end_s, time_s);
         self.imu_end_s = time_s;
         let event = Event::Imu(self.imu.measure(&rate, &force));
-        Some(Stamped { uav_time_ns, event })
+        Some(Stamped {
+            uav_time_ns: self.sampling.stamp_ns(uav_time_ns),
+            event,
+        })
     }
 
     fn magnetometer(&mut self) -> Option<Stamped> {
