@@ -71,6 +71,10 @@ pub enum Source {
     ImuStampJitter,
     /// What warmth does to the readings of an inertial sensor.
     ImuTemperature,
+    /// Direction of the mean wind, and gusts.
+    Wind,
+    /// Direction of the motors' magnetic field.
+    MotorField,
 }
 
 /// A seeded generator of uniform and normal numbers: a [`Stream`] of its own for every source.

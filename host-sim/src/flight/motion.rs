@@ -1,7 +1,7 @@
 //! The motion of a quadrotor along a curve: attitude, body rates and specific force in closed form.
 //!
 //! A quadrotor is differentially flat: its position and heading over time determine all else. The thrust points along
-//! body z and balances acceleration, gravity and linear rotor drag, so z_b is along f = a + g e_z + d v; the heading
+//! body z and balances acceleration, gravity and linear rotor drag, so z_b is along f = a + g e_z + d v, with v through the air; the heading
 //! turns the frame about it. Rates follow from the derivative of the same expressions, never from differences, so an
 //! ideal IMU integrates back to the curve to round-off of its own integration.
 
@@ -9,6 +9,7 @@ use cslam_core::constants::STANDARD_GRAVITY_M_PER_S2;
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector1, Vector3};
 
 use super::Spline;
+use super::wind::Wind;
 
 /// True state of the UAV at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,6 +51,7 @@ pub struct Trajectory {
     position_m: Spline<3>,
     heading_rad: Spline<1>,
     drag_per_s: f64,
+    wind: Option<Wind>,
 }
 
 impl Trajectory {
@@ -62,6 +64,16 @@ impl Trajectory {
             position_m,
             heading_rad,
             drag_per_s,
+            wind: None,
+        }
+    }
+
+    /// The same flight in wind.
+    #[must_use]
+    pub(super) fn in_wind(self, wind: Wind) -> Self {
+        Self {
+            wind: Some(wind),
+            ..self
         }
     }
 
@@ -75,7 +87,7 @@ impl Trajectory {
         )
     }
 
-    /// The position curve.
+    /// The position curve that was planned; wind blows the UAV off it.
     pub fn position_m(&self) -> &Spline<3> {
         &self.position_m
     }
@@ -85,13 +97,30 @@ impl Trajectory {
         self.position_m.duration_s().min(self.heading_rad.duration_s())
     }
 
+    /// True position at `time_s`, m.
+    pub fn place_m(&self, time_s: f64) -> Vector3<f64> {
+        let planned = self.position_m.at(time_s)[0];
+        match &self.wind {
+            None => planned,
+            Some(wind) => planned + wind.excursion_m.at(time_s)[0],
+        }
+    }
+
     /// True state at `time_s`, which is clamped to the flight.
     pub fn at(&self, time_s: f64) -> Motion {
-        let [position, velocity, acceleration, jerk, snap] = self.position_m.at(time_s);
+        let mut curve = self.position_m.at(time_s);
+        // Velocity through the air, and its derivatives.
+        let mut airspeed = [curve[1], curve[2], curve[3]];
+        if let Some(wind) = &self.wind {
+            let (excursion, air) = (wind.excursion_m.at(time_s), wind.air_m_per_s.at(time_s));
+            curve = core::array::from_fn(|order| curve[order] + excursion[order]);
+            airspeed = core::array::from_fn(|order| curve[order + 1] - air[order]);
+        }
+        let [position, velocity, acceleration, jerk, snap] = curve;
         let [heading, heading_rate, heading_acceleration, ..] = self.heading_rad.at(time_s).map(|v| v.x);
-        let thrust = acceleration + Vector3::z() * STANDARD_GRAVITY_M_PER_S2 + velocity * self.drag_per_s;
-        let thrust_rate = jerk + acceleration * self.drag_per_s;
-        let thrust_acceleration = snap + jerk * self.drag_per_s;
+        let thrust = acceleration + Vector3::z() * STANDARD_GRAVITY_M_PER_S2 + airspeed[0] * self.drag_per_s;
+        let thrust_rate = jerk + airspeed[1] * self.drag_per_s;
+        let thrust_acceleration = snap + airspeed[2] * self.drag_per_s;
         // Each axis with its first and second derivative.
         let [z, z1, z2] = unit([thrust, thrust_rate, thrust_acceleration]);
         let (sin, cos) = libm::sincos(heading);
@@ -150,6 +179,7 @@ fn unit([v, v1, v2]: [Vector3<f64>; 3]) -> [Vector3<f64>; 3] {
 
 #[cfg(test)]
 mod tests {
+    use super::super::wind::{Exposure, WindConfig};
     use super::*;
 
     /// A brisk flight of 60 s: speeds to 8 m/s, accelerations to 5 m/s^2, turning all the way.
@@ -171,11 +201,48 @@ mod tests {
         )
     }
 
+    /// The same in wind.
+    fn blown() -> Trajectory {
+        let exposure = Exposure {
+            height_m: 9.0,
+            drag_per_s: 0.15,
+            clearance_m: 3.0,
+            duration_s: 65.0,
+        };
+        brisk().in_wind(Wind::new(&WindConfig::real(), exposure, |_| 1.0, 3).expect("not calm"))
+    }
+
+    #[test]
+    fn in_wind_thrust_balances_the_drag_of_the_air() {
+        let (flight, calm) = (blown(), brisk());
+        let wind = flight.wind.clone().expect("not calm");
+        let mut leaned = 0.0f64;
+        for k in 0..300 {
+            let time_s = f64::from(k) * 0.2;
+            let (here, planned) = (flight.at(time_s), calm.at(time_s));
+            let air = wind.air_m_per_s.at(time_s)[0];
+            let drag = here.attitude.inverse() * ((here.velocity_m_per_s - air) * 0.15);
+            let thrust = here.specific_force_m_per_s2 + drag;
+            assert!(thrust.xy().norm() < 1e-12 && thrust.z > 4.0);
+            assert_eq!(here.position_m, flight.place_m(time_s));
+            assert!((here.position_m - planned.position_m).norm() < 1.5);
+            leaned = leaned.max(here.attitude.angle_to(&planned.attitude).to_degrees());
+        }
+        assert!((3.0..15.0).contains(&leaned), "{leaned} deg");
+    }
+
     #[test]
     fn rates_are_the_derivative_of_the_attitude() {
-        let (flight, h) = (brisk(), 1e-5);
+        for flight in [brisk(), blown()] {
+            check_rates(&flight);
+        }
+    }
+
+    fn check_rates(flight: &Trajectory) {
+        let h = 1e-5;
         for k in 1..300 {
-            let t = f64::from(k) * 0.2;
+            // Between knots: at one, the derivative of what is compared jumps.
+            let t = f64::from(k) * 0.2 + 0.0123;
             let (before, here, after) = (flight.at(t - h), flight.at(t), flight.at(t + h));
             // Skew part of the small turn: its angle by an arc cosine would lose half the digits.
             let turn = (before.attitude.inverse() * after.attitude).into_inner();
@@ -209,7 +276,12 @@ mod tests {
 
     #[test]
     fn an_ideal_imu_at_1_khz_integrates_back_to_the_curve() {
-        let flight = brisk();
+        for flight in [brisk(), blown()] {
+            check_integration(&flight);
+        }
+    }
+
+    fn check_integration(flight: &Trajectory) {
         let start = flight.at(0.0);
         let mut attitude = UnitQuaternion::from_rotation_matrix(&start.attitude);
         let (mut position, mut velocity) = (start.position_m, start.velocity_m_per_s);

@@ -12,6 +12,7 @@ use nalgebra::Vector3;
 use super::contact::{Contact, contact, elevation_deg};
 use super::roadmap::Roadmap;
 use super::route::Route;
+use super::wind::{Exposure, Wind};
 use super::{FlightConfig, GmtTrack, Obstacles, Schedule, Trajectory, Tube};
 use crate::input::InputError;
 use crate::seeded::{Seeded, Source};
@@ -56,6 +57,11 @@ impl FlightPlan {
     /// finds no room in the world.
     pub fn plan(world: &dyn Obstacles, config: &FlightConfig, seed: u64) -> Result<Self, InputError> {
         config.check()?;
+        Ok(Self::in_calm(world, config, seed)?.in_wind(world, config, seed))
+    }
+
+    /// The flight as it would be without wind.
+    fn in_calm(world: &dyn Obstacles, config: &FlightConfig, seed: u64) -> Result<Self, InputError> {
         let planner = Planner::new(world, config, seed)?;
         let (mut drafts, mut plans) = (Vec::new(), Vec::new());
         let mut pace = PACE_RATIO * config.cruise_in(world);
@@ -99,6 +105,40 @@ impl FlightPlan {
                 config.duration_s, planner.clearance_m
             ))
         })
+    }
+
+    /// The flight in the wind of `seed`. It is calm under a roof.
+    fn in_wind(self, world: &dyn Obstacles, config: &FlightConfig, seed: u64) -> Self {
+        let (low, high) = world.bounds();
+        let start = self.uav.place_m(0.0);
+        let sky = start + Vector3::z() * (high[2] - low[2] + 1.0);
+        if world.blocked(start.into(), sky.into()) {
+            return self;
+        }
+        let seconds = self.duration_s as u32;
+        let heights_m = (0..=seconds).map(|k| self.uav.place_m(f64::from(k)).z - low[2]);
+        let exposure = Exposure {
+            height_m: heights_m.sum::<f64>() / f64::from(seconds + 1),
+            drag_per_s: config.drag_per_s,
+            clearance_m: config.clearance_in(world),
+            duration_s: self.duration_s,
+        };
+        let Some(wind) = Wind::new(&config.wind, exposure, |time_s| self.carried_share(time_s), seed) else {
+            return self;
+        };
+        let uav = self.uav.in_wind(wind);
+        Self {
+            contact: contact(
+                world,
+                &uav,
+                &self.gmt,
+                self.schedule,
+                self.duration_s,
+                config.start_elevation_deg,
+            ),
+            uav,
+            ..self
+        }
     }
 
     /// A flight from ready-made parts, such as a recorded route, without a rest. Contact is evaluated in `world`.

@@ -36,6 +36,15 @@ impl SensorsConfig {
         }
     }
 
+    /// Sensors that are not those of the receiver's model; beacon, timing and clock as in the default.
+    pub fn real() -> Self {
+        Self {
+            imu: ImuConfig::real(),
+            magnetometer: MagnetometerConfig::real(),
+            ..Self::default()
+        }
+    }
+
     /// Checks every figure.
     ///
     /// # Errors
@@ -112,6 +121,11 @@ mod tests {
             config.check().expect_err("must be refused").to_string()
         };
         assert!(SensorsConfig::default().check().is_ok() && SensorsConfig::ideal().check().is_ok());
+        assert!(SensorsConfig::real().check().is_ok());
+        assert!(message(|c| c.imu.vibration.rate_dps[2] = -1.0).contains("imu.vibration.rate_dps"));
+        assert!(message(|c| c.imu.sampling.filter_hz = 2001.0).contains("imu.sampling.filter_hz"));
+        assert!(message(|c| c.imu.temperature.warm_up_s = 0.0).contains("imu.temperature.warm_up_s"));
+        assert!(message(|c| c.magnetometer.motor_ut = -1.0).contains("magnetometer.motor_ut"));
         assert!(message(|c| c.imu.rate_hz = 0).contains("imu.rate_hz"));
         assert!(message(|c| c.imu.rate_hz = 999).contains("imu.rate_hz"));
         assert!(message(|c| c.imu.accel_turn_on_bias_mg = -1.0).contains("imu.accel_turn_on_bias_mg"));

@@ -2,6 +2,7 @@
 
 use cslam_firmware::icm42688::RawSample;
 
+use super::magnetometer::current_share;
 use super::sampling::Sampling;
 use super::{Beacon, Beacons, Imu, Magnetometer, MagnetometerSample, SensedFlight, Timing, TimingSample};
 
@@ -133,8 +134,13 @@ impl<'a> Events<'a> {
 
     fn magnetometer(&mut self) -> Option<Stamped> {
         let (uav_time_ns, time_s) = self.tick(1, self.flight.config().magnetometer.rate_hz)?;
-        let attitude = self.flight.plan().uav().at(time_s).attitude;
-        let event = Event::Magnetometer(self.magnetometer.measure(&attitude));
+        let plan = self.flight.plan();
+        let motion = plan.uav().at(time_s);
+        let thrust_m_per_s2 = motion.specific_force_m_per_s2.norm() * plan.carried_share(time_s);
+        let sample = self
+            .magnetometer
+            .measure(&motion.attitude, current_share(thrust_m_per_s2));
+        let event = Event::Magnetometer(sample);
         Some(Stamped { uav_time_ns, event })
     }
 

@@ -112,6 +112,21 @@ impl ImuConfig {
         }
     }
 
+    /// An IMU that the filter has no model of: biases that follow a warm-up instead of a walk, vibration and what it rectifies to, a
+    /// filter, latency, and a mounting that was measured with a ruler.
+    pub fn real() -> Self {
+        Self {
+            gyro_bias_walk_mdps_per_sqrt_s: 0.0,
+            accel_bias_walk_ug_per_sqrt_s: 0.0,
+            temperature: TemperatureConfig::real(),
+            g_sensitivity: GSensitivityConfig::real(),
+            vibration: VibrationConfig::real(),
+            mounting: MountingConfig::real(),
+            sampling: SamplingConfig::real(),
+            ..Self::default()
+        }
+    }
+
     /// The same IMU on a bench at constant temperature, where data sheets and Allan plots are made: no bias walk, no warming.
     pub fn at_constant_temperature(&self) -> Self {
         Self {

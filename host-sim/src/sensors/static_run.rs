@@ -156,6 +156,30 @@ mod tests {
         }
     }
 
+    /// Everything that is left of a real sensor on a bench, where no rotor turns: its filter, mounting and g-sensitivity move no figure of
+    /// the data sheet.
+    #[test]
+    fn a_real_sensor_on_the_bench_has_the_deviation_of_the_data_sheet_too() {
+        let config = ImuConfig::real().at_constant_temperature();
+        for sensor in static_run(&config, 1, 1800.0, |_| ()) {
+            let at = |tau_s: f64| sensor.curve.iter().find(|p| p.0 >= tau_s).expect("a point");
+            for tau_s in [0.1, 1.0, 10.0] {
+                let (tau_s, deviation) = *at(tau_s);
+                let given = sensor.given.deviation(tau_s);
+                assert!(
+                    off(deviation, given) < 0.1,
+                    "{deviation} for {given} {} at {tau_s} s",
+                    sensor.unit
+                );
+            }
+            assert!(
+                off(sensor.measured.white, sensor.given.white) < 0.02,
+                "{:?}",
+                sensor.measured
+            );
+        }
+    }
+
     #[test]
     fn in_flight_the_temperature_walk_stands_on_top() {
         let bench = static_run(&ImuConfig::default().at_constant_temperature(), 1, 600.0, |_| ());
