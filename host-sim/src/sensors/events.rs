@@ -191,3 +191,61 @@ impl Iterator for Events<'_> {
         event
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flight::{FlightConfig, FlightPlan};
+    use crate::scene::Scene;
+    use crate::sensors::{ImuConfig, MagnetometerConfig, SensorsConfig};
+
+    /// Five seconds, of which three at rest.
+    fn flight(config: &FlightConfig, sensors: SensorsConfig) -> SensedFlight {
+        let scene = Scene::load("outdoor").expect("built in");
+        let config = FlightConfig {
+            duration_s: 5.0,
+            ..config.clone()
+        };
+        let plan = FlightPlan::plan(&scene, &config, 2).expect("room");
+        SensedFlight::new(plan, sensors, 2).expect("sound")
+    }
+
+    /// How many events of each kind are others than by default, by rank.
+    fn changed(config: &FlightConfig, sensors: SensorsConfig) -> [usize; 5] {
+        let of_kind = |flight: &SensedFlight, rank: u8| -> Vec<Stamped> {
+            let events = Events::new(flight);
+            events.filter(|stamped| stamped.event.rank() == rank).collect()
+        };
+        let plain = flight(&FlightConfig::default(), SensorsConfig::default());
+        let other = flight(config, sensors);
+        [0, 1, 2, 3, 4].map(|rank| {
+            let (before, after) = (of_kind(&plain, rank), of_kind(&other, rank));
+            assert_eq!(before.len(), after.len(), "rank {rank}");
+            before.iter().zip(&after).filter(|(a, b)| a != b).count()
+        })
+    }
+
+    #[test]
+    fn an_effect_changes_the_events_of_its_sensor_only() {
+        let calm = FlightConfig::default();
+        let imu = SensorsConfig {
+            imu: ImuConfig::real(),
+            ..SensorsConfig::default()
+        };
+        let [of_imu, others @ ..] = changed(&calm, imu);
+        assert!(of_imu > 4900 && others == [0; 4], "{of_imu} {others:?}");
+        let motors = SensorsConfig {
+            magnetometer: MagnetometerConfig::real(),
+            ..SensorsConfig::default()
+        };
+        // At rest the motors stand still.
+        let [of_imu, of_magnetometer, others @ ..] = changed(&calm, motors);
+        assert!((80..=100).contains(&of_magnetometer), "{of_magnetometer}");
+        assert!(of_imu == 0 && others == [0; 3]);
+        // Wind moves the UAV once it flies, and with it whatever is in it; the GMT and the clocks know nothing of it.
+        let [of_imu, of_magnetometer, others @ ..] = changed(&FlightConfig::real(), SensorsConfig::default());
+        assert!((1500..=2100).contains(&of_imu), "{of_imu}");
+        assert!((50..=105).contains(&of_magnetometer), "{of_magnetometer}");
+        assert_eq!(others, [0; 3]);
+    }
+}
