@@ -65,6 +65,20 @@ pub enum Source {
     BeaconAir = 0x5ec0,
     /// What the air does to two-way timing.
     TimingAir,
+    /// Rotors and the phases of their vibration.
+    Vibration = 0x5f00,
+    /// What acceleration does to the readings of an inertial sensor.
+    GSensitivity,
+    /// Where the inertial sensor is and how it is turned.
+    ImuMounting,
+    /// Jitter of the inertial sensor's time stamps.
+    ImuStampJitter,
+    /// What warmth does to the readings of an inertial sensor.
+    ImuTemperature,
+    /// Direction of the mean wind, and gusts.
+    Wind,
+    /// Direction of the motors' magnetic field.
+    MotorField,
 }
 
 /// A seeded generator of uniform and normal numbers: a [`Stream`] of its own for every source.

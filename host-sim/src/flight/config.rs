@@ -3,10 +3,11 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{Obstacles, Schedule};
+use super::{Obstacles, Schedule, WindConfig};
 use crate::input::InputError;
 
-/// Limits of the quadrotor. Speed, acceleration and jerk hold at every instant, not only on a grid.
+/// Limits of the quadrotor along its planned curve. Speed, acceleration and jerk hold at every instant, not only on a grid; wind
+/// comes on top.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Limits {
@@ -46,6 +47,8 @@ pub struct FlightConfig {
     pub schedule: Schedule,
     /// Limits of the quadrotor.
     pub limits: Limits,
+    /// Wind, which blows the UAV off the planned curve; calm by default.
+    pub wind: WindConfig,
     /// Linear rotor drag, 1/s.
     pub drag_per_s: f64,
     /// Distance kept from walls and ground by the UAV, m. Default: a tenth of the scene's height, at most 1.5.
@@ -82,6 +85,7 @@ impl Default for FlightConfig {
             rest_s: 3.0,
             schedule: Schedule::default(),
             limits: Limits::default(),
+            wind: WindConfig::default(),
             drag_per_s: 0.15,
             clearance_m: None,
             levels: 4,
@@ -99,6 +103,19 @@ impl Default for FlightConfig {
 }
 
 impl FlightConfig {
+    /// A flight in calm air: the default.
+    pub fn ideal() -> Self {
+        Self::default()
+    }
+
+    /// The default flight in a wind of 15 kn at 20 ft.
+    pub fn real() -> Self {
+        Self {
+            wind: WindConfig::real(),
+            ..Self::default()
+        }
+    }
+
     /// A flight planned for reflections too, under the conditions that the accuracy of a whole flight is stated for
     /// (docs/localization.md, "The model"): the GMT in sight in 60 to 80 % of the sweeps, a path of one reflection in 70 % of
     /// the others; and the start where the GMT's beams reach.
@@ -197,6 +214,7 @@ impl FlightConfig {
             0.0,
             720.0,
         )?;
+        self.wind.check()?;
         within("flight.drag_per_s", self.drag_per_s, 1.0)?;
         for (key, value) in [
             ("flight.clearance_m", self.clearance_m),
@@ -239,6 +257,9 @@ mod tests {
         assert!(message(|c| c.limits.acceleration_m_per_s2 = 9.0).contains("acceleration"));
         assert!(message(|c| c.clearance_m = Some(-1.0)).contains("flight.clearance_m"));
         assert!(message(|c| c.visible_share = 1.1).contains("flight.visible_share"));
+        assert!(message(|c| c.wind.w20_kn = 31.0).contains("flight.wind.w20_kn"));
+        assert!(message(|c| c.wind.loop_damping = 0.0).contains("flight.wind.loop_damping"));
+        assert!(FlightConfig::real().check().is_ok() && FlightConfig::ideal().check().is_ok());
         assert!(message(|c| c.levels = 0).contains("flight.levels"));
         assert!(toml::from_str::<FlightConfig>("duration = 3.0").is_err());
         assert_eq!(

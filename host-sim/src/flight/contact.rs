@@ -40,7 +40,7 @@ pub(super) fn contact(
     for sweep in 0..sweeps {
         let time_s = schedule.sweep_time_s(sweep);
         let before_s = time_s - schedule.sweep_period_s;
-        let (there, here) = (gmt.at(time_s).0, uav.position_m().at(time_s)[0]);
+        let (there, here) = (gmt.at(time_s).0, uav.place_m(time_s));
         if world.blocked(there.into(), here.into()) {
             outage += 1;
             longest = longest.max(outage);

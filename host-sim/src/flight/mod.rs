@@ -5,6 +5,7 @@
 
 mod config;
 mod contact;
+mod dryden;
 mod gmt;
 mod motion;
 mod obstacles;
@@ -13,6 +14,7 @@ mod roadmap;
 mod route;
 mod scene;
 mod spline;
+mod wind;
 
 pub use config::{FlightConfig, Limits};
 pub use contact::Contact;
@@ -21,3 +23,4 @@ pub use motion::{Motion, Trajectory};
 pub use obstacles::{Obstacles, Tube};
 pub use plan::FlightPlan;
 pub use spline::Spline;
+pub use wind::WindConfig;

@@ -1,14 +1,15 @@
 //! The motion of a quadrotor along a curve: attitude, body rates and specific force in closed form.
 //!
 //! A quadrotor is differentially flat: its position and heading over time determine all else. The thrust points along
-//! body z and balances acceleration, gravity and linear rotor drag, so z_b is along f = a + g e_z + d v; the heading
+//! body z and balances acceleration, gravity and linear rotor drag, so z_b is along f = a + g e_z + d v, with v through the air; the heading
 //! turns the frame about it. Rates follow from the derivative of the same expressions, never from differences, so an
 //! ideal IMU integrates back to the curve to round-off of its own integration.
 
 use cslam_core::constants::STANDARD_GRAVITY_M_PER_S2;
-use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector1, Vector3};
 
 use super::Spline;
+use super::wind::Wind;
 
 /// True state of the UAV at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +24,8 @@ pub struct Motion {
     pub attitude: Rotation3<f64>,
     /// Angular rate of the body against the world, in body axes, rad/s: what an ideal gyroscope senses.
     pub rate_rad_per_s: Vector3<f64>,
+    /// Derivative of that rate, in body axes, rad/s^2.
+    pub angular_acceleration_rad_per_s2: Vector3<f64>,
     /// Acceleration less gravity, in body axes, m/s^2: what an ideal accelerometer senses.
     pub specific_force_m_per_s2: Vector3<f64>,
 }
@@ -48,6 +51,7 @@ pub struct Trajectory {
     position_m: Spline<3>,
     heading_rad: Spline<1>,
     drag_per_s: f64,
+    wind: Option<Wind>,
 }
 
 impl Trajectory {
@@ -60,10 +64,30 @@ impl Trajectory {
             position_m,
             heading_rad,
             drag_per_s,
+            wind: None,
         }
     }
 
-    /// The position curve.
+    /// The same flight in wind.
+    #[must_use]
+    pub(super) fn in_wind(self, wind: Wind) -> Self {
+        Self {
+            wind: Some(wind),
+            ..self
+        }
+    }
+
+    /// Level rest at a place for `duration_s`, heading east.
+    pub fn at_rest(position_m: Vector3<f64>, duration_s: f64) -> Self {
+        let knot_s = duration_s.max(1.0);
+        Self::new(
+            Spline::constant(position_m, knot_s),
+            Spline::constant(Vector1::zeros(), knot_s),
+            0.0,
+        )
+    }
+
+    /// The position curve that was planned; wind blows the UAV off it.
     pub fn position_m(&self) -> &Spline<3> {
         &self.position_m
     }
@@ -73,20 +97,44 @@ impl Trajectory {
         self.position_m.duration_s().min(self.heading_rad.duration_s())
     }
 
+    /// True position at `time_s`, m.
+    pub fn place_m(&self, time_s: f64) -> Vector3<f64> {
+        let planned = self.position_m.at(time_s)[0];
+        match &self.wind {
+            None => planned,
+            Some(wind) => planned + wind.excursion_m.at(time_s)[0],
+        }
+    }
+
     /// True state at `time_s`, which is clamped to the flight.
     pub fn at(&self, time_s: f64) -> Motion {
-        let [position, velocity, acceleration, jerk] = self.position_m.at(time_s);
-        let [heading, heading_rate, ..] = self.heading_rad.at(time_s).map(|v| v.x);
-        let thrust = acceleration + Vector3::z() * STANDARD_GRAVITY_M_PER_S2 + velocity * self.drag_per_s;
-        let thrust_rate = jerk + acceleration * self.drag_per_s;
-        let (z, z_rate) = unit(&thrust, &thrust_rate);
+        let mut curve = self.position_m.at(time_s);
+        // Velocity through the air, and its derivatives.
+        let mut airspeed = [curve[1], curve[2], curve[3]];
+        if let Some(wind) = &self.wind {
+            let (excursion, air) = (wind.excursion_m.at(time_s), wind.air_m_per_s.at(time_s));
+            curve = core::array::from_fn(|order| curve[order] + excursion[order]);
+            airspeed = core::array::from_fn(|order| curve[order + 1] - air[order]);
+        }
+        let [position, velocity, acceleration, jerk, snap] = curve;
+        let [heading, heading_rate, heading_acceleration, ..] = self.heading_rad.at(time_s).map(|v| v.x);
+        let thrust = acceleration + Vector3::z() * STANDARD_GRAVITY_M_PER_S2 + airspeed[0] * self.drag_per_s;
+        let thrust_rate = jerk + airspeed[1] * self.drag_per_s;
+        let thrust_acceleration = snap + airspeed[2] * self.drag_per_s;
+        // Each axis with its first and second derivative.
+        let [z, z1, z2] = unit([thrust, thrust_rate, thrust_acceleration]);
         let (sin, cos) = libm::sincos(heading);
         let forward = Vector3::new(cos, sin, 0.0);
-        let forward_rate = Vector3::new(-sin, cos, 0.0) * heading_rate;
-        let left = z.cross(&forward);
-        let left_rate = z_rate.cross(&forward) + z.cross(&forward_rate);
-        let (y, y_rate) = unit(&left, &left_rate);
-        let (x, x_rate) = (y.cross(&z), y_rate.cross(&z) + y.cross(&z_rate));
+        let across = Vector3::new(-sin, cos, 0.0);
+        let forward1 = across * heading_rate;
+        let forward2 = across * heading_acceleration - forward * (heading_rate * heading_rate);
+        let [y, y1, y2] = unit([
+            z.cross(&forward),
+            z1.cross(&forward) + z.cross(&forward1),
+            z2.cross(&forward) + z1.cross(&forward1) * 2.0 + z.cross(&forward2),
+        ]);
+        let (x, x1) = (y.cross(&z), y1.cross(&z) + y.cross(&z1));
+        let x2 = y2.cross(&z) + y1.cross(&z1) * 2.0 + y.cross(&z2);
         let attitude = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, y, z]));
         Motion {
             position_m: position,
@@ -94,7 +142,12 @@ impl Trajectory {
             acceleration_m_per_s2: acceleration,
             attitude,
             // R^T dR/dt = [rate]x, element by element.
-            rate_rad_per_s: Vector3::new(z.dot(&y_rate), x.dot(&z_rate), y.dot(&x_rate)),
+            rate_rad_per_s: Vector3::new(z.dot(&y1), x.dot(&z1), y.dot(&x1)),
+            angular_acceleration_rad_per_s2: Vector3::new(
+                z1.dot(&y1) + z.dot(&y2),
+                x1.dot(&z1) + x.dot(&z2),
+                y1.dot(&x1) + y.dot(&x2),
+            ),
             specific_force_m_per_s2: attitude
                 .matrix()
                 .tr_mul(&(acceleration + Vector3::z() * STANDARD_GRAVITY_M_PER_S2)),
@@ -114,17 +167,19 @@ impl Trajectory {
     }
 }
 
-/// Unit vector of `v` and its rate of change.
-fn unit(v: &Vector3<f64>, rate: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+/// Unit vector of a vector, with its first and second derivative, from those of the vector.
+fn unit([v, v1, v2]: [Vector3<f64>; 3]) -> [Vector3<f64>; 3] {
     let length = v.norm();
     let u = v / length;
-    (u, (rate - u * u.dot(rate)) / length)
+    let u1 = (v1 - u * u.dot(&v1)) / length;
+    let length1 = u.dot(&v1);
+    let length2 = u.dot(&v2) + u1.dot(&v1);
+    [u, u1, (v2 - u1 * (2.0 * length1) - u * length2) / length]
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector1;
-
+    use super::super::wind::{Exposure, WindConfig};
     use super::*;
 
     /// A brisk flight of 60 s: speeds to 8 m/s, accelerations to 5 m/s^2, turning all the way.
@@ -146,17 +201,57 @@ mod tests {
         )
     }
 
+    /// The same in wind.
+    fn blown() -> Trajectory {
+        let exposure = Exposure {
+            height_m: 9.0,
+            drag_per_s: 0.15,
+            clearance_m: 3.0,
+            duration_s: 65.0,
+        };
+        brisk().in_wind(Wind::new(&WindConfig::real(), exposure, |_| 1.0, 3).expect("not calm"))
+    }
+
+    #[test]
+    fn in_wind_thrust_balances_the_drag_of_the_air() {
+        let (flight, calm) = (blown(), brisk());
+        let wind = flight.wind.clone().expect("not calm");
+        let mut leaned = 0.0f64;
+        for k in 0..300 {
+            let time_s = f64::from(k) * 0.2;
+            let (here, planned) = (flight.at(time_s), calm.at(time_s));
+            let air = wind.air_m_per_s.at(time_s)[0];
+            let drag = here.attitude.inverse() * ((here.velocity_m_per_s - air) * 0.15);
+            let thrust = here.specific_force_m_per_s2 + drag;
+            assert!(thrust.xy().norm() < 1e-12 && thrust.z > 4.0);
+            assert_eq!(here.position_m, flight.place_m(time_s));
+            assert!((here.position_m - planned.position_m).norm() < 1.5);
+            leaned = leaned.max(here.attitude.angle_to(&planned.attitude).to_degrees());
+        }
+        assert!((3.0..15.0).contains(&leaned), "{leaned} deg");
+    }
+
     #[test]
     fn rates_are_the_derivative_of_the_attitude() {
-        let (flight, h) = (brisk(), 1e-5);
+        for flight in [brisk(), blown()] {
+            check_rates(&flight);
+        }
+    }
+
+    fn check_rates(flight: &Trajectory) {
+        let h = 1e-5;
         for k in 1..300 {
-            let t = f64::from(k) * 0.2;
+            // Between knots: at one, the derivative of what is compared jumps.
+            let t = f64::from(k) * 0.2 + 0.0123;
             let (before, here, after) = (flight.at(t - h), flight.at(t), flight.at(t + h));
             // Skew part of the small turn: its angle by an arc cosine would lose half the digits.
             let turn = (before.attitude.inverse() * after.attitude).into_inner();
             let skew = (turn - turn.transpose()) * 0.5;
             let numeric = Vector3::new(skew.m32, skew.m13, skew.m21) / (2.0 * h);
             assert!((numeric - here.rate_rad_per_s).norm() < 1e-7, "at {t}");
+            let numeric = (after.rate_rad_per_s - before.rate_rad_per_s) / (2.0 * h);
+            let closed = here.angular_acceleration_rad_per_s2;
+            assert!((numeric - closed).norm() < 1e-6, "{numeric} at {t}");
             let r = here.attitude.matrix();
             assert!((r.transpose() * r - Matrix3::identity()).norm() < 1e-14 && r.determinant() > 0.0);
         }
@@ -181,7 +276,12 @@ mod tests {
 
     #[test]
     fn an_ideal_imu_at_1_khz_integrates_back_to_the_curve() {
-        let flight = brisk();
+        for flight in [brisk(), blown()] {
+            check_integration(&flight);
+        }
+    }
+
+    fn check_integration(flight: &Trajectory) {
         let start = flight.at(0.0);
         let mut attitude = UnitQuaternion::from_rotation_matrix(&start.attitude);
         let (mut position, mut velocity) = (start.position_m, start.velocity_m_per_s);

@@ -12,6 +12,7 @@ use nalgebra::Vector3;
 use super::contact::{Contact, contact, elevation_deg};
 use super::roadmap::Roadmap;
 use super::route::Route;
+use super::wind::{Exposure, Wind};
 use super::{FlightConfig, GmtTrack, Obstacles, Schedule, Trajectory, Tube};
 use crate::input::InputError;
 use crate::seeded::{Seeded, Source};
@@ -32,6 +33,8 @@ const MOST_CHOICES: u32 = 10;
 const FINALISTS: usize = 8;
 /// Of the places that the UAV may be at, every so-manyth is asked for whether a GMT sees it.
 const SAMPLED: usize = 4;
+/// Time from the end of the rest until the rotors carry the UAV, s.
+const TAKE_OFF_S: f64 = 1.0;
 /// Lines of a tour are flown at this share of the cruise speed on average, as a first guess.
 const PACE_RATIO: f64 = 0.75;
 
@@ -41,6 +44,7 @@ pub struct FlightPlan {
     uav: Trajectory,
     gmt: GmtTrack,
     schedule: Schedule,
+    rest_s: f64,
     duration_s: f64,
     contact: Contact,
 }
@@ -53,6 +57,11 @@ impl FlightPlan {
     /// finds no room in the world.
     pub fn plan(world: &dyn Obstacles, config: &FlightConfig, seed: u64) -> Result<Self, InputError> {
         config.check()?;
+        Ok(Self::in_calm(world, config, seed)?.in_wind(world, config, seed))
+    }
+
+    /// The flight as it would be without wind.
+    fn in_calm(world: &dyn Obstacles, config: &FlightConfig, seed: u64) -> Result<Self, InputError> {
         let planner = Planner::new(world, config, seed)?;
         let (mut drafts, mut plans) = (Vec::new(), Vec::new());
         let mut pace = PACE_RATIO * config.cruise_in(world);
@@ -98,7 +107,41 @@ impl FlightPlan {
         })
     }
 
-    /// A flight from ready-made parts, such as a recorded route. Contact is evaluated in `world`.
+    /// The flight in the wind of `seed`. It is calm under a roof.
+    fn in_wind(self, world: &dyn Obstacles, config: &FlightConfig, seed: u64) -> Self {
+        let (low, high) = world.bounds();
+        let start = self.uav.place_m(0.0);
+        let sky = start + Vector3::z() * (high[2] - low[2] + 1.0);
+        if world.blocked(start.into(), sky.into()) {
+            return self;
+        }
+        let seconds = self.duration_s as u32;
+        let heights_m = (0..=seconds).map(|k| self.uav.place_m(f64::from(k)).z - low[2]);
+        let exposure = Exposure {
+            height_m: heights_m.sum::<f64>() / f64::from(seconds + 1),
+            drag_per_s: config.drag_per_s,
+            clearance_m: config.clearance_in(world),
+            duration_s: self.duration_s,
+        };
+        let Some(wind) = Wind::new(&config.wind, exposure, |time_s| self.carried_share(time_s), seed) else {
+            return self;
+        };
+        let uav = self.uav.in_wind(wind);
+        Self {
+            contact: contact(
+                world,
+                &uav,
+                &self.gmt,
+                self.schedule,
+                self.duration_s,
+                config.start_elevation_deg,
+            ),
+            uav,
+            ..self
+        }
+    }
+
+    /// A flight from ready-made parts, such as a recorded route, without a rest. Contact is evaluated in `world`.
     pub fn from_parts(
         world: &dyn Obstacles,
         uav: Trajectory,
@@ -111,6 +154,7 @@ impl FlightPlan {
             uav,
             gmt,
             schedule,
+            rest_s: 0.0,
             duration_s,
             contact,
         }
@@ -134,6 +178,12 @@ impl FlightPlan {
     /// Length of the flight, s.
     pub fn duration_s(&self) -> f64 {
         self.duration_s
+    }
+
+    /// Share of its weight that the rotors of the UAV carry, 0..=1: none at rest, and all a second later.
+    pub fn carried_share(&self, time_s: f64) -> f64 {
+        let u = ((time_s - self.rest_s) / TAKE_OFF_S).clamp(0.0, 1.0);
+        u * u * (3.0 - 2.0 * u)
     }
 
     /// Number of sweeps of the flight.
@@ -327,6 +377,7 @@ impl<'a> Planner<'a> {
             uav,
             gmt: draft.gmt,
             schedule: self.config.schedule,
+            rest_s: self.config.rest_s,
             duration_s: self.config.duration_s,
         })
     }

@@ -42,7 +42,7 @@ impl Obstacles for Scene {
 mod tests {
     use nalgebra::Vector3;
 
-    use crate::flight::{FlightConfig, FlightPlan, Obstacles};
+    use crate::flight::{FlightConfig, FlightPlan, Obstacles, WindConfig};
     use crate::scene::{Face, Scene};
     use crate::seeded::{Seeded, Source};
     use crate::tracer::Tracer;
@@ -65,16 +65,17 @@ mod tests {
     }
 
     /// Least distance of the UAV to any face over a planned flight, m, and the plan.
-    fn fly(name: &str, seed: u64, duration_s: f64) -> (FlightPlan, f64) {
+    fn fly(name: &str, seed: u64, duration_s: f64, wind: &WindConfig) -> (FlightPlan, f64) {
         let scene = Scene::load(name).expect("a built-in scene");
         let config = FlightConfig {
             duration_s,
+            wind: wind.clone(),
             ..FlightConfig::default()
         };
         let plan = FlightPlan::plan(&scene, &config, seed).unwrap_or_else(|e| panic!("{name} {seed}: {e}"));
         let mut least = f64::INFINITY;
         for k in 0..(duration_s * 20.0) as u32 {
-            let p = plan.uav().position_m().at(f64::from(k) * 0.05)[0];
+            let p = plan.uav().place_m(f64::from(k) * 0.05);
             assert!(
                 !scene.inside_solid(p.into()),
                 "{name} {seed}: inside a wall at {p:?}"
@@ -104,11 +105,34 @@ mod tests {
             ("outdoor_a", 1.5),
         ] {
             for seed in 0..3 {
-                let (plan, least_m) = fly(name, seed, 40.0);
+                let (plan, least_m) = fly(name, seed, 40.0, &WindConfig::default());
                 println!("{name} {seed}: {least_m:.2} m, {:?}", plan.contact());
                 assert!(least_m > 0.9 * clearance_m, "{name} {seed}: {least_m} m");
             }
         }
+    }
+
+    #[test]
+    fn in_wind_four_tenths_of_the_clearance_are_left_and_under_a_roof_it_is_calm() {
+        let storm = WindConfig {
+            w20_kn: 30.0,
+            ..WindConfig::default()
+        };
+        for name in ["outdoor", "street"] {
+            let (plan, least_m) = fly(name, 1, 40.0, &storm);
+            let (calm, _) = fly(name, 1, 40.0, &WindConfig::default());
+            println!("{name}: {least_m:.2} m");
+            assert!(least_m > 0.4 * 1.5, "{name}: {least_m} m");
+            let off_m = (plan.uav().place_m(30.0) - calm.uav().place_m(30.0)).norm();
+            assert!((0.01..0.75).contains(&off_m), "{off_m} m");
+            assert_eq!(plan.uav().position_m(), calm.uav().position_m());
+            assert_eq!(plan.gmt(), calm.gmt());
+        }
+        let (windy, calm) = (
+            fly("indoor", 1, 40.0, &storm).0,
+            fly("indoor", 1, 40.0, &WindConfig::default()).0,
+        );
+        assert_eq!(windy.uav(), calm.uav());
     }
 
     #[test]
@@ -158,7 +182,7 @@ mod tests {
     #[test]
     fn no_flight_touches_a_wall_in_many_cities() {
         for seed in 0..12 {
-            let (plan, least_m) = fly(&format!("city:{seed}"), 100 + seed, 30.0);
+            let (plan, least_m) = fly(&format!("city:{seed}"), 100 + seed, 30.0, &WindConfig::default());
             println!("city {seed}: {least_m:.2} m, {:?}", plan.contact());
             assert!(least_m > 1.2, "city {seed}: {least_m} m");
         }

@@ -36,9 +36,12 @@ impl SensorsConfig {
         }
     }
 
-    /// Errors that no filter has a model of: beacons and two-way timing go through the channel.
+    /// Sensors that are not those of the receiver's model: inertial sensor and magnetometer as they are built in and shaken, beacons and
+    /// two-way timing through the channel. The clock is that of the default.
     pub fn real() -> Self {
         Self {
+            imu: ImuConfig::real(),
+            magnetometer: MagnetometerConfig::real(),
             beacon: BeaconConfig::real(),
             timing: TimingConfig::real(),
             ..Self::default()
@@ -121,6 +124,11 @@ mod tests {
             config.check().expect_err("must be refused").to_string()
         };
         assert!(SensorsConfig::default().check().is_ok() && SensorsConfig::ideal().check().is_ok());
+        assert!(SensorsConfig::real().check().is_ok());
+        assert!(message(|c| c.imu.vibration.rate_dps[2] = -1.0).contains("imu.vibration.rate_dps"));
+        assert!(message(|c| c.imu.sampling.filter_hz = 2001.0).contains("imu.sampling.filter_hz"));
+        assert!(message(|c| c.imu.temperature.warm_up_s = 0.0).contains("imu.temperature.warm_up_s"));
+        assert!(message(|c| c.magnetometer.motor_ut = -1.0).contains("magnetometer.motor_ut"));
         assert!(message(|c| c.imu.rate_hz = 0).contains("imu.rate_hz"));
         assert!(message(|c| c.imu.rate_hz = 999).contains("imu.rate_hz"));
         assert!(message(|c| c.imu.accel_turn_on_bias_mg = -1.0).contains("imu.accel_turn_on_bias_mg"));

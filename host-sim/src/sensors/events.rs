@@ -2,6 +2,8 @@
 
 use cslam_firmware::icm42688::RawSample;
 
+use super::magnetometer::current_share;
+use super::sampling::Sampling;
 use super::{Beacon, Beacons, Imu, Magnetometer, MagnetometerSample, SensedFlight, Timing, TimingSample};
 
 /// One thing that reaches the receiver.
@@ -50,6 +52,7 @@ pub struct Stamped {
 pub struct Events<'a> {
     flight: &'a SensedFlight,
     imu: Imu,
+    sampling: Sampling,
     magnetometer: Magnetometer,
     timing: Timing,
     beacons: Beacons,
@@ -66,6 +69,7 @@ impl<'a> Events<'a> {
         let mut events = Self {
             flight,
             imu: Imu::new(&config.imu, seed),
+            sampling: Sampling::new(&config.imu, seed),
             magnetometer: Magnetometer::new(&config.magnetometer, seed),
             timing: Timing::new(&config.timing, seed),
             beacons: Beacons::new(&config.beacon, flight.plan().schedule(), seed),
@@ -114,16 +118,26 @@ impl<'a> Events<'a> {
 
     fn imu(&mut self) -> Option<Stamped> {
         let (uav_time_ns, time_s) = self.tick(0, self.flight.config().imu.rate_hz)?;
-        let (rate, force) = self.flight.plan().uav().inertial_mean(self.imu_end_s, time_s);
+        let plan = self.flight.plan();
+        let carried = |time_s| plan.carried_share(time_s);
+        let (rate, force) = self.sampling.sample(plan.uav(), carried, self.imu_end_s, time_s);
         self.imu_end_s = time_s;
         let event = Event::Imu(self.imu.measure(&rate, &force));
-        Some(Stamped { uav_time_ns, event })
+        Some(Stamped {
+            uav_time_ns: self.sampling.stamp_ns(uav_time_ns),
+            event,
+        })
     }
 
     fn magnetometer(&mut self) -> Option<Stamped> {
         let (uav_time_ns, time_s) = self.tick(1, self.flight.config().magnetometer.rate_hz)?;
-        let attitude = self.flight.plan().uav().at(time_s).attitude;
-        let event = Event::Magnetometer(self.magnetometer.measure(&attitude));
+        let plan = self.flight.plan();
+        let motion = plan.uav().at(time_s);
+        let thrust_m_per_s2 = motion.specific_force_m_per_s2.norm() * plan.carried_share(time_s);
+        let sample = self
+            .magnetometer
+            .measure(&motion.attitude, current_share(thrust_m_per_s2));
+        let event = Event::Magnetometer(sample);
         Some(Stamped { uav_time_ns, event })
     }
 
@@ -178,5 +192,63 @@ impl Iterator for Events<'_> {
         let event = self.pending[kind].take();
         self.refill(kind);
         event
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flight::{FlightConfig, FlightPlan};
+    use crate::scene::Scene;
+    use crate::sensors::{ImuConfig, MagnetometerConfig, SensorsConfig};
+
+    /// Five seconds, of which three at rest.
+    fn flight(config: &FlightConfig, sensors: SensorsConfig) -> SensedFlight {
+        let scene = Scene::load("outdoor").expect("built in");
+        let config = FlightConfig {
+            duration_s: 5.0,
+            ..config.clone()
+        };
+        let plan = FlightPlan::plan(&scene, &config, 2).expect("room");
+        SensedFlight::new(plan, sensors, 2).expect("sound")
+    }
+
+    /// How many events of each kind are others than by default, by rank.
+    fn changed(config: &FlightConfig, sensors: SensorsConfig) -> [usize; 5] {
+        let of_kind = |flight: &SensedFlight, rank: u8| -> Vec<Stamped> {
+            let events = Events::new(flight);
+            events.filter(|stamped| stamped.event.rank() == rank).collect()
+        };
+        let plain = flight(&FlightConfig::default(), SensorsConfig::default());
+        let other = flight(config, sensors);
+        [0, 1, 2, 3, 4].map(|rank| {
+            let (before, after) = (of_kind(&plain, rank), of_kind(&other, rank));
+            assert_eq!(before.len(), after.len(), "rank {rank}");
+            before.iter().zip(&after).filter(|(a, b)| a != b).count()
+        })
+    }
+
+    #[test]
+    fn an_effect_changes_the_events_of_its_sensor_only() {
+        let calm = FlightConfig::default();
+        let imu = SensorsConfig {
+            imu: ImuConfig::real(),
+            ..SensorsConfig::default()
+        };
+        let [of_imu, others @ ..] = changed(&calm, imu);
+        assert!(of_imu > 4900 && others == [0; 4], "{of_imu} {others:?}");
+        let motors = SensorsConfig {
+            magnetometer: MagnetometerConfig::real(),
+            ..SensorsConfig::default()
+        };
+        // At rest the motors stand still.
+        let [of_imu, of_magnetometer, others @ ..] = changed(&calm, motors);
+        assert!((80..=100).contains(&of_magnetometer), "{of_magnetometer}");
+        assert!(of_imu == 0 && others == [0; 3]);
+        // Wind moves the UAV once it flies, and with it whatever is in it; the GMT and the clocks know nothing of it.
+        let [of_imu, of_magnetometer, others @ ..] = changed(&FlightConfig::real(), SensorsConfig::default());
+        assert!((1500..=2100).contains(&of_imu), "{of_imu}");
+        assert!((50..=105).contains(&of_magnetometer), "{of_magnetometer}");
+        assert_eq!(others, [0; 3]);
     }
 }

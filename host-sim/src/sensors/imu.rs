@@ -1,7 +1,8 @@
 //! The inertial measurement unit, after the data sheet of the ICM-42688-P.
 //!
-//! code = round(saturate((I + M) x + turn-on bias + drift + white noise)), with x the true mean over the sample
-//! interval, and M a full 3 x 3 matrix of scale (diagonal) and misalignment errors (docs/localization.md, "The model").
+//! code = round(saturate((I + M) x + turn-on bias + drift + warmth + white noise)), with x what the sample holds of the
+//! signal (its true mean over the interval, unless [`SamplingConfig`] and the effects before it say otherwise), and M a full
+//! 3 x 3 matrix of scale (diagonal) and misalignment errors (docs/localization.md, "The model").
 
 use core::f64::consts::PI;
 
@@ -13,7 +14,12 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::drift::BiasDrift;
+use super::g_sensitivity::GSensitivityConfig;
 use super::imu_chip::stamp;
+use super::mounting::MountingConfig;
+use super::sampling::SamplingConfig;
+use super::temperature::{Temperature, TemperatureConfig};
+use super::vibration::VibrationConfig;
 use crate::input::InputError;
 use crate::seeded::{Seeded, Source};
 
@@ -48,6 +54,16 @@ pub struct ImuConfig {
     pub accel_turn_on_bias_mg: f64,
     /// Standard deviation of each element of the accelerometer's scale and misalignment matrix.
     pub accel_scale_misalignment: f64,
+    /// What warmth does; nothing by default.
+    pub temperature: TemperatureConfig,
+    /// What acceleration does besides being measured; nothing by default.
+    pub g_sensitivity: GSensitivityConfig,
+    /// What the rotors shake it with; nothing by default.
+    pub vibration: VibrationConfig,
+    /// Where it is against what the receiver believes; there by default.
+    pub mounting: MountingConfig,
+    /// Filter, latency and stamps; exact means by default.
+    pub sampling: SamplingConfig,
 }
 
 impl Default for ImuConfig {
@@ -64,6 +80,11 @@ impl Default for ImuConfig {
             accel_bias_walk_ug_per_sqrt_s: 20.0,
             accel_turn_on_bias_mg: 20.0,
             accel_scale_misalignment: 0.003,
+            temperature: TemperatureConfig::default(),
+            g_sensitivity: GSensitivityConfig::default(),
+            vibration: VibrationConfig::default(),
+            mounting: MountingConfig::default(),
+            sampling: SamplingConfig::default(),
         }
     }
 }
@@ -83,14 +104,35 @@ impl ImuConfig {
             accel_bias_walk_ug_per_sqrt_s: 0.0,
             accel_turn_on_bias_mg: 0.0,
             accel_scale_misalignment: 0.0,
+            temperature: TemperatureConfig::default(),
+            g_sensitivity: GSensitivityConfig::default(),
+            vibration: VibrationConfig::default(),
+            mounting: MountingConfig::default(),
+            sampling: SamplingConfig::default(),
         }
     }
 
-    /// The same IMU on a bench at constant temperature, where data sheets and Allan plots are made: no bias walk.
+    /// An IMU that the filter has no model of: biases that follow a warm-up instead of a walk, vibration and what it rectifies to, a
+    /// filter, latency, and a mounting that was measured with a ruler.
+    pub fn real() -> Self {
+        Self {
+            gyro_bias_walk_mdps_per_sqrt_s: 0.0,
+            accel_bias_walk_ug_per_sqrt_s: 0.0,
+            temperature: TemperatureConfig::real(),
+            g_sensitivity: GSensitivityConfig::real(),
+            vibration: VibrationConfig::real(),
+            mounting: MountingConfig::real(),
+            sampling: SamplingConfig::real(),
+            ..Self::default()
+        }
+    }
+
+    /// The same IMU on a bench at constant temperature, where data sheets and Allan plots are made: no bias walk, no warming.
     pub fn at_constant_temperature(&self) -> Self {
         Self {
             gyro_bias_walk_mdps_per_sqrt_s: 0.0,
             accel_bias_walk_ug_per_sqrt_s: 0.0,
+            temperature: TemperatureConfig::default(),
             ..self.clone()
         }
     }
@@ -121,7 +163,12 @@ impl ImuConfig {
             ),
             ("imu.accel_turn_on_bias_mg", self.accel_turn_on_bias_mg),
             ("imu.accel_scale_misalignment", self.accel_scale_misalignment),
-        ])
+        ])?;
+        self.temperature.check()?;
+        self.g_sensitivity.check()?;
+        self.vibration.check()?;
+        self.mounting.check()?;
+        self.sampling.check(self.rate_hz)
     }
 }
 
@@ -155,6 +202,7 @@ impl Triad {
 pub struct Imu {
     gyroscope: Triad,
     accelerometer: Triad,
+    temperature: Temperature,
     interval_s: f64,
     drift_every: u32,
     count: u32,
@@ -201,25 +249,28 @@ impl Imu {
                 config.accel_bias_instability_ug * MICRO_G_M_PER_S2,
                 config.accel_bias_walk_ug_per_sqrt_s * MICRO_G_M_PER_S2,
             ),
+            temperature: Temperature::new(&config.temperature, seed),
             interval_s: 1.0 / f64::from(config.rate_hz),
             drift_every,
             count: 0,
         }
     }
 
-    /// The next sample, from the true means over its interval: angular rate in rad/s and specific force in m/s^2, both
-    /// in body axes.
+    /// The next sample, from what it holds of the signals: angular rate in rad/s and specific force in m/s^2, both in the
+    /// sensor's axes.
     pub fn measure(&mut self, rate_rad_per_s: &Vector3<f64>, force_m_per_s2: &Vector3<f64>) -> RawSample {
         let advance = self.count.is_multiple_of(self.drift_every);
         self.count = self.count.wrapping_add(1);
-        let rate = self.gyroscope.measure(rate_rad_per_s, advance);
-        let force = self.accelerometer.measure(force_m_per_s2, advance);
+        let time_s = f64::from(self.count) * self.interval_s;
+        let (rate_error, force_error) = self.temperature.errors(rate_rad_per_s, force_m_per_s2, time_s);
+        let rate = self.gyroscope.measure(rate_rad_per_s, advance) + rate_error;
+        let force = self.accelerometer.measure(force_m_per_s2, advance) + force_error;
         RawSample {
             acceleration: quantise(&force, ACCELERATION_PER_CODE_M_PER_S2, ACCELERATION_CODE_MAX),
             rate: quantise(&rate, RATE_PER_CODE_RAD_PER_S, RATE_CODE_MAX),
             temperature: 0,
             // A chip whose clock is the UAV's: the errors of both clocks are in the times of the events.
-            time_ticks: stamp(f64::from(self.count) * self.interval_s),
+            time_ticks: stamp(time_s),
         }
     }
 

@@ -6,7 +6,9 @@
 //! (section 12.7), 16 bits that wrap. What a sample holds has passed the anti-alias filter, of second order with a programmed bandwidth
 //! (section 5.3), and then the filters of the data rate, whose delay the data sheet gives (section 5.5).
 
-use core::f64::consts::{PI, SQRT_2};
+use nalgebra::Vector1;
+
+use super::low_pass::LowPass;
 
 /// Samples a second by the chip's clock, Hz.
 const RATE_HZ: f64 = 1000.0;
@@ -18,6 +20,8 @@ const ANTI_ALIAS_HZ: f64 = 258.0;
 const OUTPUT_DELAY_S: f64 = 0.7e-3;
 /// Steps of the anti-alias filter from sample to sample.
 const STEPS: u32 = 32;
+/// Their length, s by the chip's clock.
+const STEP_S: f64 = 1.0 / (RATE_HZ * STEPS as f64);
 
 /// The stamp at `time_s` by the chip's clock.
 pub(super) fn stamp(time_s: f64) -> u16 {
@@ -59,8 +63,7 @@ pub struct ImuChip {
     config: ImuChipConfig,
     /// Number of the next sample.
     next: u32,
-    /// State of the anti-alias filter: output and its derivative, the latter in units of the filter's angular frequency.
-    filter: [f64; 2],
+    anti_alias: LowPass<1>,
 }
 
 impl ImuChip {
@@ -70,7 +73,7 @@ impl ImuChip {
         Self {
             config,
             next: 1,
-            filter: [0.0; 2],
+            anti_alias: LowPass::new(ANTI_ALIAS_HZ, STEP_S),
         }
     }
 
@@ -96,23 +99,16 @@ impl ImuChip {
     pub fn sample(&mut self, signal: impl Fn(f64) -> f64) -> ChipSample {
         let end_s = f64::from(self.next) / RATE_HZ;
         self.next += 1;
-        let step_s = 1.0 / (RATE_HZ * f64::from(STEPS));
-        // Damping 1/sqrt 2: for that one the 3 dB lie at the filter's own frequency.
-        let angle = 2.0 * PI * ANTI_ALIAS_HZ * step_s;
+        let mut value = 0.0;
         for step in (0..STEPS).rev() {
-            let input_s = end_s - f64::from(step) * step_s - 0.5 * step_s - OUTPUT_DELAY_S;
+            let input_s = end_s - f64::from(step) * STEP_S - 0.5 * STEP_S - OUTPUT_DELAY_S;
             let input = signal(self.true_s(input_s));
-            // The trapezoidal rule over a step with the input of its middle: x' = angle v, v' = angle (u - x - sqrt 2 v).
-            let [x, v] = self.filter;
-            let h = 0.5 * angle;
-            let (rx, rv) = (x + h * v, v + h * (2.0 * input - x - SQRT_2 * v));
-            let v = (rv - h * rx) / (1.0 + h * SQRT_2 + h * h);
-            self.filter = [rx + h * v, v];
+            value = self.anti_alias.step(&Vector1::new(input)).x;
         }
         ChipSample {
             edge_s: self.true_s(end_s),
             stamp: stamp(self.config.age_s + end_s),
-            value: self.filter[0],
+            value,
         }
     }
 }

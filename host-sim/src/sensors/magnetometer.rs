@@ -1,11 +1,12 @@
 //! A three-axis magnetometer: the earth's field in body axes, with hard and soft iron left over from calibration and
 //! the disturbance of a city.
 //!
-//! code = round((I + S) R^T (B + disturbance) + hard iron + noise). At the defaults the heading it gives is off by
+//! code = round((I + S) R^T (B + disturbance) + hard iron + motors + noise). At the defaults the heading it gives is off by
 //! about 5 deg, most of it constant or slow (docs/localization.md, "The model" takes it as a bias): a weak aid.
 
 use core::f64::consts::PI;
 
+use cslam_core::constants::STANDARD_GRAVITY_M_PER_S2;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -16,6 +17,8 @@ use crate::seeded::{Seeded, Source};
 pub const FIELD_PER_CODE_UT: f64 = 100.0 / 16_384.0;
 /// Largest code.
 pub const FIELD_CODE_MAX: i32 = (1 << 17) - 1;
+/// Thrust over mass at full throttle: twice the weight.
+const FULL_THRUST_M_PER_S2: f64 = 2.0 * STANDARD_GRAVITY_M_PER_S2;
 
 /// The earth's field, known to the receiver, and the errors of the magnetometer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,6 +42,8 @@ pub struct MagnetometerConfig {
     pub disturbance_ut: f64,
     /// Correlation time of the disturbance, s.
     pub disturbance_time_s: f64,
+    /// Field of the motors' currents at full thrust, uT, in one direction of the body: calibration on the ground does not see it.
+    pub motor_ut: f64,
 }
 
 impl Default for MagnetometerConfig {
@@ -53,6 +58,7 @@ impl Default for MagnetometerConfig {
             soft_iron: 0.01,
             disturbance_ut: 1.2,
             disturbance_time_s: 10.0,
+            motor_ut: 0.0,
         }
     }
 }
@@ -65,6 +71,14 @@ impl MagnetometerConfig {
             hard_iron_ut: 0.0,
             soft_iron: 0.0,
             disturbance_ut: 0.0,
+            ..Self::default()
+        }
+    }
+
+    /// The default, beside motors that make a tenth of the earth's field at full thrust.
+    pub fn real() -> Self {
+        Self {
+            motor_ut: 4.8,
             ..Self::default()
         }
     }
@@ -86,6 +100,7 @@ impl MagnetometerConfig {
             ("magnetometer.soft_iron", self.soft_iron),
             ("magnetometer.disturbance_ut", self.disturbance_ut),
             ("magnetometer.disturbance_time_s", self.disturbance_time_s),
+            ("magnetometer.motor_ut", self.motor_ut),
         ])?;
         for (key, angle) in [
             ("magnetometer.inclination_deg", self.inclination_deg),
@@ -128,6 +143,14 @@ pub struct Magnetometer {
     kept: f64,
     added_ut: f64,
     surroundings: Seeded,
+    /// Field of the motors at full thrust, body axes.
+    motor_ut: Vector3<f64>,
+}
+
+/// Share of the motors' full current at a thrust of `thrust_m_per_s2` over mass: power, and with it the current, goes with thrust^1.5.
+pub(super) fn current_share(thrust_m_per_s2: f64) -> f64 {
+    let share = (thrust_m_per_s2 / FULL_THRUST_M_PER_S2).max(0.0);
+    share * share.sqrt()
 }
 
 impl Magnetometer {
@@ -150,21 +173,31 @@ impl Magnetometer {
             kept,
             added_ut: config.disturbance_ut * (1.0 - kept * kept).sqrt(),
             surroundings,
+            motor_ut: direction(&mut Seeded::new(seed, Source::MotorField)) * config.motor_ut,
         }
     }
 
-    /// The next sample at attitude R_wb.
-    pub fn measure(&mut self, attitude: &Rotation3<f64>) -> MagnetometerSample {
+    /// The next sample at attitude R_wb, with the motors at a share of their full current.
+    pub fn measure(&mut self, attitude: &Rotation3<f64>, current_share: f64) -> MagnetometerSample {
         self.disturbance_ut =
             self.disturbance_ut * self.kept + self.surroundings.normal_vector() * self.added_ut;
         let body = attitude.inverse() * (self.earth_ut + self.disturbance_ut);
-        let field = self.soft_iron * body + self.hard_iron_ut + self.noise.normal_vector() * self.noise_ut;
+        let field = self.soft_iron * body
+            + self.hard_iron_ut
+            + self.motor_ut * current_share
+            + self.noise.normal_vector() * self.noise_ut;
         let limit = f64::from(FIELD_CODE_MAX);
         let code = |value: f64| libm::floor(value / FIELD_PER_CODE_UT + 0.5).clamp(-limit, limit) as i32;
         MagnetometerSample {
             field: [code(field.x), code(field.y), code(field.z)],
         }
     }
+}
+
+/// A unit vector, uniform over the sphere.
+fn direction(random: &mut Seeded) -> Vector3<f64> {
+    let v = random.normal_vector();
+    v / v.norm().max(f64::MIN_POSITIVE)
 }
 
 #[cfg(test)]
@@ -183,7 +216,7 @@ mod tests {
         assert!((config.earth_field_ut().norm() - 48.0).abs() < 1e-12 && config.earth_field_ut().z < 0.0);
         let mut magnetometer = Magnetometer::new(&config, 1);
         for yaw in [-2.0, 0.0, 0.7, 3.0] {
-            let sample = magnetometer.measure(&Rotation3::from_euler_angles(0.0, 0.0, yaw));
+            let sample = magnetometer.measure(&Rotation3::from_euler_angles(0.0, 0.0, yaw), 1.0);
             let error = heading(&sample, &config) - yaw;
             assert!(libm::sin(error).abs() < 4e-4 && libm::cos(error) > 0.0, "{error}");
         }
@@ -196,7 +229,7 @@ mod tests {
         for seed in 0..400 {
             let mut magnetometer = Magnetometer::new(&config, seed);
             let [first, second] =
-                [(); 2].map(|()| heading(&magnetometer.measure(&Rotation3::identity()), &config));
+                [(); 2].map(|()| heading(&magnetometer.measure(&Rotation3::identity(), 1.0), &config));
             squares += first * first;
             jumps += (second - first) * (second - first);
         }
@@ -207,5 +240,34 @@ mod tests {
             "{} deg from sample to sample",
             rms_deg(jumps)
         );
+    }
+
+    #[test]
+    fn motors_add_a_field_of_one_direction_by_their_current() {
+        let config = MagnetometerConfig {
+            motor_ut: 4.8,
+            ..MagnetometerConfig::ideal()
+        };
+        let mut mean = Vector3::zeros();
+        for seed in 0..200 {
+            let mut magnetometer = Magnetometer::new(&config, seed);
+            let turned = Rotation3::from_euler_angles(0.3, -0.2, 2.0);
+            let mut field = |attitude: &Rotation3<f64>, share| {
+                let earth = attitude.inverse() * config.earth_field_ut();
+                magnetometer.measure(attitude, share).field_ut() - earth
+            };
+            let rounding = 0.6 * FIELD_PER_CODE_UT;
+            assert!(field(&turned, 0.0).amax() < rounding);
+            let full = field(&Rotation3::identity(), 1.0);
+            assert!((full.norm() - 4.8).abs() < 2.0 * rounding, "{full}");
+            assert!((field(&turned, 0.5) - full * 0.5).amax() < 2.0 * rounding);
+            mean += full / (4.8 * 200.0);
+        }
+        // Any direction: 1/sqrt 200 is left of their mean.
+        assert!(mean.norm() < 0.2, "{mean}");
+        // A third of it in hover.
+        let hover = current_share(STANDARD_GRAVITY_M_PER_S2);
+        assert!((hover - 0.353_553).abs() < 1e-6 && current_share(0.0) == 0.0);
+        assert!((current_share(2.0 * STANDARD_GRAVITY_M_PER_S2) - 1.0).abs() < 1e-15);
     }
 }

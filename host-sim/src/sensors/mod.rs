@@ -12,12 +12,18 @@ mod config;
 mod drift;
 mod events;
 pub mod faults;
+mod g_sensitivity;
 mod imu;
 mod imu_chip;
+mod low_pass;
 mod magnetometer;
+mod mounting;
+mod sampling;
 mod sensed_flight;
 mod static_run;
+mod temperature;
 mod timing;
+mod vibration;
 
 pub use air::{OverAir, WordLink, WordPath, WordRadio};
 pub use beacon::{Beacon, BeaconConfig, Beacons, true_gmt_attitude};
@@ -27,11 +33,16 @@ use config::{at_most_one, divides_a_second, not_negative};
 pub use drift::BiasDrift;
 pub use events::{Event, Events, Stamped};
 pub use faults::{BeaconFault, ClockStep, FaultsConfig, Faulty, TimingFault};
+pub use g_sensitivity::GSensitivityConfig;
 pub use imu::{DPS_RAD_PER_S, Imu, ImuConfig, MICRO_G_M_PER_S2};
 pub use imu_chip::{ChipSample, ImuChip, ImuChipConfig};
 pub use magnetometer::{
     FIELD_CODE_MAX, FIELD_PER_CODE_UT, Magnetometer, MagnetometerConfig, MagnetometerSample,
 };
+pub use mounting::MountingConfig;
+pub use sampling::SamplingConfig;
 pub use sensed_flight::{SensedFlight, Truth};
 pub use static_run::{Characterisation, static_run};
+pub use temperature::TemperatureConfig;
 pub use timing::{Timing, TimingConfig, TimingSample};
+pub use vibration::VibrationConfig;

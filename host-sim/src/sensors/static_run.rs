@@ -1,12 +1,13 @@
 //! A static run of the IMU on a bench, and what its Allan deviation says: the check of the noise model against the
 //! figures it was given.
 
-use cslam_core::constants::STANDARD_GRAVITY_M_PER_S2;
 use cslam_firmware::icm42688::packet::{ACCELERATION_PER_CODE_M_PER_S2, RATE_PER_CODE_RAD_PER_S};
 use nalgebra::Vector3;
 
 use super::imu::{DPS_RAD_PER_S, Imu, ImuConfig, MICRO_G_M_PER_S2};
+use super::sampling::Sampling;
 use crate::allan::{Allan, Figures};
+use crate::flight::Trajectory;
 
 /// One sensor's Allan deviation, pooled over its three axes (root mean square), and the figures read off it.
 #[derive(Clone, Debug)]
@@ -21,7 +22,7 @@ pub struct Characterisation {
     pub unit: &'static str,
 }
 
-/// Runs the IMU at rest and level for `duration_s` and characterises gyroscope and accelerometer from the integer codes
+/// Runs the IMU at rest and level, its rotors too, for `duration_s` and characterises gyroscope and accelerometer from the integer codes
 /// that a receiver would see. `progress` is told the share done, 0..=1.
 pub fn static_run(
     config: &ImuConfig,
@@ -31,17 +32,20 @@ pub fn static_run(
 ) -> [Characterisation; 2] {
     let mut imu = Imu::new(config, seed);
     let samples = (duration_s * f64::from(config.rate_hz)) as usize;
-    let level = Vector3::z() * STANDARD_GRAVITY_M_PER_S2;
+    let mut sampling = Sampling::new(config, seed);
+    let rest = Trajectory::at_rest(Vector3::zeros(), duration_s);
+    let interval_s = 1.0 / f64::from(config.rate_hz);
     let (mut rates, mut forces) = (Vec::with_capacity(samples), Vec::with_capacity(samples));
     for done in 0..samples {
         if done % 100_000 == 0 {
             progress(0.5 * done as f64 / samples as f64);
         }
-        let sample = imu.measure(&Vector3::zeros(), &level);
+        let start_s = done as f64 * interval_s;
+        let (rate, force) = sampling.sample(&rest, |_| 0.0, start_s, start_s + interval_s);
+        let sample = imu.measure(&rate, &force);
         rates.push(sample.rate);
         forces.push(sample.acceleration);
     }
-    let interval_s = 1.0 / f64::from(config.rate_hz);
     let gyroscope = characterise(
         &rates,
         interval_s,
@@ -148,6 +152,30 @@ mod tests {
                 "{} of {:?}",
                 floor.sqrt(),
                 sensor.given
+            );
+        }
+    }
+
+    /// Everything that is left of a real sensor on a bench, where no rotor turns: its filter, mounting and g-sensitivity move no figure of
+    /// the data sheet.
+    #[test]
+    fn a_real_sensor_on_the_bench_has_the_deviation_of_the_data_sheet_too() {
+        let config = ImuConfig::real().at_constant_temperature();
+        for sensor in static_run(&config, 1, 1800.0, |_| ()) {
+            let at = |tau_s: f64| sensor.curve.iter().find(|p| p.0 >= tau_s).expect("a point");
+            for tau_s in [0.1, 1.0, 10.0] {
+                let (tau_s, deviation) = *at(tau_s);
+                let given = sensor.given.deviation(tau_s);
+                assert!(
+                    off(deviation, given) < 0.1,
+                    "{deviation} for {given} {} at {tau_s} s",
+                    sensor.unit
+                );
+            }
+            assert!(
+                off(sensor.measured.white, sensor.given.white) < 0.02,
+                "{:?}",
+                sensor.measured
             );
         }
     }

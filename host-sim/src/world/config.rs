@@ -69,6 +69,7 @@ impl WorldConfig {
             },
             Profile::Real => Self {
                 propagation: PropagationConfig::real(),
+                flight: FlightConfig::real(),
                 sensors: SensorsConfig::real(),
                 channel: ChannelConfig::real(),
                 ..budget
