@@ -222,9 +222,10 @@ mod tests {
                 .zip(&samples(&piece, best))
                 .map(|(a, b)| (a - b).norm_sqr())
                 .sum();
-            // A 64th of a sample at most: -28 dB at the edge, a third of it over the band.
+            // At most a 64th of a sample (-33 dB over the band), a block's turn by the offset of the carrier (-36 dB), and the
+            // delays of the GMT's elements, which a ray has and a piece has not (-38 dB).
             let error_db = 10.0 * libm::log10(error / power(best));
-            assert!(error_db < -31.0, "{length_m} m: {error_db} dB");
+            assert!(error_db < -28.0, "{length_m} m: {error_db} dB");
             // And 25 dB under the best beam, silence.
             let silent = (0..72).filter(|m| samples(&piece, *m).iter().all(|s| s.norm_sqr() == 0.0));
             let weak = (0..72).filter(|m| power(*m) < 1e-3 * power(best));
