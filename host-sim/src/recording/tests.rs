@@ -296,7 +296,7 @@ fn what_is_damaged_is_counted_and_the_rest_is_read() {
     );
     // Half of a file, and none of another.
     let directory = recorded();
-    fs::write(&file_of(&directory, 0), &bytes[..28 * 4000 + 5]).expect("writable");
+    fs::write(file_of(&directory, 0), &bytes[..28 * 4000 + 5]).expect("writable");
     fs::remove_file(file_of(&directory, 1)).expect("there");
     let (events, gaps) = counted(directory.path());
     let of_rank = |events: &[Stamped], rank| events.iter().filter(|s| s.event.rank() == rank).count();
