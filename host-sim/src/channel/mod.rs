@@ -21,8 +21,8 @@
 //! (rays x 512) and its noise. Phases are made in `f64` with libm, samples in `f32` with plain products: the same bits on
 //! every machine and for every number of threads.
 //!
-//! **Own antennas.** The arrays, beams and squint symbols are those of [`antenna`], not the receiver's. What measured hardware
-//! has beyond the formula above is in [`effects`], each off by default: errors and coupling of the elements, squint inside an
+//! **Own antennas.** The arrays, beams and squint symbols are those of `antenna`, not the receiver's. What measured hardware
+//! has beyond the formula above is in `effects`, each off by default: errors and coupling of the elements, squint inside an
 //! array, airframe and rotors, amplifier, oscillators, mixers and converters, neighbours in the band.
 //!
 //! **Not modelled**: cross polarisation, jitter of the converters, squint inside an array for a jammer's signal.
