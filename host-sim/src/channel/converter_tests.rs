@@ -7,7 +7,7 @@ use cslam_core::geometry::{Body, Direction};
 use super::antenna::{phasor, phasor_of_turns};
 use super::effects::carrier_offset::CarrierOffset;
 use super::effects::rotors::Rotors;
-use super::probe::{block, fit, one_path, response};
+use super::probe::{block, fit, noiseless, one_path, response};
 use super::spectrum::Transform;
 use super::*;
 use crate::paths::Link;
@@ -21,16 +21,7 @@ fn link() -> Link {
 }
 
 fn simulator(impairments: Impairments) -> Simulator {
-    let config = ChannelConfig {
-        front_end: FrontEndConfig {
-            noise: false,
-            adc_bits: 16,
-            ..FrontEndConfig::default()
-        },
-        impairments,
-        motion: MotionConfig::default(),
-    };
-    Simulator::new(config, SEED)
+    Simulator::new(noiseless(impairments), SEED)
 }
 
 fn sweep_of(link: &Link, impairments: Impairments) -> Sweep {

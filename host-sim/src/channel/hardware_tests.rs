@@ -8,7 +8,7 @@ use super::antenna::phasor;
 use super::effects::coupling::Coupling;
 use super::effects::ripple::Ripple;
 use super::effects::{Draw, airframe};
-use super::probe::{block, one_path, response};
+use super::probe::{block, noiseless, one_path, response};
 use super::*;
 use crate::paths::Link;
 
@@ -22,16 +22,7 @@ fn link() -> Link {
 }
 
 fn simulator(impairments: Impairments) -> Simulator {
-    let config = ChannelConfig {
-        front_end: FrontEndConfig {
-            noise: false,
-            adc_bits: 16,
-            ..FrontEndConfig::default()
-        },
-        impairments,
-        motion: MotionConfig::default(),
-    };
-    Simulator::new(config, SEED)
+    Simulator::new(noiseless(impairments), SEED)
 }
 
 /// Response of every channel in a beam.

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use cslam_core::geometry::{Direction, Vector3};
 
-use super::probe::{Fit, block, fits, one_path, response};
+use super::probe::{Fit, block, fits, noiseless, one_path, response};
 use super::*;
 use crate::paths::Link;
 
@@ -18,15 +18,9 @@ fn link() -> Link {
 }
 
 fn config(impairments: Impairments, noise: bool) -> ChannelConfig {
-    ChannelConfig {
-        front_end: FrontEndConfig {
-            noise,
-            adc_bits: 16,
-            ..FrontEndConfig::default()
-        },
-        impairments,
-        motion: MotionConfig::default(),
-    }
+    let mut config = noiseless(impairments);
+    config.front_end.noise = noise;
+    config
 }
 
 fn sweep_at(impairments: Impairments, noise: bool, instant: &Instant) -> (Simulator, Sweep) {

@@ -167,24 +167,17 @@ impl<'a> Pieces<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::channel::{ChannelConfig, FrontEndConfig, Impairments, Instant, Sweep};
+    use crate::channel::probe::noiseless;
+    use crate::channel::{Impairments, Instant, Sweep};
     use crate::paths::{Interaction, Kind, Link};
 
     fn simulator() -> Simulator {
-        let config = ChannelConfig {
-            front_end: FrontEndConfig {
-                noise: false,
-                adc_bits: 16,
-                ..FrontEndConfig::default()
-            },
-            impairments: Impairments {
-                clock_offset_s: 3e-7,
-                cfo_hz: 4e3,
-                ..Impairments::budget()
-            },
-            ..ChannelConfig::default()
+        let impairments = Impairments {
+            clock_offset_s: 3e-7,
+            cfo_hz: 4e3,
+            ..Impairments::budget()
         };
-        Simulator::new(config, 4)
+        Simulator::new(noiseless(impairments), 4)
     }
 
     /// Links of one path at a few lengths, as a ray or as a piece.

@@ -4,7 +4,7 @@ use cslam_core::waveform::{SAMPLES, Waveform};
 
 use super::antenna::phasor;
 use super::spectrum::Transform;
-use super::{Block, C64, CHANNELS, Sweep};
+use super::{Block, C64, CHANNELS, ChannelConfig, FrontEndConfig, Impairments, MotionConfig, Sweep};
 use crate::paths::Link;
 
 /// Delay and amplitude of the strongest path of a channel.
@@ -13,6 +13,19 @@ pub(super) struct Fit {
     pub(super) delay_s: f64,
     /// sqrt(W), per active subcarrier of unit amplitude times sqrt(active): the wave's amplitude.
     pub(super) amplitude: C64,
+}
+
+/// Impairments alone: no noise, and a converter of 16 bits.
+pub(super) fn noiseless(impairments: Impairments) -> ChannelConfig {
+    ChannelConfig {
+        front_end: FrontEndConfig {
+            noise: false,
+            adc_bits: 16,
+            ..FrontEndConfig::default()
+        },
+        impairments,
+        motion: MotionConfig::default(),
+    }
 }
 
 /// Channel response on the active subcarriers, in amplitude units of the block.

@@ -147,22 +147,13 @@ impl SweepState<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::channel::probe::{block, one_path, response};
-    use crate::channel::{ChannelConfig, FrontEndConfig, Impairments, MotionConfig};
+    use crate::channel::Impairments;
+    use crate::channel::probe::{block, noiseless, one_path, response};
 
     const DEPARTURE: [f64; 2] = [1.35, 0.25];
 
     fn simulator(impairments: Impairments) -> Simulator {
-        let config = ChannelConfig {
-            front_end: FrontEndConfig {
-                noise: false,
-                adc_bits: 16,
-                ..FrontEndConfig::default()
-            },
-            impairments,
-            motion: MotionConfig::default(),
-        };
-        Simulator::new(config, 6)
+        Simulator::new(noiseless(impairments), 6)
     }
 
     fn heard(simulator: &Simulator, scheme: SquintScheme) -> Sweep {

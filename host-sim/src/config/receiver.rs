@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::{FilterFigures, HpcFigures, ResidualFigures};
 use crate::estimate;
 use crate::input::InputError;
+use crate::sensors::MagnetometerConfig;
 
 /// Table `[receiver]`. A stage that is left out is that of the mode.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -199,6 +200,17 @@ pub struct EarthField {
     pub inclination_deg: f64,
     /// Angle of magnetic north east of true north, deg.
     pub declination_deg: f64,
+}
+
+impl From<&MagnetometerConfig> for EarthField {
+    /// The field of a simulated flight.
+    fn from(earth: &MagnetometerConfig) -> Self {
+        Self {
+            strength_ut: earth.field_ut,
+            inclination_deg: earth.inclination_deg,
+            declination_deg: earth.declination_deg,
+        }
+    }
 }
 
 impl EarthField {

@@ -1,5 +1,6 @@
 //! A recording as a flight: what it holds goes to the receiver as it went when it was recorded.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -18,7 +19,8 @@ use crate::sigmf::{self, Codebook};
 pub struct RecordedFlight {
     directory: PathBuf,
     recording: Recording,
-    sweeps: u32,
+    /// When each sweep begins by the UAV's clock, ns; without those whose beginning is not recorded.
+    starts_ns: BTreeMap<u32, u64>,
     truth: Option<TruthTrack>,
     /// The true paths, a link a sweep; empty when nobody knows.
     links: Vec<Link>,
@@ -37,14 +39,13 @@ impl RecordedFlight {
             let message = "has no samples to fly: it was recorded without";
             return Err(InputError::in_file(directory, message));
         }
-        let sweeps = recording
+        let starts_ns = recording
             .events()
             .iter()
             .filter_map(|stamped| match stamped.event {
-                Event::Sweep { sweep } => Some(sweep + 1),
+                Event::Sweep { sweep } => Some((sweep, stamped.uav_time_ns)),
                 _ => None,
             });
-        let sweeps = sweeps.max().unwrap_or(0);
         let file = directory.join(TRUTH_PATHS);
         let links = if file.exists() {
             paths::read(&file)?
@@ -53,7 +54,7 @@ impl RecordedFlight {
         };
         Ok(Self {
             directory: directory.to_owned(),
-            sweeps,
+            starts_ns: starts_ns.collect(),
             truth: TruthTrack::read(directory)?,
             links,
             recording,
@@ -102,7 +103,7 @@ impl RecordedFlight {
 
 impl Source for RecordedFlight {
     fn sweeps(&self) -> u32 {
-        self.sweeps
+        self.starts_ns.keys().next_back().map_or(0, |last| last + 1)
     }
 
     fn events(&self) -> Box<dyn Iterator<Item = Stamped> + '_> {
@@ -110,16 +111,8 @@ impl Source for RecordedFlight {
     }
 
     fn sweep(&self, sweep: u32) -> Result<Given, InputError> {
-        let mut sweeps = self
-            .recording
-            .events()
-            .iter()
-            .filter_map(|stamped| match stamped.event {
-                Event::Sweep { sweep: number } if number == sweep => Some(stamped.uav_time_ns),
-                _ => None,
-            });
         // One whose beginning nobody recorded is not asked for again.
-        let Some(start_ns) = sweeps.next() else {
+        let Some(&start_ns) = self.starts_ns.get(&sweep) else {
             return Ok(Given::default());
         };
         let truth = self.truth(start_ns);

@@ -108,7 +108,6 @@ impl Manifest {
         } else {
             flight.plan().duration_s()
         };
-        let earth = &flight.config().magnetometer;
         Self {
             format: FORMAT.into(),
             version: VERSION,
@@ -118,11 +117,7 @@ impl Manifest {
             duration_s,
             sweep_period_s: schedule.sweep_period_s,
             gmt_setup_position_m: Some(flight.sweep_truth(0).gmt_position_m.into()),
-            magnetic_field: Some(EarthField {
-                strength_ut: earth.field_ut,
-                inclination_deg: earth.inclination_deg,
-                declination_deg: earth.declination_deg,
-            }),
+            magnetic_field: Some(EarthField::from(&flight.config().magnetometer)),
             imu_rate_hz: flight.config().imu.rate_hz,
             samples: false,
             files: Vec::new(),

@@ -126,13 +126,8 @@ pub(crate) fn fly_world(
         sweep_period_s: world.flight().plan().schedule().sweep_period_s,
         delay_cycle_m: Some(cslam_core::localization::filter::DELAY_PERIOD_M),
     };
-    let earth = &world.flight().config().magnetometer;
     let site = Site {
-        magnetic_field: Some(EarthField {
-            strength_ut: earth.field_ut,
-            inclination_deg: earth.inclination_deg,
-            declination_deg: earth.declination_deg,
-        }),
+        magnetic_field: Some(EarthField::from(&world.flight().config().magnetometer)),
         // Whoever sets up a simulated GMT knows where.
         gmt_m: Some(world.flight().sweep_truth(0).gmt_position_m.into()),
     };
