@@ -95,6 +95,11 @@ impl LinkPath {
             .or_else(|| self.order.map(|order| Kind::reflections(order.into())))
     }
 
+    /// Whether it met nothing but mirrors, or nothing at all, as far as the list says.
+    pub fn is_specular(&self) -> bool {
+        self.kind.is_none_or(|kind| kind.is_specular())
+    }
+
     /// Whether a face scattered it diffusely.
     pub fn is_scattered(&self) -> bool {
         let met = self.kind.as_ref().map_or(&[][..], Kind::interactions);

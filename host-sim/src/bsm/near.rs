@@ -149,7 +149,9 @@ fn trial<const N: usize>(distance_m: f64, seed: u64, index: u32) -> (f64, Option
         .iter()
         .map(|z| z * element)
         .collect();
-    let mut heard = simulator.shaped_rays(&[ray], &Instant::at_rest(), index, 0..1, |_, _| pattern.clone());
+    let mut heard = simulator.shaped_rays(&[ray], &Instant::at_rest(), index, 0..1, |_, rays| {
+        vec![pattern.clone(); rays.len()]
+    });
     let mut squint = RangeSquint::<N>::new(sweep, UavArrays::default(), &waveform).expect("416 subcarriers");
     // Path estimation knows delay and arrival this well.
     let tilt = |stream: &mut Stream| 3e-4 * stream.normal();

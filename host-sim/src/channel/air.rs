@@ -152,11 +152,14 @@ impl<'a> SweepState<'a> {
     fn make_waves(&mut self, clock_s: f64) {
         let maker = &self.simulator.maker;
         let cfo_hz = self.cfo_hz;
-        for (j, waves) in self.waves.iter_mut().enumerate() {
-            waves.clear();
-            for (ray, r) in self.rays.iter().zip(&self.receptions) {
-                waves.push(maker.wave(r.delay_s[j] + clock_s, ray.doppler_hz + cfo_hz));
+        self.waves.iter_mut().for_each(Vec::clear);
+        for (ray, r) in self.rays.iter().zip(&self.receptions) {
+            let turns = maker.turns(ray.doppler_hz + cfo_hz);
+            for (waves, delay_s) in self.waves.iter_mut().zip(r.delay_s) {
+                waves.push(maker.wave(delay_s + clock_s, &turns));
             }
+        }
+        for waves in &mut self.waves {
             // Any but a tone is made anew in every slot, and so are the neighbour's bursts.
             waves.extend(
                 self.jammer

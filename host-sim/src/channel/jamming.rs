@@ -98,11 +98,11 @@ impl SweepState<'_> {
                 std::array::from_fn(|_| wave.clone())
             }
             JammerKind::Replay => {
-                let shift_hz = jammer.offset_hz + self.cfo_hz;
+                let turns = maker.turns(jammer.offset_hz + self.cfo_hz);
                 let clock_s = self.clock_s(slot);
                 reception
                     .delay_s
-                    .map(|delay_s| maker.wave(delay_s + clock_s, shift_hz))
+                    .map(|delay_s| maker.wave(delay_s + clock_s, &turns))
             }
         };
         let place = self.rays.len();

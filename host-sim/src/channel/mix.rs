@@ -5,6 +5,9 @@ use cslam_core::waveform::SAMPLES;
 use super::waves::{Plane, Wave};
 use super::{C64, ELEMENTS};
 
+/// Rays under this share of the strongest one's power (30 dB) take no delays of elements: those would add -58 dB.
+pub(super) const STRONG_POWER: f64 = 1e-3;
+
 /// Samples handled at a time: the sums of one element stay in registers.
 const LANES: usize = 16;
 
@@ -86,11 +89,11 @@ pub(crate) fn mix(
     }
 }
 
-/// The first `count` rays but those 30 dB under the strongest: the delays of their elements would add -58 dB.
+/// The first `count` rays but those far under the strongest.
 fn strong(gains: &[Gain], steering: &[[C64; ELEMENTS]], count: usize) -> Vec<usize> {
     let power = |l: usize| gains[l].value.norm_sqr() * steering[l][0].norm_sqr();
     let most = (0..count).map(power).fold(0.0, f64::max);
-    (0..count).filter(|l| power(*l) > 1e-3 * most).collect()
+    (0..count).filter(|l| power(*l) > STRONG_POWER * most).collect()
 }
 
 /// `LANES` values from `start`, a multiple of `LANES`.

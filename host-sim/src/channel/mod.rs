@@ -47,6 +47,7 @@ mod reception;
 mod simulator;
 pub(crate) mod spectrum;
 pub mod squint;
+mod squint_field;
 mod transmit;
 mod waves;
 

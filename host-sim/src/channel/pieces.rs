@@ -17,8 +17,6 @@ use super::{ARRAYS, C64, ELEMENTS};
 const PHASES: usize = 32;
 /// A beam that sees a piece so much weaker than its best does not hear it, dB.
 const BEAM_RANGE_DB: f64 = 25.0;
-/// Beam squint symbols hear pieces down to so much under the strongest ray, dB.
-const SQUINT_RANGE_DB: f64 = 30.0;
 /// Samples handled at a time, as in [`super::mix`].
 const LANES: usize = 16;
 
@@ -34,7 +32,7 @@ impl Bank {
         let Waveform { sample_rate_hz, .. } = *maker.waveform();
         let wave = |phase: usize| {
             let delay_s = phase as f64 / (PHASES as f64 * sample_rate_hz);
-            let Plane { re, im } = maker.wave(delay_s, 0.0).value;
+            let Plane { re, im } = maker.wave(delay_s, &maker.turns(0.0)).value;
             [re, im].map(|part| [part, part].concat())
         };
         Self {
@@ -64,14 +62,6 @@ pub(super) fn divide(rays: Vec<Ray>, scattered: impl Fn(usize) -> bool) -> (Vec<
         }
     }
     (own, pieces)
-}
-
-/// The pieces that beam squint symbols hear beside rays.
-pub(super) fn heard_in_squint<'a>(rays: &[Ray], pieces: &'a [Ray]) -> impl Iterator<Item = &'a Ray> {
-    let power = |ray: &Ray| ray.amplitude.norm_sqr();
-    let strongest = rays.iter().chain(pieces).map(power).fold(0.0, f64::max);
-    let least = strongest * libm::exp10(-SQUINT_RANGE_DB / 10.0);
-    pieces.iter().filter(move |piece| power(piece) >= least)
 }
 
 /// A piece at the receive arrays.
@@ -249,22 +239,5 @@ mod tests {
             .sum();
         let power: f64 = sum.iter().map(C64::norm_sqr).sum();
         assert!(error < 1e-7 * power, "{error} {power}");
-    }
-
-    #[test]
-    fn squint_symbols_hear_strong_pieces_alone() {
-        let ray = |amplitude: f64| Ray {
-            amplitude: C64::new(amplitude, 0.0),
-            delay_s: 1e-7,
-            arrival: cslam_core::geometry::Direction::from_zenith_azimuth(1.0, 0.0).expect("angles"),
-            departure: cslam_core::geometry::Direction::from_zenith_azimuth(1.0, 0.0).expect("angles"),
-            doppler_hz: 0.0,
-        };
-        let (rays, pieces) = divide(vec![ray(1.0), ray(0.04), ray(0.03)], |place| place > 0);
-        assert_eq!((rays.len(), pieces.len()), (1, 2));
-        let heard: Vec<f64> = heard_in_squint(&rays, &pieces)
-            .map(|ray| ray.amplitude.re)
-            .collect();
-        assert_eq!(heard, [0.04]);
     }
 }

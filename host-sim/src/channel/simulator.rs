@@ -151,9 +151,14 @@ impl Simulator {
     }
 
     /// The rays of a link, and the pieces of diffusely scattered waves.
-    pub(super) fn divided(&self, link: &Link, instant: &Instant) -> Result<(Vec<Ray>, Vec<Ray>), RayError> {
-        let rays = rays(link, instant, self.maker.waveform().carrier_hz)?;
+    fn divided(&self, link: &Link, instant: &Instant) -> Result<(Vec<Ray>, Vec<Ray>), RayError> {
+        let rays = self.rays(link, instant)?;
         Ok(pieces::divide(rays, |path| link.paths[path].is_scattered()))
+    }
+
+    /// The rays of a link, in the order of its paths.
+    pub(super) fn rays(&self, link: &Link, instant: &Instant) -> Result<Vec<Ray>, RayError> {
+        rays(link, instant, self.maker.waveform().carrier_hz)
     }
 
     /// The sweep of rays that are already in the frames of the arrays.

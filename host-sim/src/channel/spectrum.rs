@@ -13,16 +13,20 @@ pub(crate) type Samples = [C64; SAMPLES];
 /// Radix-2 transform with its table of twiddle factors.
 #[derive(Clone, Debug)]
 pub(crate) struct Transform {
-    /// `exp(+j 2 pi k / N)`, k < N/2.
-    roots: Vec<C64>,
+    /// For each stage, of blocks of 2, 4 ... N: `exp(+j 2 pi k / block)`, k < block/2.
+    stages: Vec<Vec<C64>>,
 }
 
 impl Transform {
     /// Makes the table.
     pub(crate) fn new() -> Self {
         let root = |k| phasor(std::f64::consts::TAU * k as f64 / SAMPLES as f64);
+        let stage = |bits: u32| {
+            let stride = SAMPLES >> (bits + 1);
+            (0..1 << bits).map(|k| root(k * stride)).collect()
+        };
         Self {
-            roots: (0..SAMPLES / 2).map(root).collect(),
+            stages: (0..SAMPLES.trailing_zeros()).map(stage).collect(),
         }
     }
 
@@ -35,18 +39,15 @@ impl Transform {
                 data.swap(i, j);
             }
         }
-        let mut half = 1;
-        while half < SAMPLES {
-            let stride = SAMPLES / (2 * half);
-            for block in data.chunks_exact_mut(2 * half) {
-                let (low, high) = block.split_at_mut(half);
-                for (k, (a, b)) in low.iter_mut().zip(high).enumerate() {
-                    let t = *b * self.roots[k * stride];
+        for roots in &self.stages {
+            for block in data.chunks_exact_mut(2 * roots.len()) {
+                let (low, high) = block.split_at_mut(roots.len());
+                for ((a, b), root) in low.iter_mut().zip(high).zip(roots) {
+                    let t = *b * root;
                     *b = *a - t;
                     *a += t;
                 }
             }
-            half *= 2;
         }
     }
 

@@ -1,19 +1,31 @@
 //! Beam squint symbols through the same channel and front end.
 //!
 //! Here the transmit field varies over the band by design, so each ray has its own waveform in each symbol, shaped by
-//! the 64 elements' phase shifters, true time delays and errors, with the squint of the elements' places at every
-//! subcarrier.
-
-use cslam_core::geometry::{Direction, Gmt};
+//! what the 64 elements send towards it ([`super::squint_field`]).
 
 use super::air::SweepState;
 use super::antenna::squint::{SquintScheme, SquintSymbol};
-use super::antenna::{phasor, place};
-use super::pieces::heard_in_squint;
+use super::mix::STRONG_POWER;
 use super::rays::{Instant, Ray, RayError};
 use super::transmit::BeamField;
-use super::{C64, FACE_ELEMENTS, Simulator, Sweep};
+use super::{C64, Simulator, Sweep};
 use crate::paths::Link;
+
+/// Beam squint symbols hear what edges and rough faces send down to so much under the strongest ray, dB.
+const RANGE_DB: f64 = 30.0;
+
+/// The rays of a link that beam squint symbols hear: all specular ones, and what is strong of the others; `specular` says which are which.
+fn heard_in_squint(rays: &[Ray], specular: impl Fn(usize) -> bool) -> Vec<Ray> {
+    let power = |ray: &Ray| ray.amplitude.norm_sqr();
+    let strongest = rays.iter().map(power).fold(0.0, f64::max);
+    let least = strongest * libm::exp10(-RANGE_DB / 10.0);
+    let heard = |(path, ray): &(usize, &Ray)| specular(*path) || power(ray) >= least;
+    rays.iter()
+        .enumerate()
+        .filter(heard)
+        .map(|(_, ray)| *ray)
+        .collect()
+}
 
 impl Simulator {
     /// The symbols of a scheme, in the order they are sent: 33 or 3.
@@ -35,10 +47,9 @@ impl Simulator {
         index: u32,
         scheme: SquintScheme,
     ) -> Result<Sweep, RayError> {
-        let (mut rays, pieces) = self.divided(link, instant)?;
-        let heard: Vec<Ray> = heard_in_squint(&rays, &pieces).copied().collect();
-        rays.extend(heard);
-        Ok(self.squint_rays(&rays, instant, index, scheme, |_| true))
+        let rays = self.rays(link, instant)?;
+        let heard = heard_in_squint(&rays, |path| link.paths[path].is_specular());
+        Ok(self.squint_rays(&heard, instant, index, scheme, |_| true))
     }
 
     /// The same for rays that are already in the frames of the arrays. Only symbols that `wanted` accepts are made,
@@ -53,12 +64,12 @@ impl Simulator {
     ) -> Sweep {
         let symbols = self.squint_symbols(scheme);
         let places = (0..symbols.len()).filter(|place| wanted(&symbols[*place]));
-        self.shaped_rays(rays, instant, index, places, |place, ray| {
-            self.squint_response(&symbols[place], &ray.departure)
+        self.shaped_rays(rays, instant, index, places, |place, rays| {
+            self.squint_fields(&symbols[place], rays)
         })
     }
 
-    /// Blocks of symbols with any transmit pattern: `response` gives the field of symbol `place` towards a ray, one
+    /// Blocks of symbols with any transmit pattern: `responses` gives the field of symbol `place` towards each ray, one
     /// value an active subcarrier, in units of a transmitter of gain one.
     pub(crate) fn shaped_rays(
         &self,
@@ -66,13 +77,13 @@ impl Simulator {
         instant: &Instant,
         index: u32,
         places: impl Iterator<Item = usize>,
-        response: impl Fn(usize, &Ray) -> Vec<C64>,
+        responses: impl Fn(usize, &[Ray]) -> Vec<Vec<C64>>,
     ) -> Sweep {
         let mut state = SweepState::new(self, rays, instant, index);
         let mut sweep = Sweep::default();
         for place in places {
             let slot = self.beams() + place;
-            state.make_shaped_waves(slot, |ray| response(place, ray));
+            state.make_shaped_waves(slot, |rays| responses(place, rays));
             let whole = |_: &SweepState<'_>, _| BeamField {
                 field: C64::new(1.0, 0.0),
                 slope_s: C64::new(0.0, 0.0),
@@ -83,61 +94,27 @@ impl Simulator {
         }
         sweep
     }
-
-    /// Field of a symbol towards a departure on every active subcarrier, element errors included.
-    fn squint_response(&self, symbol: &SquintSymbol, departure: &Direction<Gmt, f64>) -> Vec<C64> {
-        let face = &self.transmitter.faces()[symbol.face];
-        let cosines = face.cosines(departure);
-        let amplitude = face.amplitude(departure) / (FACE_ELEMENTS as f64).sqrt();
-        let (carrier, lead_s) = (self.transmitter.carrier(face, departure), face.lead_s(departure));
-        let waveform = self.maker.waveform();
-        // Each element's phase is linear in frequency: at the carrier, and per subcarrier.
-        let spacing_hz = waveform.spacing_hz();
-        let (mut now, mut step) = (
-            [C64::new(0.0, 0.0); FACE_ELEMENTS],
-            [C64::new(0.0, 0.0); FACE_ELEMENTS],
-        );
-        for e in 0..FACE_ELEMENTS {
-            let along = |v: [f64; 2]| place(e / 8) * v[0] + place(e % 8) * v[1];
-            let path = std::f64::consts::PI * along(cosines);
-            let shift = std::f64::consts::PI * along(symbol.psi);
-            let own_s = self.device.gmt_delay_s[symbol.face][e] - lead_s;
-            let delay_s = along(symbol.delay_ns) * 1e-9 + own_s;
-            let per_subcarrier = spacing_hz * (path / waveform.carrier_hz - std::f64::consts::TAU * delay_s);
-            let first = f64::from(waveform.offset(0));
-            now[e] = phasor(path - shift + first * per_subcarrier)
-                * self.device.gmt_element[symbol.face][e]
-                * amplitude
-                * carrier;
-            step[e] = phasor(per_subcarrier);
-        }
-        (0..waveform.active)
-            .map(|_| {
-                let sum = now.iter().sum();
-                for (now, step) in now.iter_mut().zip(&step) {
-                    *now *= step;
-                }
-                sum
-            })
-            .collect()
-    }
 }
 
 impl SweepState<'_> {
     /// Replaces the waves by those of a symbol with a pattern of its own, at the clock of its slot.
-    fn make_shaped_waves(&mut self, slot: usize, response: impl Fn(&Ray) -> Vec<C64>) {
+    fn make_shaped_waves(&mut self, slot: usize, responses: impl Fn(&[Ray]) -> Vec<Vec<C64>>) {
         let clock_s = self.clock_s(slot);
         let simulator = self.simulator;
         let cfo_hz = self.cfo_hz;
-        let responses: Vec<_> = self.rays[..self.fields.len()].iter().map(response).collect();
+        let of_link = &self.rays[..self.fields.len()];
+        let responses = responses(of_link);
+        // The slope is what elements with delays of their own take, and only of what is strong.
+        let power = |ray: &Ray| ray.amplitude.norm_sqr();
+        let most = of_link.iter().map(power).fold(0.0, f64::max);
         for (l, ray) in self.rays.iter().enumerate() {
             let response = &responses[self.origin[l]];
-            // The slope is what elements with delays of their own take.
-            let with_slope = simulator.arrays.squints() && l < responses.len();
-            let shift_hz = ray.doppler_hz + cfo_hz;
+            let with_slope =
+                simulator.arrays.squints() && l < responses.len() && power(ray) > STRONG_POWER * most;
+            let turns = simulator.maker.turns(ray.doppler_hz + cfo_hz);
             for (j, waves) in self.waves.iter_mut().enumerate() {
                 let delay_s = self.receptions[l].delay_s[j] + clock_s;
-                waves[l] = simulator.maker.through(delay_s, shift_hz, response, with_slope);
+                waves[l] = simulator.maker.through(delay_s, &turns, response, with_slope);
             }
         }
         self.made_at_s = clock_s;
@@ -147,7 +124,10 @@ impl SweepState<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cslam_core::geometry::Direction;
+
     use crate::channel::Impairments;
+    use crate::channel::antenna::phasor;
     use crate::channel::probe::{block, noiseless, one_path, response};
 
     const DEPARTURE: [f64; 2] = [1.35, 0.25];
@@ -211,6 +191,21 @@ mod tests {
     }
 
     #[test]
+    fn symbols_hear_mirrors_and_what_is_strong_of_all_else() {
+        let simulator = simulator(Impairments::none());
+        let ray = simulator.rays(&one_path(50.0, [1.4, 0.3], DEPARTURE), &Instant::at_rest());
+        let ray = ray.expect("complete path")[0];
+        let rays = [1.0, 0.03, 0.03, 0.04].map(|share| Ray {
+            amplitude: ray.amplitude * share,
+            ..ray
+        });
+        assert_eq!(
+            heard_in_squint(&rays, |path| path == 1),
+            [rays[0], rays[1], rays[3]]
+        );
+    }
+
+    #[test]
     fn symbols_share_the_link_budget_of_the_beams() {
         let simulator = simulator(Impairments::none());
         let link = one_path(50.0, [1.4, 0.3], DEPARTURE);
@@ -240,7 +235,11 @@ mod tests {
         let u = Direction::from_zenith_azimuth(DEPARTURE[0], DEPARTURE[1]).expect("angles");
         let amplitude = simulator.transmitter.faces()[0].amplitude(&u);
         let symbol = &simulator.squint_symbols(SquintScheme::Raster)[0];
-        let response = simulator.squint_response(symbol, &u);
+        let link = one_path(50.0, [1.4, 0.3], DEPARTURE);
+        let ray = simulator.rays(&link, &Instant::at_rest()).expect("complete path")[0];
+        // Among others, as alone.
+        let response = &simulator.squint_fields(symbol, &[ray; 6])[5];
+        assert_eq!(simulator.squint_fields(symbol, &[ray])[0], *response);
         let lead_s = simulator.device.gmt_centre_m[0].dot(u.vector()) / 299_792_458.0;
         for k in [-208, 0, 3, 207] {
             let f_hz = f64::from(k) * 480e3;

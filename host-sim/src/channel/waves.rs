@@ -50,6 +50,10 @@ impl Wave {
     }
 }
 
+/// A frequency shift, sample by sample; none of 0 Hz.
+#[derive(Clone, Debug)]
+pub(crate) struct Turns(Option<Box<Samples>>);
+
 /// Makes waves.
 #[derive(Clone, Debug)]
 pub(crate) struct WaveMaker {
@@ -83,20 +87,34 @@ impl WaveMaker {
         &self.waveform
     }
 
-    /// A wave of the given delay whose frequency is off by `shift_hz`; phase 0 of the shift at sample 0.
-    pub(crate) fn wave(&self, delay_s: f64, shift_hz: f64) -> Wave {
-        self.of_spectrum(self.spectrum(delay_s), shift_hz)
+    /// What a frequency that is off by `shift_hz` turns the samples by; phase 0 at sample 0.
+    pub(crate) fn turns(&self, shift_hz: f64) -> Turns {
+        if shift_hz == 0.0 {
+            return Turns(None);
+        }
+        let step = phasor(std::f64::consts::TAU * shift_hz / self.waveform.sample_rate_hz);
+        let mut phase = C64::new(1.0, 0.0);
+        Turns(Some(Box::new(std::array::from_fn(|_| {
+            let now = phase;
+            phase *= step;
+            now
+        }))))
     }
 
-    fn of_spectrum(&self, mut value: Samples, shift_hz: f64) -> Wave {
+    /// A wave of the given delay whose frequency is off.
+    pub(crate) fn wave(&self, delay_s: f64, turns: &Turns) -> Wave {
+        self.of_spectrum(self.spectrum(delay_s), turns)
+    }
+
+    fn of_spectrum(&self, mut value: Samples, turns: &Turns) -> Wave {
         let mut slope = value;
         for i in 0..self.symbols.len() {
             let offset = f64::from(self.waveform.offset(i));
             slope[self.waveform.bin(i)] *=
                 C64::new(0.0, std::f64::consts::TAU * self.waveform.spacing_hz() * offset);
         }
-        self.to_time(&mut value, shift_hz);
-        self.to_time(&mut slope, shift_hz);
+        self.to_time(&mut value, turns);
+        self.to_time(&mut slope, turns);
         Wave {
             value: Plane::of(&value),
             slope: Plane::of(&slope),
@@ -104,15 +122,15 @@ impl WaveMaker {
     }
 
     /// The same through a frequency response, one value an active subcarrier; its slope is made if it is asked for.
-    pub(crate) fn through(&self, delay_s: f64, shift_hz: f64, response: &[C64], with_slope: bool) -> Wave {
+    pub(crate) fn through(&self, delay_s: f64, turns: &Turns, response: &[C64], with_slope: bool) -> Wave {
         let mut value = self.spectrum(delay_s);
         for (i, response) in response.iter().enumerate() {
             value[self.waveform.bin(i)] *= response;
         }
         if with_slope {
-            return self.of_spectrum(value, shift_hz);
+            return self.of_spectrum(value, turns);
         }
-        self.to_time(&mut value, shift_hz);
+        self.to_time(&mut value, turns);
         Wave {
             value: Plane::of(&value),
             slope: Plane::new(),
@@ -134,14 +152,11 @@ impl WaveMaker {
         out
     }
 
-    fn to_time(&self, data: &mut Samples, shift_hz: f64) {
+    fn to_time(&self, data: &mut Samples, turns: &Turns) {
         self.transform.inverse(data);
-        if shift_hz != 0.0 {
-            let step = phasor(std::f64::consts::TAU * shift_hz / self.waveform.sample_rate_hz);
-            let mut phase = C64::new(1.0, 0.0);
-            for x in data {
-                *x *= phase;
-                phase *= step;
+        if let Some(turns) = &turns.0 {
+            for (x, turn) in data.iter_mut().zip(turns.iter()) {
+                *x *= turn;
             }
         }
     }
@@ -167,7 +182,8 @@ mod tests {
     use super::*;
 
     fn wave(delay_s: f64) -> Wave {
-        WaveMaker::new(Waveform::default(), None).wave(delay_s, 0.0)
+        let maker = WaveMaker::new(Waveform::default(), None);
+        maker.wave(delay_s, &maker.turns(0.0))
     }
 
     #[test]
@@ -195,9 +211,10 @@ mod tests {
     #[test]
     fn a_flat_response_changes_nothing_but_its_factor() {
         let maker = WaveMaker::new(Waveform::default(), None);
+        let shift = maker.turns(2e4);
         let (plain, turned) = (
-            maker.wave(1e-7, 2e4),
-            maker.through(1e-7, 2e4, &[C64::new(0.0, 2.0); 416], true),
+            maker.wave(1e-7, &shift),
+            maker.through(1e-7, &shift, &[C64::new(0.0, 2.0); 416], true),
         );
         for n in 0..SAMPLES {
             assert!((turned.value.im[n] - 2.0 * plain.value.re[n]).abs() < 1e-5);

@@ -1,0 +1,91 @@
+//! Field of a beam squint symbol towards rays: the 64 elements' phase shifters, true time delays and errors, with the squint of the
+//! elements' places at every subcarrier.
+
+use super::antenna::squint::SquintSymbol;
+use super::antenna::{phasor, place};
+use super::rays::Ray;
+use super::{C64, FACE_ELEMENTS, Simulator};
+
+/// Rays handled at a time. Each has its own sums in the same order, so the result does not depend on it.
+const LANES: usize = 4;
+
+/// Complex numbers of several rays.
+#[derive(Clone, Copy)]
+struct Lanes {
+    re: [f64; LANES],
+    im: [f64; LANES],
+}
+
+impl Lanes {
+    const ZERO: Self = Self {
+        re: [0.0; LANES],
+        im: [0.0; LANES],
+    };
+
+    fn set(&mut self, lane: usize, value: C64) {
+        (self.re[lane], self.im[lane]) = (value.re, value.im);
+    }
+}
+
+impl Simulator {
+    /// Field of a symbol towards the departure of each ray on every active subcarrier, element errors included.
+    pub(super) fn squint_fields(&self, symbol: &SquintSymbol, rays: &[Ray]) -> Vec<Vec<C64>> {
+        let of_lanes = |rays| self.fields_of_lanes(symbol, rays);
+        rays.chunks(LANES).flat_map(of_lanes).collect()
+    }
+
+    /// The same for at most [`LANES`] rays.
+    fn fields_of_lanes(&self, symbol: &SquintSymbol, rays: &[Ray]) -> Vec<Vec<C64>> {
+        let waveform = self.maker.waveform();
+        let (mut now, mut step) = ([Lanes::ZERO; FACE_ELEMENTS], [Lanes::ZERO; FACE_ELEMENTS]);
+        for (lane, ray) in rays.iter().enumerate() {
+            let elements = self.elements(symbol, ray);
+            for ((now, step), (first, per_subcarrier)) in now.iter_mut().zip(&mut step).zip(elements) {
+                now.set(lane, first);
+                step.set(lane, per_subcarrier);
+            }
+        }
+        let mut fields = vec![Vec::with_capacity(waveform.active); rays.len()];
+        for _ in 0..waveform.active {
+            let mut sum = Lanes::ZERO;
+            for (now, step) in now.iter_mut().zip(&step) {
+                for k in 0..LANES {
+                    let (re, im) = (now.re[k], now.im[k]);
+                    sum.re[k] += re;
+                    sum.im[k] += im;
+                    now.re[k] = re * step.re[k] - im * step.im[k];
+                    now.im[k] = im * step.re[k] + re * step.im[k];
+                }
+            }
+            for (k, field) in fields.iter_mut().enumerate() {
+                field.push(C64::new(sum.re[k], sum.im[k]));
+            }
+        }
+        fields
+    }
+
+    /// What each element sends towards a ray at the first subcarrier, and what turns it from one to the next: its phase is linear in
+    /// frequency.
+    fn elements(&self, symbol: &SquintSymbol, ray: &Ray) -> [(C64, C64); FACE_ELEMENTS] {
+        let (face, departure) = (&self.transmitter.faces()[symbol.face], &ray.departure);
+        let cosines = face.cosines(departure);
+        let amplitude = face.amplitude(departure) / (FACE_ELEMENTS as f64).sqrt();
+        let (carrier, lead_s) = (self.transmitter.carrier(face, departure), face.lead_s(departure));
+        let waveform = self.maker.waveform();
+        let spacing_hz = waveform.spacing_hz();
+        std::array::from_fn(|e| {
+            let along = |v: [f64; 2]| place(e / 8) * v[0] + place(e % 8) * v[1];
+            let path = std::f64::consts::PI * along(cosines);
+            let shift = std::f64::consts::PI * along(symbol.psi);
+            let own_s = self.device.gmt_delay_s[symbol.face][e] - lead_s;
+            let delay_s = along(symbol.delay_ns) * 1e-9 + own_s;
+            let per_subcarrier = spacing_hz * (path / waveform.carrier_hz - std::f64::consts::TAU * delay_s);
+            let first = f64::from(waveform.offset(0));
+            let now = phasor(path - shift + first * per_subcarrier)
+                * self.device.gmt_element[symbol.face][e]
+                * amplitude
+                * carrier;
+            (now, phasor(per_subcarrier))
+        })
+    }
+}
