@@ -4,18 +4,20 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 
 use clap::ValueEnum;
 use rayon::prelude::*;
 
 use crate::campaign::{Build, Flight, Lists, Purpose, Shard, Summary, compare, read_shards};
-use crate::commands::fly::raw::fly_world;
+use crate::commands::fly::raw::{described, fly};
 use crate::commands::threads::Threads;
 use crate::config::{Config, Mode};
 use crate::evaluation::evaluate;
 use crate::input::InputError;
 use crate::interrupt;
 use crate::progress;
+use crate::raw_flight::{Shared, Source};
 use crate::report::Report;
 use crate::scene::Scene;
 use crate::world::{Profile, World};
@@ -76,6 +78,14 @@ struct Named {
     build: Build,
 }
 
+/// Flights through one world that have not been flown: one for each mode.
+struct Together<'a> {
+    world: &'a Named,
+    scene: &'a str,
+    seed: u64,
+    modes: Vec<(Flight, Mode)>,
+}
+
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     if let Some([a, b]) = args.compare.as_deref() {
         let text = compare(&read_shards(a)?, &read_shards(b)?).text([&text_of(a), &text_of(b)]);
@@ -88,57 +98,62 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let worlds = worlds(args)?;
     let flights = flights(args)?;
     fs::create_dir_all(out).map_err(|e| InputError::unwritable(out, "cannot be made a directory", &e))?;
-    let mut missing = Vec::new();
+    let mut missing: Vec<Together> = Vec::new();
     for world in &worlds {
-        for mode in &args.modes {
-            for (scene, seed) in &flights {
+        for (scene, seed) in &flights {
+            let modes = args.modes.iter().map(|mode| {
                 let flight = Flight {
                     world: world.name.clone(),
                     mode: mode.name().to_owned(),
                     scene: scene.clone(),
                     seed: *seed,
                 };
-                match Shard::read(out, &flight)? {
-                    None => missing.push((flight, *mode, world)),
-                    Some(shard) if shard.build == world.build => {}
-                    Some(_) => {
-                        return Err(InputError::in_file(
-                            &out.join(flight.file_name()),
-                            "was flown by another build or configuration: expected a directory of this campaign, or a new one",
-                        )
-                        .into());
-                    }
-                }
+                let flown = is_flown(out, &flight, world)?;
+                Ok((!flown).then_some((flight, *mode)))
+            });
+            let modes: Vec<_> = modes
+                .filter_map(Result::transpose)
+                .collect::<Result<_, InputError>>()?;
+            if !modes.is_empty() {
+                missing.push(Together {
+                    world,
+                    scene,
+                    seed: *seed,
+                    modes,
+                });
             }
         }
     }
     let interrupted = interrupt::flag();
-    let bar = progress::bar(missing.len() as u64, "flying");
+    let count = missing.iter().map(|flights| flights.modes.len()).sum::<usize>();
+    let bar = progress::bar(count as u64, "flying");
     let failed = Mutex::new(None);
     args.threads.install(|| {
-        missing.par_iter().for_each(|(flight, mode, world)| {
+        missing.par_iter().for_each(|flights| {
             if interrupted.load(Ordering::Relaxed) {
                 return;
             }
-            let shard = match flown(args, flight, *mode, &world.config, &interrupted) {
-                Ok(Some(report)) => (Some(report), None),
-                // Half a flight is none.
-                Ok(None) => return,
-                Err(error) => (None, Some(format!("{error:#}"))),
-            };
-            let shard = Shard {
-                flight: flight.clone(),
-                build: world.build.clone(),
-                report: shard.0,
-                error: shard.1,
-            };
-            if let Err(error) = shard.write(out)
-                && let Ok(mut failed) = failed.lock()
-            {
-                interrupted.store(true, Ordering::Relaxed);
-                failed.get_or_insert(error);
-            }
-            bar.inc(1);
+            flown(args, flights, &interrupted, |flight, report| {
+                let (report, error) = match report {
+                    Ok(Some(report)) => (Some(report), None),
+                    // Half a flight is none.
+                    Ok(None) => return,
+                    Err(error) => (None, Some(error)),
+                };
+                let shard = Shard {
+                    flight: flight.clone(),
+                    build: flights.world.build.clone(),
+                    report,
+                    error,
+                };
+                if let Err(error) = shard.write(out)
+                    && let Ok(mut failed) = failed.lock()
+                {
+                    interrupted.store(true, Ordering::Relaxed);
+                    failed.get_or_insert(error);
+                }
+                bar.inc(1);
+            });
         });
         Ok(())
     })?;
@@ -182,34 +197,81 @@ fn report(args: &Args, out: &Path, worlds: &[Named]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A flight's report; `None` when it was interrupted.
+/// Whether a flight lies in the directory already.
+///
+/// # Errors
+/// [`InputError`] when another build or configuration has flown it.
+fn is_flown(out: &Path, flight: &Flight, world: &Named) -> Result<bool, InputError> {
+    match Shard::read(out, flight)? {
+        None => Ok(false),
+        Some(shard) if shard.build == world.build => Ok(true),
+        Some(_) => Err(InputError::in_file(
+            &out.join(flight.file_name()),
+            "was flown by another build or configuration: expected a directory of this campaign, or a new one",
+        )),
+    }
+}
+
+/// Flies the receivers of all modes through one world and hands on each report: `None` when it was interrupted, the reason when it
+/// could not be flown.
 fn flown(
     args: &Args,
-    flight: &Flight,
-    mode: Mode,
+    flights: &Together<'_>,
+    interrupted: &AtomicBool,
+    done: impl Fn(&Flight, Result<Option<serde_json::Value>, String>) + Sync,
+) {
+    let config = &flights.world.config;
+    let in_world = || -> anyhow::Result<()> {
+        let scene = config.world.scene(flights.scene)?;
+        let world = World::new(&scene, config.world.clone(), flights.seed)?;
+        let shared = Shared::new(&world);
+        let listeners = shared.listeners(flights.modes.len());
+        thread::scope(|scope| {
+            for (listener, (flight, mode)) in listeners.into_iter().zip(&flights.modes) {
+                let (world, scene, done) = (&world, &scene, &done);
+                scope.spawn(move || {
+                    let report = heard(
+                        args,
+                        config,
+                        *mode,
+                        (scene, flight),
+                        world,
+                        &listener,
+                        interrupted,
+                    );
+                    done(flight, report.map_err(|error| format!("{error:#}")));
+                });
+            }
+        });
+        Ok(())
+    };
+    if let Err(error) = in_world() {
+        for (flight, _) in &flights.modes {
+            done(flight, Err(format!("{error:#}")));
+        }
+    }
+}
+
+/// What the receiver of one mode makes of a world that others may hear too.
+fn heard(
+    args: &Args,
     config: &Config,
+    mode: Mode,
+    (scene, flight): (&Scene, &Flight),
+    world: &World<'_>,
+    listener: &impl Source,
     interrupted: &AtomicBool,
 ) -> anyhow::Result<Option<serde_json::Value>> {
     let start = std::time::Instant::now();
-    let scene = config.world.scene(&flight.scene)?;
-    let world = World::new(&scene, config.world.clone(), flight.seed)?;
     let planned = usize::try_from(world.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
-    let mut receiver = config.receiver.clone();
-    receiver.mode = mode;
-    let (mut log, _) = fly_world(
-        &receiver,
-        &flight.scene,
-        &world,
-        flight.seed,
-        planned,
-        interrupted,
-        || {},
-        |_, _| {},
-    )?;
+    let mut told = config.receiver.clone();
+    told.mode = mode;
+    let (header, site) = described(&told, &flight.scene, world, flight.seed, planned);
+    let (mut log, _) = fly(&told, header, &site, listener, interrupted, || {}, |_, _| {})?;
     if log.interrupted() {
         return Ok(None);
     }
-    let evaluation = evaluate(&mut log, Some(&scene));
+    let evaluation = evaluate(&mut log, Some(scene));
     let report = Report::new(&log, &evaluation, start.elapsed().as_secs_f64());
     Ok(Some(serde_json::to_value(&report)?))
 }

@@ -2,17 +2,18 @@
 //! and front end deliver.
 //!
 //! [`fly`] hands the events of a [`Source`] (a simulated world or a recording) to the [`Application`] that flies on a board, and keeps
-//! a [`FlightLog`]. The sweeps are made, or read, ahead on a thread of their own while the receiver works; the log does not depend on
-//! it.
+//! a [`FlightLog`]. The sweeps are made, or read, ahead on threads of their own while the receiver works; the log does not depend on
+//! them.
 
+mod ahead;
 mod board;
 mod events;
 mod frames;
 mod logbook;
+mod shared;
 mod source;
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 
 use cslam_core::cslam::{CHANNELS, PATHS, SweepReport};
@@ -22,15 +23,14 @@ use cslam_firmware::app::{Application, Capture, Downlink, Observer, Symbol, VOXE
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::sensors::Event;
+use ahead::Ahead;
 pub use board::{BoardReceiver, ground, with_board_receiver};
 pub use events::Recorder;
 pub(crate) use events::report;
 pub use frames::{FrameBytes, FrontEndLink};
 use logbook::Logbook;
+pub use shared::{Listener, Shared};
 pub use source::{Given, Source};
-
-/// Sweeps that may lie ready: 6.9 MB each.
-const AHEAD: usize = 3;
 
 /// Time between two poses in the log, ns: 20 Hz.
 const POSE_INTERVAL_NS: u64 = 50_000_000;
@@ -65,31 +65,17 @@ pub fn fly<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
         .min(source.sweeps());
     let stop = AtomicBool::new(false);
     thread::scope(|scope| {
-        let (sender, ready) = sync_channel(AHEAD);
-        let halt = &stop;
-        scope.spawn(move || read_ahead(source, sweeps, halt, &sender));
+        let ready = Ahead::begin(scope, source, sweeps, &stop);
         let go_on = |report: &_| {
             swept(report);
             !interrupted.load(Ordering::Relaxed)
         };
         let result = receive(source, receiver, header, sweeps, &ready, go_on, sent);
-        // The other thread may wait for room: it finds the channel closed.
+        // The other threads may wait for room: they find their channels closed.
         stop.store(true, Ordering::Relaxed);
         drop(ready);
         result
     })
-}
-
-/// A sweep by its number, ready to be heard.
-type Ready = (u32, Result<Given, InputError>);
-
-/// Makes or reads one sweep after the other until nobody wants more.
-fn read_ahead(source: &impl Source, sweeps: u32, stop: &AtomicBool, sender: &SyncSender<Ready>) {
-    for sweep in 0..sweeps {
-        if stop.load(Ordering::Relaxed) || sender.send((sweep, source.sweep(sweep))).is_err() {
-            return;
-        }
-    }
 }
 
 /// Hands events to the receiver in their order. `go_on` is asked after each sweep.
@@ -98,7 +84,7 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     receiver: &mut Application<'_, E, VOXELS, STATES>,
     header: Header,
     sweeps: u32,
-    ready: &Receiver<Ready>,
+    ready: &Ahead,
     mut go_on: impl FnMut(&SweepReport<PATHS>) -> bool,
     mut sent: impl FnMut(u64, &[u8]),
 ) -> Result<(FlightLog, Vec<u8>), InputError> {
@@ -146,12 +132,9 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
                 if next_sweep > sweep {
                     continue;
                 }
-                let heard = ready
-                    .iter()
-                    .find(|(number, heard)| *number >= sweep || heard.is_err());
-                let Some((number, heard)) = heard else { break };
+                let Some(heard) = ready.take(sweep) else { break };
                 let mut heard = heard?;
-                next_sweep = number + 1;
+                next_sweep = sweep + 1;
                 // One that is still open ends now.
                 receiver.end(&mut reports);
                 if !enter(&mut reports, &mut hand, &mut logbook) {

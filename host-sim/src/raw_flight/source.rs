@@ -1,11 +1,16 @@
 //! Where a flight's events and samples come from: a simulated world, or a recording.
 
+use std::thread;
+
 use crate::channel::Sweep;
 use crate::flight_log::PoseTruth;
 use crate::input::InputError;
 use crate::paths::Link;
 use crate::sensors::{Stamped, Truth};
 use crate::world::World;
+
+/// Threads that make the sweeps of a world; a sweep takes a thread up to ten times as long as the receiver.
+const MOST_MAKERS: usize = 8;
 
 /// The samples of one sweep.
 #[derive(Clone, Debug, Default)]
@@ -26,7 +31,12 @@ pub trait Source: Sync {
     /// All but samples, in the order in which it arrives.
     fn events(&self) -> Box<dyn Iterator<Item = Stamped> + '_>;
 
-    /// The samples of a sweep. May be called for the sweeps ahead while the receiver works, in order.
+    /// Threads that may ask for samples at the same time. Each asks in order, for sweeps ahead of the receiver.
+    fn makers(&self) -> usize {
+        1
+    }
+
+    /// The samples of a sweep.
     ///
     /// # Errors
     /// [`InputError`] naming the sweep, or the file, that gives no samples.
@@ -43,6 +53,12 @@ impl Source for World<'_> {
 
     fn events(&self) -> Box<dyn Iterator<Item = Stamped> + '_> {
         Box::new(self.flight().events())
+    }
+
+    fn makers(&self) -> usize {
+        thread::available_parallelism()
+            .map_or(1, usize::from)
+            .min(MOST_MAKERS)
     }
 
     fn sweep(&self, sweep: u32) -> Result<Given, InputError> {

@@ -117,6 +117,18 @@ pub(crate) fn fly_world(
     swept: impl FnMut(),
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<(FlightLog, Vec<u8>)> {
+    let (header, site) = described(told, scene, world, seed, planned);
+    fly(told, header, &site, world, interrupted, swept, sent)
+}
+
+/// The head of the log of a flight through a world, and what is known of the place.
+pub(crate) fn described(
+    told: &ReceiverConfig,
+    scene: &str,
+    world: &World<'_>,
+    seed: u64,
+    planned: usize,
+) -> (Header, Site) {
     let header = Header {
         mode: told.mode.name().into(),
         scene: scene.to_owned(),
@@ -131,7 +143,7 @@ pub(crate) fn fly_world(
         // Whoever sets up a simulated GMT knows where.
         gmt_m: Some(world.flight().sweep_truth(0).gmt_position_m.into()),
     };
-    fly(told, header, &site, world, interrupted, swept, sent)
+    (header, site)
 }
 
 /// Flies a receiver through what `source` gives; the rest as in [`fly_world`].
