@@ -11,11 +11,12 @@ use crate::random::Stream;
 use crate::scene::Scene;
 use crate::table::Table;
 use crate::tracer::{DEFAULT_MAX_ORDER, Diffraction, Diffuse, Propagation, Tracer, for_each_link};
+use crate::world::{Profile, World, WorldConfig};
 
 /// Arguments of `cslam bench`.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
-    /// What to time; trace and synth when absent
+    /// What to time; trace, synth and world when absent
     what: Option<Subject>,
     /// Ground station: made-up UAVs that send to it
     #[cfg(feature = "ground")]
@@ -47,6 +48,8 @@ enum Subject {
     Trace,
     /// Synthesis of a sweep: 72 beams, 25 paths, the errors of the budget and every effect
     Synth,
+    /// A sweep of a flight outdoors in the worlds `budget` and `real`: its paths, then paths, beams and beam squint symbols
+    World,
     /// Uplink: hostile packets against the receiver in flight; ends with 1 when one was taken or the pose moved
     Uplink,
     /// Ground station: UAVs that send as much as their radios carry; ends with 1 when a packet was lost
@@ -95,6 +98,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     if args.what.is_none_or(|what| what == Subject::Synth) {
         rows.push(synth("errors of the budget", ChannelConfig::default()));
         rows.push(synth("every effect", ChannelConfig::real()));
+    }
+    if args.what.is_none_or(|what| what == Subject::World) {
+        for profile in [Profile::Budget, Profile::Real] {
+            rows.extend(world(profile)?);
+        }
     }
     if args.json {
         for row in &rows {
@@ -250,6 +258,42 @@ fn synth(what: &str, config: ChannelConfig) -> Row {
         value: speed.median_ms,
         unit: "ms",
     }
+}
+
+/// Sweeps that are timed, evenly over a flight of two minutes.
+const SWEEPS: u32 = 24;
+
+fn world(profile: Profile) -> anyhow::Result<[Row; 2]> {
+    let config = WorldConfig::of(profile);
+    let scene = config.scene("outdoor")?;
+    let world = World::new(&scene, config, SEED)?;
+    let (mut paths_ms, mut sweep_ms) = (Vec::new(), Vec::new());
+    for k in 0..SWEEPS {
+        let number = k * world.sweeps() / SWEEPS;
+        let truth = world.flight().sweep_truth(number);
+        let start = Instant::now();
+        std::hint::black_box(world.link(&truth));
+        paths_ms.push(start.elapsed().as_secs_f64() * 1e3);
+        let start = Instant::now();
+        std::hint::black_box(world.sweep(number)?);
+        sweep_ms.push(start.elapsed().as_secs_f64() * 1e3);
+    }
+    let row = |what: &str, mut times_ms: Vec<f64>| {
+        times_ms.sort_by(f64::total_cmp);
+        let quantile = |share: f64| times_ms[(share * (times_ms.len() - 1) as f64) as usize];
+        Row {
+            name: format!(
+                "{what}, world {}, median of {SWEEPS} ({:.1} to {:.1})",
+                profile.name(),
+                quantile(0.0),
+                quantile(1.0)
+            ),
+            threads: 1,
+            value: quantile(0.5),
+            unit: "ms",
+        }
+    };
+    Ok([row("paths of a sweep", paths_ms), row("sweep", sweep_ms)])
 }
 
 /// Seconds that one run takes, averaged over as many as fill [`LEAST`], after one that warms up.

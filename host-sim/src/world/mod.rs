@@ -100,6 +100,13 @@ impl<'s> World<'s> {
         self.flight.plan().sweeps()
     }
 
+    /// The paths between the two ends.
+    pub fn link(&self, truth: &Truth) -> Link {
+        let tree = self.tracer.transmitter(truth.gmt_position_m.into());
+        let rx_m: [f64; 3] = truth.uav.position_m.into();
+        tree.to_link(rx_m, &tree.trace(rx_m))
+    }
+
     /// Traces, synthesises and digitises a sweep.
     ///
     /// # Errors
@@ -107,9 +114,7 @@ impl<'s> World<'s> {
     pub fn sweep(&self, sweep: u32) -> Result<HeardSweep, InputError> {
         let truth = self.flight.sweep_truth(sweep);
         let failed = |reason: String| InputError::new(format!("sweep {sweep}: {reason}"));
-        let tree = self.tracer.transmitter(truth.gmt_position_m.into());
-        let rx_m: [f64; 3] = truth.uav.position_m.into();
-        let link = tree.to_link(rx_m, &tree.trace(rx_m));
+        let link = self.link(&truth);
         let instant = instant(&truth).map_err(|e| failed(e.to_string()))?;
         let shift_m = self.flight.wrong_fix_m(sweep);
         let elsewhere = (shift_m != Vector3::zeros()).then(|| seen_from(&link, shift_m));
