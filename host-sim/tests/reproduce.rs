@@ -217,3 +217,16 @@ fn bad_input_is_named() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
     refused(&["maps", "--out", file.to_str().expect("text")], &["Cargo.toml"]);
 }
+
+#[test]
+fn flights_to_report_are_not_flown_beside_others() {
+    for what in [&["flights"][..], &["attacks", "jamming"]] {
+        let output = cslam(&[what, &["--first-seed", "199"]].concat());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{what:?}: {said}");
+        assert!(
+            said.contains("seed 201 is flown to report only") && said.lines().count() == 1,
+            "{what:?}: {said}"
+        );
+    }
+}

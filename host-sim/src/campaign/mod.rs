@@ -4,12 +4,14 @@
 //! on where it was, shards of several machines can lie in one directory, and two builds are compared flight by flight.
 
 mod compare;
+mod effects;
 mod figure;
 mod seeds;
 mod shard;
 mod summary;
 
 pub use compare::{Comparison, compare};
+pub use effects::{EffectsTable, alone, left_out};
 pub use figure::{FIGURES, Figure, number};
 pub use seeds::{Lists, Purpose};
 pub use shard::{Build, Flight, Shard, read_shards};

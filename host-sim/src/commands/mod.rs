@@ -18,6 +18,7 @@ pub(crate) mod quantize;
 pub(crate) mod record;
 pub(crate) mod replay;
 pub(crate) mod reproduce;
+mod seeds;
 pub(crate) mod solve;
 pub(crate) mod synth;
 mod threads;

@@ -5,6 +5,7 @@
 //! made in any order, on any thread.
 
 mod config;
+mod effects;
 mod propagation;
 mod words;
 
@@ -23,6 +24,7 @@ use crate::sensors::{SensedFlight, Truth};
 use crate::tracer::{Propagation, Tracer};
 
 pub use config::{Profile, WorldConfig};
+pub use effects::{EFFECTS, Effect};
 pub use propagation::{Materials, PropagationConfig};
 
 /// A scene with a flight through it.

@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 use clap::ValueEnum;
 
 use crate::commands::fly::raw::fly_world;
+use crate::commands::seeds::AnySeed;
 use crate::config::{
     DepartureChoice, LinkStateChoice, LocalizationChoice, MappedChoice, Mode, ReceiverConfig,
 };
@@ -34,6 +35,8 @@ pub(crate) struct Args {
     /// Seed of the first flight
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     first_seed: u64,
+    #[command(flatten)]
+    any_seed: AnySeed,
     /// Length of a flight, s
     #[arg(long, value_name = "SECONDS", default_value_t = 120.0)]
     duration: f64,
@@ -318,6 +321,8 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     if args.flights == 0 {
         return Err(InputError::new("nothing to fly: --flights is 0").into());
     }
+    args.any_seed
+        .check_seeds(&args.scene, args.first_seed, args.flights)?;
     let scene = Scene::load(&args.scene)?;
     let config = WorldConfig {
         flight: FlightConfig {

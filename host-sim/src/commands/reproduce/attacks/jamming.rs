@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::channel::{Jammer, JammerKind};
 use crate::commands::fly::raw::fly_world;
+use crate::commands::seeds::AnySeed;
 use crate::commands::threads::Threads;
 use crate::config::{Mode, ReceiverConfig};
 use crate::flight_log::SweepRecord;
@@ -29,6 +30,8 @@ pub(crate) struct Args {
     /// Seed of the first start
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     first_seed: u64,
+    #[command(flatten)]
+    any_seed: AnySeed,
     /// Sweeps flown of each, two a second
     #[arg(long, value_name = "N", default_value_t = 30)]
     sweeps: usize,
@@ -164,6 +167,8 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     if args.starts == 0 || args.sweeps == 0 || step <= 0 || last < first {
         return Err(InputError::new("nothing to fly: --starts, --sweeps or --powers leave no start").into());
     }
+    args.any_seed
+        .check_seeds(&args.scene, args.first_seed, args.starts)?;
     let scene = Scene::load(&args.scene)?;
     let powers: Vec<i32> = (first..=last).step_by(step.unsigned_abs() as usize).collect();
     let mut cells = vec![("none".to_owned(), None)];

@@ -1,5 +1,7 @@
 //! `cslam campaign`: many flights in one command, and two campaigns side by side.
 
+mod worlds;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -9,8 +11,11 @@ use std::thread;
 use clap::ValueEnum;
 use rayon::prelude::*;
 
-use crate::campaign::{Build, Flight, Lists, Purpose, Shard, Summary, compare, read_shards};
+use worlds::Named;
+
+use crate::campaign::{EffectsTable, Flight, Lists, Purpose, Shard, Summary, compare, read_shards};
 use crate::commands::fly::raw::{described, fly};
+use crate::commands::seeds::AnySeed;
 use crate::commands::threads::Threads;
 use crate::config::{Config, Mode};
 use crate::evaluation::evaluate;
@@ -38,9 +43,8 @@ pub(crate) struct Args {
     /// First and last seed
     #[arg(long, value_name = "N", num_args = 2, default_values_t = [1, 4])]
     seeds: Vec<u64>,
-    /// Fly flights to report together with others
-    #[arg(long)]
-    any_seed: bool,
+    #[command(flatten)]
+    any_seed: AnySeed,
     /// Whose methods
     #[arg(long, value_enum, num_args = 1.., default_values_t = [Mode::Best])]
     modes: Vec<Mode>,
@@ -50,6 +54,9 @@ pub(crate) struct Args {
     /// Configurations (`cslam config`): each flight is flown with each. Their mode is that of --modes
     #[arg(long, value_name = "FILE", num_args = 1..)]
     configs: Vec<PathBuf>,
+    /// The worlds budget and real, then budget with each effect of real alone, and real without each: what breaks it
+    #[arg(long, conflicts_with_all = ["profiles", "configs"])]
+    effects: bool,
     /// Fly at most this many sweeps of each
     #[arg(long, value_name = "N")]
     steps: Option<usize>,
@@ -71,13 +78,6 @@ enum Set {
     Reporting,
 }
 
-/// A world that flights are flown in.
-struct Named {
-    name: String,
-    config: Config,
-    build: Build,
-}
-
 /// Flights through one world that have not been flown: one for each mode.
 struct Together<'a> {
     world: &'a Named,
@@ -95,7 +95,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let Some(out) = &args.out else {
         return Err(InputError::new("--out: expected a directory").into());
     };
-    let worlds = worlds(args)?;
+    let worlds = worlds::of(args)?;
     let flights = flights(args)?;
     fs::create_dir_all(out).map_err(|e| InputError::unwritable(out, "cannot be made a directory", &e))?;
     let mut missing: Vec<Together> = Vec::new();
@@ -185,6 +185,10 @@ fn report(args: &Args, out: &Path, worlds: &[Named]) -> anyhow::Result<()> {
     fs::write(&file, serde_json::to_string_pretty(&object)?)
         .map_err(|e| InputError::unwritable(&file, "cannot be written", &e))?;
     for (name, summary) in &summaries {
+        // Of the worlds of all effects, one table says enough.
+        if args.effects && !args.json {
+            continue;
+        }
         if args.json {
             progress::note(summary.text(name));
         } else {
@@ -193,6 +197,14 @@ fn report(args: &Args, out: &Path, worlds: &[Named]) -> anyhow::Result<()> {
     }
     if args.json {
         println!("{}", serde_json::to_string(&object)?);
+    } else if args.effects {
+        for mode in &args.modes {
+            let own: Vec<&Shard> = shards
+                .iter()
+                .filter(|shard| shard.flight.mode == mode.name())
+                .collect();
+            println!("{}", EffectsTable::of(&own).text(mode.name()));
+        }
     }
     Ok(())
 }
@@ -299,9 +311,7 @@ fn flights(args: &Args) -> Result<Vec<(String, u64)>, InputError> {
             "nothing to fly: --seeds or --steps leave no flight",
         ));
     }
-    if !args.any_seed {
-        lists.refuse_mixture(&flights)?;
-    }
+    args.any_seed.check(&flights)?;
     // A scene that cannot be read must not cost a night of flights.
     let mut scenes: Vec<&String> = flights.iter().map(|(scene, _)| scene).collect();
     scenes.dedup();
@@ -309,55 +319,6 @@ fn flights(args: &Args) -> Result<Vec<(String, u64)>, InputError> {
         Scene::load(scene)?;
     }
     Ok(flights)
-}
-
-/// The worlds that are asked for.
-fn worlds(args: &Args) -> anyhow::Result<Vec<Named>> {
-    let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-    let executable_crc = crc.checksum(&fs::read(std::env::current_exe()?)?);
-    let profiles: Vec<Option<Profile>> = match args.profiles[..] {
-        [] => vec![None],
-        ref some => some.iter().copied().map(Some).collect(),
-    };
-    let files: Vec<Option<&Path>> = match args.configs[..] {
-        [] => vec![None],
-        ref some => some.iter().map(|file| Some(file.as_path())).collect(),
-    };
-    let mut configs: Vec<(String, Config)> = Vec::new();
-    for file in files {
-        for profile in &profiles {
-            let config = Config::read(file, *profile)?;
-            let name = name(file, *profile);
-            if configs.iter().any(|(before, _)| *before == name) {
-                return Err(InputError::new(format!("two worlds have the name {name}")).into());
-            }
-            configs.push((name, config));
-        }
-    }
-    let named = configs.into_iter().map(|(name, config)| {
-        let text = toml::to_string(&config)?;
-        let steps = format!("{text}\n{:?}", args.steps);
-        Ok(Named {
-            name,
-            config,
-            build: Build {
-                version: env!("CARGO_PKG_VERSION").to_owned(),
-                executable_crc,
-                config_crc: crc.checksum(steps.as_bytes()),
-            },
-        })
-    });
-    named.collect()
-}
-
-/// Name of a world: that of its file, of the profile that was asked for, or both.
-fn name(file: Option<&Path>, asked: Option<Profile>) -> String {
-    let stem = file.and_then(Path::file_stem).map(|stem| stem.to_string_lossy());
-    match (stem, asked) {
-        (Some(stem), Some(profile)) => format!("{stem}-{}", profile.name()),
-        (Some(stem), None) => stem.into_owned(),
-        (None, profile) => profile.unwrap_or_default().name().to_owned(),
-    }
 }
 
 fn text_of(directory: &Path) -> String {

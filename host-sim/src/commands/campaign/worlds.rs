@@ -1,0 +1,98 @@
+//! The worlds of a campaign.
+
+use std::fs;
+use std::path::Path;
+
+use super::Args;
+use crate::campaign::{Build, alone, left_out};
+use crate::config::Config;
+use crate::input::InputError;
+use crate::world::{EFFECTS, Profile};
+
+/// A world that flights are flown in.
+pub(super) struct Named {
+    pub(super) name: String,
+    pub(super) config: Config,
+    pub(super) build: Build,
+}
+
+/// The worlds that are asked for.
+pub(super) fn of(args: &Args) -> anyhow::Result<Vec<Named>> {
+    let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+    let executable_crc = crc.checksum(&fs::read(std::env::current_exe()?)?);
+    let configs = if args.effects {
+        with_effects()?
+    } else {
+        asked_for(args)?
+    };
+    let named = configs.into_iter().map(|(name, config)| {
+        let text = toml::to_string(&config)?;
+        let steps = format!("{text}\n{:?}", args.steps);
+        Ok(Named {
+            name,
+            config,
+            build: Build {
+                version: env!("CARGO_PKG_VERSION").to_owned(),
+                executable_crc,
+                config_crc: crc.checksum(steps.as_bytes()),
+            },
+        })
+    });
+    named.collect()
+}
+
+/// The worlds of the arguments, with their names.
+fn asked_for(args: &Args) -> Result<Vec<(String, Config)>, InputError> {
+    let profiles: Vec<Option<Profile>> = match args.profiles[..] {
+        [] => vec![None],
+        ref some => some.iter().copied().map(Some).collect(),
+    };
+    let files: Vec<Option<&Path>> = match args.configs[..] {
+        [] => vec![None],
+        ref some => some.iter().map(|file| Some(file.as_path())).collect(),
+    };
+    let mut configs: Vec<(String, Config)> = Vec::new();
+    for file in files {
+        for profile in &profiles {
+            let config = Config::read(file, *profile)?;
+            let name = name(file, *profile);
+            if configs.iter().any(|(before, _)| *before == name) {
+                return Err(InputError::new(format!("two worlds have the name {name}")));
+            }
+            configs.push((name, config));
+        }
+    }
+    Ok(configs)
+}
+
+/// `budget` and `real`, and what lies between them by one effect.
+fn with_effects() -> anyhow::Result<Vec<(String, Config)>> {
+    let mut configs: Vec<_> = [Profile::Budget, Profile::Real]
+        .map(|profile| (profile.name().to_owned(), Config::of(profile)))
+        .into();
+    for effect in &EFFECTS {
+        for (name, world) in [
+            (alone(effect.name), effect.alone()?),
+            (left_out(effect.name), effect.left_out()?),
+        ] {
+            configs.push((
+                name,
+                Config {
+                    world,
+                    ..Config::default()
+                },
+            ));
+        }
+    }
+    Ok(configs)
+}
+
+/// Name of a world: that of its file, of the profile that was asked for, or both.
+fn name(file: Option<&Path>, asked: Option<Profile>) -> String {
+    let stem = file.and_then(Path::file_stem).map(|stem| stem.to_string_lossy());
+    match (stem, asked) {
+        (Some(stem), Some(profile)) => format!("{stem}-{}", profile.name()),
+        (Some(stem), None) => stem.into_owned(),
+        (None, profile) => profile.unwrap_or_default().name().to_owned(),
+    }
+}
