@@ -15,6 +15,7 @@ use super::route::Route;
 use super::wind::{Exposure, Wind};
 use super::{FlightConfig, GmtTrack, Obstacles, Schedule, Trajectory, Tube};
 use crate::input::InputError;
+use crate::scene::Placement;
 use crate::seeded::{Seeded, Source};
 
 /// Pairs of drive and route that are drawn before the best so far is taken.
@@ -47,6 +48,8 @@ pub struct FlightPlan {
     rest_s: f64,
     duration_s: f64,
     contact: Contact,
+    /// Heading of the GMT's mast, from east, rad.
+    gmt_heading_rad: f64,
 }
 
 impl FlightPlan {
@@ -157,6 +160,19 @@ impl FlightPlan {
             rest_s: 0.0,
             duration_s,
             contact,
+            gmt_heading_rad: 0.0,
+        }
+    }
+
+    /// The same flight turned and moved as a whole: of the UAV, of the wind, and of the GMT with its mast. Gravity and the earth's field
+    /// stay.
+    #[must_use]
+    pub fn placed(self, placement: &Placement) -> Self {
+        Self {
+            uav: self.uav.placed(placement),
+            gmt: self.gmt.with_stops(|stop| placement.place(stop)),
+            gmt_heading_rad: self.gmt_heading_rad + placement.turned_rad(),
+            ..self
         }
     }
 
@@ -168,6 +184,11 @@ impl FlightPlan {
     /// Drive of the GMT.
     pub fn gmt(&self) -> &GmtTrack {
         &self.gmt
+    }
+
+    /// Heading of the GMT's mast, that of its first face, from east, rad: east unless the flight was turned.
+    pub fn gmt_heading_rad(&self) -> f64 {
+        self.gmt_heading_rad
     }
 
     /// When the GMT sounds and moves.
@@ -274,7 +295,8 @@ impl<'a> Planner<'a> {
             if far_seeing { choices } else { 1 },
             |p, _| if far_seeing { self.overlooked(p) } else { 0.0 },
         );
-        let gmt = GmtTrack::along(&way, config.gmt_step_m, stops as usize, config.schedule)?;
+        let gmt = GmtTrack::along(&way, config.gmt_step_m, stops as usize, config.schedule)?
+            .with_stops(|stop| stop + Vector3::z() * self.world.relief_m((*stop).into()));
 
         let mut random = Seeded::numbered(self.seed, Source::UavRoute, attempt);
         let first = gmt.stops_m()[0];
@@ -379,6 +401,7 @@ impl<'a> Planner<'a> {
             schedule: self.config.schedule,
             rest_s: self.config.rest_s,
             duration_s: self.config.duration_s,
+            gmt_heading_rad: 0.0,
         })
     }
 
