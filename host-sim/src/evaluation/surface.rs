@@ -115,7 +115,8 @@ fn surface_distance_m(face: &Face, point: &Vector3<f64>, over_m: impl Fn(&Vector
 pub(super) mod tests {
     use super::*;
     use crate::random::Stream;
-    use crate::scene::{DEFAULT_FREQUENCY_HZ, Material, RawFace};
+    use crate::scene::{DEFAULT_FREQUENCY_HZ, Material, Placement, RawFace, Unevenness};
+    use crate::tracer::Tracer;
 
     /// A wall 4 m wide and 3 m high in the plane y = 10, seen from the south, with a doorway 1 m wide and 2 m high.
     pub(in crate::evaluation) fn wall_with_a_door() -> Scene {
@@ -169,5 +170,48 @@ pub(super) mod tests {
             let again = surface_distance_m(&scene.faces()[face as usize], &point.into(), |_| 0.0);
             assert!((again - least).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn a_point_on_the_true_relief_or_panel_is_on_the_surface() {
+        let scene = || Scene::load("outdoor").expect("built in");
+        let placement = Placement {
+            moved_m: [40.0, -7.0, 11.0],
+            turned_deg: 25.0,
+        };
+        let uneven = scene().with_unevenness(Unevenness::real());
+        let (flat, uneven) = [scene(), uneven]
+            .map(|scene| scene.placed(placement).expect("near"))
+            .into();
+        let (planes, surfaces) = (Surfaces::new(&flat), Surfaces::new(&uneven));
+        let tracer = Tracer::new(&uneven, 1).expect("few reflections");
+        let mut stream = Stream::new(5, 0);
+        let (mut met, mut off, mut worst) = (0, 0, 0.0_f64);
+        while met < 300 {
+            let mut free = || loop {
+                let at = [120.0, 120.0, 20.0].map(|size| size * stream.uniform());
+                let at = placement.place(&at.into()).into();
+                if uneven.is_free(at) {
+                    return at;
+                }
+            };
+            let (tx, rx) = (free(), free());
+            for path in tracer.transmitter(tx).trace(rx).iter().filter(|path| path.order() == 1) {
+                let (_, distance_m) = surfaces.nearest(path.vertices()[0]).expect("faces");
+                let (_, from_plane_m) = planes.nearest(path.vertices()[0]).expect("faces");
+                met += 1;
+                off += usize::from(distance_m > 1e-3);
+                worst = worst.max(from_plane_m);
+            }
+        }
+        // The others are beyond the rim of their panel, or those of the flat faces.
+        assert!(off * 12 < met, "{off} of {met}");
+        assert!(worst > 0.1, "{worst}");
+        // Samples of what is lit lie on it too.
+        let ground = (0..uneven.faces().len() as u32).find(|&f| uneven.faces()[f as usize].normal().z > 0.99);
+        let foot = placement.place(&Vector3::new(3.0, 4.0, 0.0));
+        let number = ground.expect("a face that looks up");
+        let sample = surfaces.on_surface(number, foot);
+        assert!((sample.z - foot.z - uneven.uneven().expect("outdoors").relief_m(&foot)).abs() < 1e-12);
     }
 }

@@ -60,7 +60,29 @@ impl FlightPlan {
     /// finds no room in the world.
     pub fn plan(world: &dyn Obstacles, config: &FlightConfig, seed: u64) -> Result<Self, InputError> {
         config.check()?;
-        Ok(Self::in_calm(world, config, seed)?.in_wind(world, config, seed))
+        let plan = Self::in_calm(world, config, seed)?;
+        Ok(plan.over_relief(world, config).in_wind(world, config, seed))
+    }
+
+    /// The flight with a GMT that goes up and down with the ground; it was planned for level ground, so that it is the same flight.
+    fn over_relief(self, world: &dyn Obstacles, config: &FlightConfig) -> Self {
+        let raised = |stop: &Vector3<f64>| stop + Vector3::z() * world.relief_m((*stop).into());
+        let gmt = self.gmt.clone().with_stops(raised);
+        if gmt == self.gmt {
+            return self;
+        }
+        Self {
+            contact: contact(
+                world,
+                &self.uav,
+                &gmt,
+                self.schedule,
+                self.duration_s,
+                config.start_elevation_deg,
+            ),
+            gmt,
+            ..self
+        }
     }
 
     /// The flight as it would be without wind.
@@ -295,8 +317,7 @@ impl<'a> Planner<'a> {
             if far_seeing { choices } else { 1 },
             |p, _| if far_seeing { self.overlooked(p) } else { 0.0 },
         );
-        let gmt = GmtTrack::along(&way, config.gmt_step_m, stops as usize, config.schedule)?
-            .with_stops(|stop| stop + Vector3::z() * self.world.relief_m((*stop).into()));
+        let gmt = GmtTrack::along(&way, config.gmt_step_m, stops as usize, config.schedule)?;
 
         let mut random = Seeded::numbered(self.seed, Source::UavRoute, attempt);
         let first = gmt.stops_m()[0];
