@@ -47,7 +47,10 @@ impl BHShape<f64, 3> for SearchFace<'_> {
 
 impl PointDistance<f64, 3> for SearchFace<'_> {
     fn distance_squared(&self, point: Point3<f64>) -> f64 {
-        let height_m = |foot: &Vector3<f64>| self.uneven.map_or(0.0, |uneven| uneven.height_m(self.number, foot));
+        let height_m = |foot: &Vector3<f64>| {
+            self.uneven
+                .map_or(0.0, |uneven| uneven.height_m(self.number, foot))
+        };
         surface_distance_m(self.face, &point.coords, height_m).powi(2)
     }
 }
@@ -163,7 +166,10 @@ pub(super) mod tests {
         for _ in 0..500 {
             let mut uniform = |low: f64, high: f64| low + (high - low) * stream.uniform();
             let point = [uniform(-20.0, 140.0), uniform(-20.0, 140.0), uniform(-5.0, 40.0)];
-            let all = scene.faces().iter().map(|f| surface_distance_m(f, &point.into(), |_| 0.0));
+            let all = scene
+                .faces()
+                .iter()
+                .map(|f| surface_distance_m(f, &point.into(), |_| 0.0));
             let least = all.fold(f64::INFINITY, f64::min);
             let (face, distance_m) = surfaces.nearest(point).expect("faces");
             assert!((distance_m - least).abs() < 1e-9);
@@ -196,7 +202,12 @@ pub(super) mod tests {
                 }
             };
             let (tx, rx) = (free(), free());
-            for path in tracer.transmitter(tx).trace(rx).iter().filter(|path| path.order() == 1) {
+            for path in tracer
+                .transmitter(tx)
+                .trace(rx)
+                .iter()
+                .filter(|path| path.order() == 1)
+            {
                 let (_, distance_m) = surfaces.nearest(path.vertices()[0]).expect("faces");
                 let (_, from_plane_m) = planes.nearest(path.vertices()[0]).expect("faces");
                 met += 1;

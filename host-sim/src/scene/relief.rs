@@ -102,7 +102,10 @@ mod tests {
         assert!((rms / rms_m - 1.0).abs() < 0.07, "{rms}");
         // One degree.
         for slope in slopes.map(|sum| mean(sum).sqrt()) {
-            assert!((slope / (SQRT_2 * rms_m / length_m) - 1.0).abs() < 0.07, "{slope}");
+            assert!(
+                (slope / (SQRT_2 * rms_m / length_m) - 1.0).abs() < 0.07,
+                "{slope}"
+            );
             assert!((slope.atan().to_degrees() - 1.0).abs() < 0.1, "{slope}");
         }
         // One correlation length away, and three.

@@ -160,10 +160,19 @@ impl<'t> LitEdges<'t> {
     ) -> Option<TracedPath> {
         let scene = tree.scene();
         let wedge = &self.edges.wedges[lit.wedge as usize];
-        let crossing = Crossing::of(wedge, &lit.about, lit.phi_rad, about, scene.frequency_hz(), |at_m| {
-            (lit.part_m[0]..=lit.part_m[1]).contains(&at_m)
-        })?;
-        let Crossing { at_m, incidence, spread } = crossing;
+        let crossing = Crossing::of(
+            wedge,
+            &lit.about,
+            lit.phi_rad,
+            about,
+            scene.frequency_hz(),
+            |at_m| (lit.part_m[0]..=lit.part_m[1]).contains(&at_m),
+        )?;
+        let Crossing {
+            at_m,
+            incidence,
+            spread,
+        } = crossing;
         let least = least_amplitude(&self.options);
         if spread * DIPOLES * incidence.bound() < least {
             return None;
@@ -224,7 +233,14 @@ impl<'t> LitEdges<'t> {
         seen[mirror] -= bounce.normal * (2.0 * height_m);
         let [source, receiver] = [wedge.about(&seen[0])?, wedge.about(&seen[1])?];
         let on_edge = |at_m: f64| (0.0..=wedge.length_m).contains(&at_m);
-        let crossing = Crossing::of(wedge, &source, source.angle_rad(), &receiver, frequency_hz, on_edge)?;
+        let crossing = Crossing::of(
+            wedge,
+            &source,
+            source.angle_rad(),
+            &receiver,
+            frequency_hz,
+            on_edge,
+        )?;
         let trial = Trial {
             wedge,
             incidence: crossing.incidence,

@@ -139,7 +139,8 @@ impl<'a> UnevenLink<'a> {
             return Some(first);
         }
         let second = self.stationary(over, count);
-        let settled = second.filter(|second| same_patches(&second[..count], &self.over(second, count)[..count]));
+        let settled =
+            second.filter(|second| same_patches(&second[..count], &self.over(second, count)[..count]));
         settled.or(Some(first))
     }
 
@@ -174,7 +175,10 @@ impl<'a> UnevenLink<'a> {
     fn over(&self, steps: &[Step<'a>; MAX_ORDER], count: usize) -> [Step<'a>; MAX_ORDER] {
         let mut over = *steps;
         for step in &mut over[..count] {
-            if let Step::Surface { face, patch, foot, .. } = step {
+            if let Step::Surface {
+                face, patch, foot, ..
+            } = step
+            {
                 *patch = self.uneven.patch(*face, foot);
             }
         }
@@ -256,7 +260,9 @@ impl<'a> UnevenLink<'a> {
                 self.scene.faces()[*face as usize].contains(foot)
                     || self
                         .scene
-                        .find_crossed(foot + across, foot - across, |other| self.is_one(other, *face, foot))
+                        .find_crossed(foot + across, foot - across, |other| {
+                            self.is_one(other, *face, foot)
+                        })
                         .is_some()
             }
         })
@@ -285,7 +291,10 @@ impl<'a> UnevenLink<'a> {
         let own = |step: Option<&Step<'_>>, crossed: u32| match step {
             None => false,
             Some(Step::Edge { .. }) => {
-                let flanks = self.edges.zip(flat.wedge).map(|(edges, wedge)| edges.flanks(wedge));
+                let flanks = self
+                    .edges
+                    .zip(flat.wedge)
+                    .map(|(edges, wedge)| edges.flanks(wedge));
                 flanks.is_some_and(|flanks| flanks.contains(&crossed))
             }
             Some(Step::Surface { face, foot, .. }) => *face == crossed || self.is_one(crossed, *face, foot),

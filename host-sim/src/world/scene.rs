@@ -123,7 +123,12 @@ mod tests {
             let [a, b] = [&here, &there].map(|world| world.sweep(9).expect("sound"));
             assert_eq!(a.link.paths.len(), b.link.paths.len());
             let exponents = |heard: &crate::world::HeardSweep| {
-                heard.beams.blocks.iter().map(|block| block.exponent).collect::<Vec<_>>()
+                heard
+                    .beams
+                    .blocks
+                    .iter()
+                    .map(|block| block.exponent)
+                    .collect::<Vec<_>>()
             };
             assert_eq!(exponents(&a), exponents(&b), "{name}");
         }
@@ -161,7 +166,13 @@ mod tests {
         let scene = config.scene("street").expect("built in");
         assert!(scene.placement().is_none() && scene.uneven().is_none());
         let plain = Scene::load("street").expect("built in");
-        let faces = |scene: &Scene| scene.faces().iter().map(|f| f.vertices().to_vec()).collect::<Vec<_>>();
+        let faces = |scene: &Scene| {
+            scene
+                .faces()
+                .iter()
+                .map(|f| f.vertices().to_vec())
+                .collect::<Vec<_>>()
+        };
         assert_eq!(faces(&scene), faces(&plain));
         // Moved back it is what it was.
         let there = moved().applied(plain).expect("near");
@@ -179,7 +190,10 @@ mod tests {
         };
         assert!(message(|c| c.placement.turned_deg = f64::NAN).starts_with("placement.turned_deg is NaN"));
         let rms = message(|c| c.surfaces.ground_relief_rms_m = -0.1);
-        assert!(rms.starts_with("surfaces.ground_relief_rms_m is -0.1, expected 0 to 1"), "{rms}");
+        assert!(
+            rms.starts_with("surfaces.ground_relief_rms_m is -0.1, expected 0 to 1"),
+            "{rms}"
+        );
         assert!(message(|c| c.surfaces.ground_relief_length_m = 0.0).contains("expected 5 to 1000"));
         assert!(SceneConfig::real().check().is_ok());
     }

@@ -64,7 +64,9 @@ fn nothing_uneven_is_the_same_bit_for_bit() {
         ..Unevenness::default()
     };
     let hardly = Scene::load("outdoor").expect("built in").with_unevenness(hardly);
-    let pairs = traced(&flat, diffracting()).into_iter().zip(traced(&hardly, diffracting()));
+    let pairs = traced(&flat, diffracting())
+        .into_iter()
+        .zip(traced(&hardly, diffracting()));
     for ((_, flat), (_, hardly)) in pairs {
         for path in &flat {
             let same = |other: &&TracedPath| identity(other) == identity(path);
@@ -94,7 +96,10 @@ fn the_length_is_stationary_over_the_true_surface() {
         let mut led = std::collections::BTreeMap::<String, usize>::new();
         for ((ends, paths), (_, flat)) in traced(&scene, diffracting()).iter().zip(&flat) {
             assert_eq!(paths.len(), flat.len(), "none is dropped, none is added");
-            for path in paths.iter().filter(|path| path.faces().iter().any(|&f| uneven.is_off(f))) {
+            for path in paths
+                .iter()
+                .filter(|path| path.faces().iter().any(|&f| uneven.is_off(f)))
+            {
                 let was = flat.iter().find(|other| identity(other) == identity(path));
                 let was = was.expect("a path over the flat faces");
                 if was.vertices() == path.vertices() {
@@ -139,7 +144,12 @@ fn the_length_is_stationary_over_the_true_surface() {
                             length_m(&points)
                         };
                         let (back, there, on) = (length(-1e-4), length(0.0), length(1e-4));
-                        assert!((on - back).abs() < 1e-9, "{name}: {} {place}: {}", path.kind(), on - back);
+                        assert!(
+                            (on - back).abs() < 1e-9,
+                            "{name}: {} {place}: {}",
+                            path.kind(),
+                            on - back
+                        );
                         assert!(on + back >= 2.0 * there - 1e-12, "the shortest nearby");
                     }
                 }
@@ -151,7 +161,10 @@ fn the_length_is_stationary_over_the_true_surface() {
             assert!(led.get(kind).is_some_and(|&n| n > 10), "{name}: {kind}: {led:?}");
         }
         assert!(stayed * 10 < all, "{name}: {stayed} of {all} stayed");
-        assert!(points_met - on_surface < points_met / 25, "{name}: {on_surface} of {points_met}");
+        assert!(
+            points_met - on_surface < points_met / 25,
+            "{name}: {on_surface} of {points_met}"
+        );
     }
 }
 
@@ -188,10 +201,15 @@ fn panels(seed: u64) -> Unevenness {
 fn reflection(scene: &Scene, at: [f64; 2]) -> TracedPath {
     let tracer = Tracer::new(scene, 1).expect("few reflections");
     let [x, z] = at;
-    let paths = tracer
-        .transmitter([x - 10.0, 5.0 - 300.0_f64.sqrt(), z])
-        .trace([x + 10.0, 5.0 - 300.0_f64.sqrt(), z]);
-    paths.into_iter().find(|path| path.order() == 1).expect("a mirror")
+    let paths = tracer.transmitter([x - 10.0, 5.0 - 300.0_f64.sqrt(), z]).trace([
+        x + 10.0,
+        5.0 - 300.0_f64.sqrt(),
+        z,
+    ]);
+    paths
+        .into_iter()
+        .find(|path| path.order() == 1)
+        .expect("a mirror")
 }
 
 #[test]
@@ -245,7 +263,10 @@ fn windows_reflect_as_glass_and_the_rest_as_the_wall() {
     let uneven = brick.uneven().expect("a wall");
     let mut windows = 0;
     for k in 0..100_u32 {
-        let at = [1.0 + 58.0 * f64::from(k) / 100.0, 2.0 + 26.0 * f64::from(k * 7 % 100) / 100.0];
+        let at = [
+            1.0 + 58.0 * f64::from(k) / 100.0,
+            2.0 + 26.0 * f64::from(k * 7 % 100) / 100.0,
+        ];
         let window = uneven.patch(0, &Vec3::new(at[0], 5.0, at[1])).is_window();
         let [brick, glass] = [&brick, &glass].map(|scene| reflection(scene, at));
         assert_eq!(brick.vertices(), glass.vertices());
@@ -321,14 +342,17 @@ fn what_is_scattered_stays_on_the_flat_faces() {
         diffuse: Some(Diffuse::default()),
         ..Propagation::default()
     };
-    let scene = Scene::load("outdoor").expect("built in").with_unevenness(Unevenness::real());
+    let scene = Scene::load("outdoor")
+        .expect("built in")
+        .with_unevenness(Unevenness::real());
     let tracer = Tracer::with(&scene, 1, scattering).expect("few reflections");
     let [tx, rx] = places::<2>(&scene, 7);
     let paths = tracer.transmitter(tx).trace(rx);
     let scattered = paths
         .iter()
         .filter(|path| path.kind().interactions() == [Interaction::Scattering]);
-    let off = |path: &TracedPath| scene.faces()[path.faces()[0] as usize].height_m(&path.vertices()[0].into());
+    let off =
+        |path: &TracedPath| scene.faces()[path.faces()[0] as usize].height_m(&path.vertices()[0].into());
     let all: Vec<f64> = scattered.map(off).collect();
     assert!(all.len() > 20 && all.iter().all(|off| off.abs() < 1e-9));
 }
@@ -381,7 +405,11 @@ fn a_moved_scene_has_the_moved_paths() {
                 for (there, here) in twin.vertices().iter().zip(path.vertices()) {
                     assert!((placement.place(&Vec3::from(*here)) - Vec3::from(*there)).norm() < 1e-8);
                 }
-                assert!((twin.gain - path.gain).norm() < 1e-7 * path.gain.norm(), "{name} {}", path.kind());
+                assert!(
+                    (twin.gain - path.gain).norm() < 1e-7 * path.gain.norm(),
+                    "{name} {}",
+                    path.kind()
+                );
                 compared += 1;
             }
         }
