@@ -300,7 +300,10 @@ fn a_point_at_a_joint_of_panels_stays_on_one_of_them() {
     }
     println!("{beyond} of 7260 points beyond a rim, by {farthest_m:.3} m at most, {jumps} steps");
     // Less than half of what the wave sees of a wall there, 0.36 m about the point.
-    assert!(beyond > 20 && farthest_m < 0.15, "{beyond} {farthest_m}");
+    assert!(
+        (20..1800).contains(&beyond) && farthest_m < 0.15,
+        "{beyond} {farthest_m}"
+    );
     // Once over the joint and never back.
     assert!((30..=60).contains(&jumps), "{jumps}");
 }
