@@ -79,6 +79,10 @@ pub enum Source {
     Wind,
     /// Direction of the motors' magnetic field.
     MotorField,
+    /// Relief of the ground.
+    GroundRelief = 0x5f40,
+    /// Panels of facades, by face.
+    Panels,
 }
 
 /// A seeded generator of uniform and normal numbers: a [`Stream`] of its own for every source.

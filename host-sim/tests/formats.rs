@@ -270,7 +270,14 @@ fn the_recorded_flight_is_replayed() {
         .map(str::to_owned)
         .collect();
     let described = parse(description);
-    for pointer in ["", "/files/0", "/magnetic_field"] {
+    for pointer in [
+        "",
+        "/files/0",
+        "/magnetic_field",
+        "/scene_as",
+        "/scene_as/placement",
+        "/scene_as/surfaces",
+    ] {
         with_none(&at, "flight.json", &described, pointer);
         keys.append(&mut known(&at, &["replay", "."]));
     }

@@ -233,6 +233,68 @@ fn scenes() {
 }
 
 #[test]
+fn scenes_of_what_makes_no_sense() {
+    let trace: &[&str] = &["trace", "--scene", "s.json", "--tx", "0,0,2", "--rx", "5,5,5"];
+    let fly: &[&str] = &["fly", "--scene", "s.json", "--out", "x"];
+    let record: &[&str] = &["record", "--scene", "s.json", "--out", "x"];
+    let materials = |values: &str| {
+        face(4).replace(
+            "\"faces\"",
+            &format!("\"materials\":{{\"m\":{{{values}}}}},\"faces\""),
+        )
+    };
+    let no_face = format!("{}[]}}", face(4).split_once("[{").expect("faces").0);
+    for command in [trace, fly, record] {
+        all_refused(&[
+            (
+                "s.json",
+                materials("\"name\":\"brick\",\"rms_height_m\":-0.001"),
+                command,
+                "s.json: materials: \"m\": expected rms_height_m >= 0",
+            ),
+            (
+                "s.json",
+                face(4).replace("\"vertices\"", "\"material\":\"adobe\",\"vertices\""),
+                command,
+                "s.json: face 0: material \"adobe\" is not known, expected one of",
+            ),
+            (
+                "s.json",
+                materials("\"name\":\"adobe\""),
+                command,
+                "s.json: materials: \"m\": name: material \"adobe\" is not known, expected one of",
+            ),
+            (
+                "s.json",
+                no_face.clone(),
+                command,
+                "s.json: a scene needs at least one face",
+            ),
+        ]);
+    }
+    let options = |options: &[&'static str]| -> Vec<&'static str> {
+        let command = ["trace", "--scene", "street", "--tx", "9,20,2", "--rx", "50,20,5"];
+        [&command[..], options].concat()
+    };
+    for (more, expected) in [
+        (
+            &["--relief", "-0.1"][..],
+            "surfaces.ground_relief_rms_m is -0.1, expected 0 to 1",
+        ),
+        (
+            &["--turned", "nan"],
+            "placement.turned_deg is NaN, expected -360 to 360",
+        ),
+        (
+            &["--moved", "1e6,0,0"],
+            "placement.moved_m holds 1000000, expected",
+        ),
+    ] {
+        all_refused(&[("unused", String::new(), &options(more), expected)]);
+    }
+}
+
+#[test]
 fn points() {
     let arguments: &[&str] = &[
         "trace",
@@ -310,6 +372,37 @@ fn configurations() {
             "[world.flight]\nduration_s = 1e6\n".into(),
             fly,
             "c.toml:2: world.flight.duration_s is 1000000",
+        ),
+        // A profile that is not the default reads its file another way.
+        (
+            "c.toml",
+            "[world]\nprofile = \"real\"\nmaterials = \"drawn\"\n".into(),
+            fly,
+            "c.toml:3: unknown field `materials`, expected one of `profile`",
+        ),
+        (
+            "c.toml",
+            "[world.scene.surfaces]\nrelief = 0.1\n".into(),
+            &["fly", "--world", "real", "--config", "c.toml"],
+            "c.toml:2: unknown field `relief`, expected one of `surface_seed`",
+        ),
+        (
+            "c.toml",
+            "[world]\nprofile = \"ideal\"\n[world.scene.surfaces]\nground_relief_rms_m = -0.15\n".into(),
+            record,
+            "c.toml:4: world.scene.surfaces.ground_relief_rms_m is -0.15, expected 0 to 1",
+        ),
+        (
+            "c.toml",
+            "[world.scene.placement]\nmoved_m = [0, 1e6, 0]\n".into(),
+            fly,
+            "c.toml:2: world.scene.placement.moved_m holds 1000000, expected",
+        ),
+        (
+            "c.toml",
+            "[world]\nprofile = \"paper\"\n".into(),
+            fly,
+            "c.toml:2: world.profile: unknown variant `paper`",
         ),
         (
             "c.toml",

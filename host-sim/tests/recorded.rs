@@ -44,10 +44,16 @@ fn same(a: &Path, b: &Path, what: &str) {
 
 /// Records and flies `steps` sweeps of a scene in a world, and flies the recording.
 fn direct_and_recorded(scene: &str, world: &str, steps: &str) {
+    direct_and_recorded_with(scene, world, steps, "");
+}
+
+/// The same with a configuration.
+fn direct_and_recorded_with(scene: &str, world: &str, steps: &str, config: &str) {
     let directory = tempfile::tempdir().expect("a directory");
     let at = directory.path();
+    fs::write(at.join("c.toml"), config).expect("written");
     let options = [
-        "--scene", scene, "--seed", "4", "--steps", steps, "--world", world,
+        "--scene", scene, "--seed", "4", "--steps", steps, "--world", world, "--config", "c.toml",
     ];
     good(at, &[&["record", "--out", "rec"][..], &options].concat());
     good(at, &[&["fly", "--out", "direct"][..], &options].concat());
@@ -92,6 +98,13 @@ fn a_recorded_flight_of_the_real_world_flies_the_same() {
     for scene in ["outdoor", "street", "indoor", "city:1"] {
         direct_and_recorded(scene, "real", "12");
     }
+}
+
+#[test]
+fn a_recorded_flight_through_a_moved_scene_flies_the_same_and_is_held_against_the_moved_walls() {
+    let config = "[world.scene]\nplacement = { moved_m = [40.0, -90.0, 0.0], turned_deg = 65.0 }\n\
+                  surfaces = { ground_relief_rms_m = 0.1, panels = true }\n";
+    direct_and_recorded_with("outdoor", "budget", "12", config);
 }
 
 #[test]

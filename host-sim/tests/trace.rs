@@ -312,6 +312,55 @@ fn bad_input_ends_with_code_2_and_one_line() {
 }
 
 #[test]
+fn a_scene_is_moved_turned_and_made_uneven_by_options() {
+    let street = ["--scene", "street", "--max-order", "1"];
+    let paths = |args: &[&str]| -> Vec<serde_json::Value> {
+        let line = good(&[&street, args].concat());
+        let link: serde_json::Value = serde_json::from_str(&line).expect("a link");
+        link["paths"].as_array().expect("paths").clone()
+    };
+    let here = paths(&["--tx", "9,20,2", "--rx", "50,18,5"]);
+    // A quarter turn: x becomes y, y becomes -x.
+    let there = paths(&[
+        "--moved",
+        "-100,30,7",
+        "--turned",
+        "90",
+        "--tx",
+        "-120,39,9",
+        "--rx",
+        "-118,80,12",
+    ]);
+    assert_eq!(here.len(), there.len());
+    let number = |path: &serde_json::Value, key: &str| path[key].as_f64().expect("a number");
+    for (here, there) in here.iter().zip(&there) {
+        assert!((number(here, "delay_s") - number(there, "delay_s")).abs() < 1e-19);
+        let turn = number(there, "aoa_azimuth_rad") - number(here, "aoa_azimuth_rad");
+        assert!((turn - std::f64::consts::FRAC_PI_2).sin().abs() < 1e-9, "{turn}");
+    }
+    let ends = ["--tx", "9,20,2", "--rx", "50,18,5"];
+    let heights = |args: &[&str]| -> Vec<f64> {
+        let paths = paths(&[&ends[..], args].concat());
+        let bounced = paths.iter().filter(|path| path["order"] == 1);
+        bounced
+            .map(|path| path["last_vertex"][2].as_f64().expect("a number"))
+            .collect()
+    };
+    // The ground's point leaves z = 0; another seed is another ground.
+    let grounds = [
+        &["--relief", "0.1"][..],
+        &["--relief", "0.1", "--surface-seed", "8"],
+        &[],
+    ]
+    .map(|args| heights(args).into_iter().fold(f64::INFINITY, f64::min));
+    assert!(
+        grounds[0] != 0.0 && grounds[1] != 0.0 && grounds[0] != grounds[1] && grounds[2] == 0.0,
+        "{grounds:?}"
+    );
+    assert_ne!(paths(&[&ends[..], &["--panels"]].concat()), here);
+}
+
+#[test]
 fn who_stands_in_a_wall_is_told() {
     let output = trace(&["--scene", "outdoor_a", "--tx", "75,40,2", "--rx", "1,1,2"]);
     assert!(output.status.success());

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::channel::{self, ChannelConfig};
 use crate::random::Stream;
-use crate::scene::Scene;
+use crate::scene::{Scene, Unevenness};
 use crate::table::Table;
 use crate::tracer::{DEFAULT_MAX_ORDER, Diffraction, Diffuse, Propagation, Tracer, for_each_link};
 use crate::world::{Profile, World, WorldConfig};
@@ -154,17 +154,27 @@ fn trace() -> anyhow::Result<Vec<Row>> {
         diffuse: Some(Diffuse::default()),
         ..diffracting
     };
+    let uneven = Scene::load("outdoor_a")?.with_unevenness(Unevenness::real());
+    let few = &receivers[..FEW_RECEIVERS];
     let mut rows = Vec::new();
-    for (what, propagation, receivers) in [
-        ("trace", Propagation::default(), receivers.as_slice()),
-        ("trace --diffraction", diffracting, &receivers),
+    for (what, scene, propagation, receivers) in [
+        ("trace", &scene, Propagation::default(), receivers.as_slice()),
+        ("trace --diffraction", &scene, diffracting, &receivers),
         (
-            "trace --diffraction --diffuse",
+            "trace --diffraction --relief 0.15 --panels",
+            &uneven,
+            diffracting,
+            &receivers,
+        ),
+        ("trace --diffraction --diffuse", &scene, scattering, few),
+        (
+            "trace --diffraction --diffuse --relief 0.15 --panels",
+            &uneven,
             scattering,
-            &receivers[..FEW_RECEIVERS],
+            few,
         ),
     ] {
-        let tracer = Tracer::with(&scene, DEFAULT_MAX_ORDER, propagation).context("order out of range")?;
+        let tracer = Tracer::with(scene, DEFAULT_MAX_ORDER, propagation).context("order out of range")?;
         rows.extend(links(what, &tracer, &transmitters, receivers)?);
     }
     let row = |name: String, threads: usize, value: f64, unit: &'static str| Row {

@@ -13,7 +13,7 @@ use crate::progress;
 use crate::recording::{self, Manifest};
 use crate::result_directory::ResultDirectory;
 use crate::sigmf::{self, Codebook, Recording};
-use crate::world::{HeardSweep, Profile, World};
+use crate::world::{HeardSweep, Profile, SceneConfig, World};
 
 /// Arguments of `cslam record`.
 #[derive(clap::Args, Debug)]
@@ -69,6 +69,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let sweeps = world.sweeps().min(args.steps.unwrap_or(u32::MAX));
     let manifest = Manifest {
         samples: !args.no_samples,
+        scene_as: Some(config.world.scene).filter(|told| *told != SceneConfig::default()),
         ..Manifest::of(
             &args.scene,
             Some(world.profile().name().to_owned()),

@@ -11,12 +11,13 @@ use crate::input::limits::{POINT_COUNT, POINTS};
 use crate::input::{InputError, lines, read_text};
 use crate::paths::{self, Link, LinkPath};
 use crate::progress;
-use crate::scene::{Lobe, MAX_COORDINATE_M, Scene};
+use crate::scene::{Lobe, MAX_COORDINATE_M, Placement, Scene, Unevenness};
 use crate::table::Table;
 use crate::tracer::{
     Comparison, DEFAULT_MAX_ORDER, Diffraction, DiffractionComparison, Diffuse, EDGE_EXCEPTION_M, ImageTree,
     LEAST_DISTANCE_M, MAX_ORDER, Propagation, STRONG_DB, Tally, TracedPath, Tracer, for_each_link,
 };
+use crate::world::SceneConfig;
 
 /// Least path gain that can be asked for, dB.
 const LEAST_GAIN_DB: f64 = -300.0;
@@ -49,6 +50,8 @@ pub(crate) struct Args {
     max_order: u8,
     #[command(flatten)]
     propagation: PropagationArgs,
+    #[command(flatten)]
+    scene_as: SceneArgs,
     #[command(flatten)]
     threads: Threads,
     /// Write the links to a file instead of standard output
@@ -125,6 +128,53 @@ impl PropagationArgs {
     }
 }
 
+/// What becomes of the scene first.
+#[derive(clap::Args, Debug)]
+struct SceneArgs {
+    /// Let the ground outdoors have a relief of this rms (m), with a correlation length of 12 m
+    #[arg(long, value_name = "M", default_value_t = 0.0, allow_hyphen_values = true)]
+    relief: f64,
+    /// Let walls outdoors be panels of 3 x 3 m, each a little off the wall's plane, some of them windows
+    #[arg(long)]
+    panels: bool,
+    /// Seed of relief and panels
+    #[arg(long, value_name = "N", default_value_t = Unevenness::default().surface_seed)]
+    surface_seed: u64,
+    /// Move the scene as a whole (m); --tx and --rx are places in the world
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = moved, default_value = "0,0,0")]
+    moved: Moved,
+    /// Turn the scene about the vertical through its origin before it is moved, counter-clockwise from above (deg)
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true)]
+    turned: f64,
+}
+
+/// Where a scene is moved.
+type Moved = [f64; 3];
+
+fn moved(text: &str) -> Result<Moved, String> {
+    point(text).ok_or_else(|| "expected x,y,z in metres".to_owned())
+}
+
+impl SceneArgs {
+    /// The scene as the options say.
+    fn applied(&self, scene: Scene) -> Result<Scene, InputError> {
+        let told = SceneConfig {
+            placement: Placement {
+                moved_m: self.moved,
+                turned_deg: self.turned,
+            },
+            surfaces: Unevenness {
+                surface_seed: self.surface_seed,
+                ground_relief_rms_m: self.relief,
+                panels: self.panels,
+                ..Unevenness::default()
+            },
+        };
+        told.check()?;
+        told.applied(scene)
+    }
+}
+
 /// A scattering coefficient.
 fn coefficient(text: &str) -> Result<f64, String> {
     text.parse()
@@ -143,7 +193,7 @@ fn gain_db(text: &str) -> Result<f64, String> {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
-    let scene = Scene::load(&args.scene)?;
+    let scene = args.scene_as.applied(Scene::load(&args.scene)?)?;
     let mut propagation = args.propagation.propagation();
     if let (Some(diffraction), Some(_)) = (&mut propagation.diffraction, &args.check) {
         diffraction.most_paths = usize::MAX;

@@ -68,9 +68,9 @@ impl Lit {
             if part == Part::Walls && face.normal().z.abs() >= WALL_NORMAL_Z {
                 continue;
             }
-            for (cell, point) in lattice_around(face, vertex, patch_m) {
+            for (cell, foot) in lattice_around(face, vertex, patch_m) {
                 if seen.insert((number, cell)) {
-                    samples_m.push(point);
+                    samples_m.push(surfaces.on_surface(number, foot).into());
                 }
             }
         }
@@ -100,12 +100,11 @@ impl Lit {
 }
 
 /// Centres of the cells of the face's own lattice within `patch_m` of a point on it.
-fn lattice_around(face: &Face, point_m: [f64; 3], patch_m: f64) -> Vec<([i64; 2], [f64; 3])> {
+fn lattice_around(face: &Face, point_m: [f64; 3], patch_m: f64) -> Vec<([i64; 2], nalgebra::Vector3<f64>)> {
     let Some(origin) = face.vertices().first() else {
         return Vec::new();
     };
-    let normal = face.normal();
-    let (u, v) = axes(normal);
+    let [u, v] = face.axes();
     let offset = nalgebra::Vector3::from(point_m) - origin;
     let (pu, pv) = (offset.dot(&u), offset.dot(&v));
     let cell = |coordinate: f64| libm::floor(coordinate / SAMPLE_STEP_M) as i64;
@@ -118,22 +117,11 @@ fn lattice_around(face: &Face, point_m: [f64; 3], patch_m: f64) -> Vec<([i64; 2]
             }
             let sample = origin + u * centre[0] + v * centre[1];
             if face.contains(&sample) {
-                found.push(([i, j], sample.into()));
+                found.push(([i, j], sample));
             }
         }
     }
     found
-}
-
-/// Two axes along a plane: the first one level, unless the plane itself is.
-fn axes(normal: &nalgebra::Vector3<f64>) -> (nalgebra::Vector3<f64>, nalgebra::Vector3<f64>) {
-    let level = nalgebra::Vector3::z().cross(normal);
-    let u = if level.norm() > 1e-6 {
-        level.normalize()
-    } else {
-        nalgebra::Vector3::x()
-    };
-    (u, normal.cross(&u))
 }
 
 #[cfg(test)]

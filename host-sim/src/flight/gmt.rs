@@ -68,6 +68,13 @@ impl GmtTrack {
         Self::new(stops_m, schedule)
     }
 
+    /// The same track with each stop elsewhere.
+    #[must_use]
+    pub(super) fn with_stops(self, at: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> Self {
+        let stops_m = self.stops_m.iter().map(at).collect();
+        Self { stops_m, ..self }
+    }
+
     /// Antenna positions of the stops, m.
     pub fn stops_m(&self) -> &[Vector3<f64>] {
         &self.stops_m

@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector1, Vector3}
 
 use super::Spline;
 use super::wind::Wind;
+use crate::scene::Placement;
 
 /// True state of the UAV at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,6 +74,18 @@ impl Trajectory {
     pub(super) fn in_wind(self, wind: Wind) -> Self {
         Self {
             wind: Some(wind),
+            ..self
+        }
+    }
+
+    /// The same flight turned and moved as a whole, its wind with it.
+    #[must_use]
+    pub(super) fn placed(self, placement: &Placement) -> Self {
+        let heading = Vector1::new(placement.turned_rad());
+        Self {
+            position_m: self.position_m.with_control(|p| placement.place(p)),
+            heading_rad: self.heading_rad.with_control(|h| h + heading),
+            wind: self.wind.map(|wind| wind.turned(&placement.rotation())),
             ..self
         }
     }

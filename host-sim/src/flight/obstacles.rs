@@ -12,6 +12,10 @@ pub trait Obstacles {
     }
     /// Whether a point lies inside a solid.
     fn inside_solid(&self, point: [f64; 3]) -> bool;
+    /// Height of the ground under or over a place, over its level, m. A world of level ground has none.
+    fn relief_m(&self, _place: [f64; 3]) -> f64 {
+        0.0
+    }
     /// Lowest and highest corner of the world.
     fn bounds(&self) -> ([f64; 3], [f64; 3]);
 }

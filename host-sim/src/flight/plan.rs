@@ -15,6 +15,7 @@ use super::route::Route;
 use super::wind::{Exposure, Wind};
 use super::{FlightConfig, GmtTrack, Obstacles, Schedule, Trajectory, Tube};
 use crate::input::InputError;
+use crate::scene::Placement;
 use crate::seeded::{Seeded, Source};
 
 /// Pairs of drive and route that are drawn before the best so far is taken.
@@ -47,6 +48,8 @@ pub struct FlightPlan {
     rest_s: f64,
     duration_s: f64,
     contact: Contact,
+    /// Heading of the GMT's mast, from east, rad.
+    gmt_heading_rad: f64,
 }
 
 impl FlightPlan {
@@ -57,7 +60,29 @@ impl FlightPlan {
     /// finds no room in the world.
     pub fn plan(world: &dyn Obstacles, config: &FlightConfig, seed: u64) -> Result<Self, InputError> {
         config.check()?;
-        Ok(Self::in_calm(world, config, seed)?.in_wind(world, config, seed))
+        let plan = Self::in_calm(world, config, seed)?;
+        Ok(plan.over_relief(world, config).in_wind(world, config, seed))
+    }
+
+    /// The flight with a GMT that goes up and down with the ground; it was planned for level ground, so that it is the same flight.
+    fn over_relief(self, world: &dyn Obstacles, config: &FlightConfig) -> Self {
+        let raised = |stop: &Vector3<f64>| stop + Vector3::z() * world.relief_m((*stop).into());
+        let gmt = self.gmt.clone().with_stops(raised);
+        if gmt == self.gmt {
+            return self;
+        }
+        Self {
+            contact: contact(
+                world,
+                &self.uav,
+                &gmt,
+                self.schedule,
+                self.duration_s,
+                config.start_elevation_deg,
+            ),
+            gmt,
+            ..self
+        }
     }
 
     /// The flight as it would be without wind.
@@ -157,6 +182,19 @@ impl FlightPlan {
             rest_s: 0.0,
             duration_s,
             contact,
+            gmt_heading_rad: 0.0,
+        }
+    }
+
+    /// The same flight turned and moved as a whole: of the UAV, of the wind, and of the GMT with its mast. Gravity and the earth's field
+    /// stay.
+    #[must_use]
+    pub fn placed(self, placement: &Placement) -> Self {
+        Self {
+            uav: self.uav.placed(placement),
+            gmt: self.gmt.with_stops(|stop| placement.place(stop)),
+            gmt_heading_rad: self.gmt_heading_rad + placement.turned_rad(),
+            ..self
         }
     }
 
@@ -168,6 +206,11 @@ impl FlightPlan {
     /// Drive of the GMT.
     pub fn gmt(&self) -> &GmtTrack {
         &self.gmt
+    }
+
+    /// Heading of the GMT's mast, that of its first face, from east, rad: east unless the flight was turned.
+    pub fn gmt_heading_rad(&self) -> f64 {
+        self.gmt_heading_rad
     }
 
     /// When the GMT sounds and moves.
@@ -379,6 +422,7 @@ impl<'a> Planner<'a> {
             schedule: self.config.schedule,
             rest_s: self.config.rest_s,
             duration_s: self.config.duration_s,
+            gmt_heading_rad: 0.0,
         })
     }
 

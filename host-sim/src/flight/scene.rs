@@ -2,8 +2,25 @@
 
 use nalgebra::Vector3;
 
-use super::Obstacles;
+use super::{FlightConfig, FlightPlan, Obstacles};
+use crate::input::InputError;
 use crate::scene::Scene;
+
+impl FlightPlan {
+    /// Plans the flight of `seed` through a scene. In a scene that was moved it is the moved flight of the scene as it was.
+    ///
+    /// # Errors
+    /// As [`FlightPlan::plan`].
+    pub fn through(scene: &Scene, config: &FlightConfig, seed: u64) -> Result<Self, InputError> {
+        let plan = Self::plan(scene.own(), config, seed)?;
+        let placement = scene.placement();
+        Ok(if placement.is_none() {
+            plan
+        } else {
+            plan.placed(&placement)
+        })
+    }
+}
 
 impl Obstacles for Scene {
     fn blocked(&self, from: [f64; 3], to: [f64; 3]) -> bool {
@@ -30,6 +47,10 @@ impl Obstacles for Scene {
 
     fn inside_solid(&self, point: [f64; 3]) -> bool {
         Scene::inside_solid(self, point)
+    }
+
+    fn relief_m(&self, place: [f64; 3]) -> f64 {
+        self.uneven().map_or(0.0, |uneven| uneven.relief_m(&place.into()))
     }
 
     fn bounds(&self) -> ([f64; 3], [f64; 3]) {

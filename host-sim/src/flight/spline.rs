@@ -44,6 +44,15 @@ impl<const D: usize> Spline<D> {
         &self.control
     }
 
+    /// The curve of other control points at the same times: that of moved ones is the moved curve.
+    #[must_use]
+    pub(super) fn with_control(self, at: impl Fn(&SVector<f64, D>) -> SVector<f64, D>) -> Self {
+        Self {
+            control: self.control.iter().map(at).collect(),
+            ..self
+        }
+    }
+
     /// Knot interval, s.
     pub fn knot_s(&self) -> f64 {
         self.knot_s

@@ -7,7 +7,7 @@
 //!
 //! The planner keeps the curve at its clearance from walls; the excursion is bent so that it never reaches half of that.
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::Spline;
@@ -130,6 +130,15 @@ impl Wind {
             air_m_per_s: Spline::new(air, KNOT_S)?,
             excursion_m: Spline::new(excursion, KNOT_S)?,
         })
+    }
+
+    /// The same wind out of another direction.
+    #[must_use]
+    pub(super) fn turned(self, rotation: &Rotation3<f64>) -> Self {
+        Self {
+            air_m_per_s: self.air_m_per_s.with_control(|v| rotation * v),
+            excursion_m: self.excursion_m.with_control(|v| rotation * v),
+        }
     }
 }
 

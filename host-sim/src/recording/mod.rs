@@ -31,6 +31,7 @@ use serde::{Deserialize, Serialize};
 use crate::config::EarthField;
 use crate::result_directory::Kind;
 use crate::sensors::SensedFlight;
+use crate::world::SceneConfig;
 
 pub use damage::Damage;
 pub use flight::RecordedFlight;
@@ -75,6 +76,9 @@ pub struct Manifest {
     pub version: u32,
     /// Scene that was flown in.
     pub scene: String,
+    /// What became of that scene first: where it was moved, and its surfaces. Absent: it is as its name or file says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene_as: Option<SceneConfig>,
     /// Profile of the simulated world; absent when none was simulated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub world: Option<String>,
@@ -112,6 +116,7 @@ impl Manifest {
             format: FORMAT.into(),
             version: VERSION,
             scene: scene.into(),
+            scene_as: None,
             world,
             seed: flight.seed(),
             duration_s,

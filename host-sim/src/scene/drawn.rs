@@ -1,5 +1,6 @@
 //! Materials for scenes that do not say of what their walls are.
 
+use super::kinds::{FaceKind, Kinds};
 use super::{Face, Material, Scene};
 use crate::random::Stream;
 
@@ -25,9 +26,6 @@ const NAMES: [&str; 7] = [
 const BRICK_SHARE: f64 = 0.4;
 const MASONRY_SHARE: f64 = 0.8;
 
-/// Objects no taller than this are cars outdoors and furniture indoors, m.
-const LOW_OBJECT_M: f64 = 2.5;
-
 /// Seed of the draws: the same scene is of the same materials in every flight.
 const SEED: u64 = 0;
 
@@ -46,11 +44,11 @@ impl Scene {
             .iter()
             .map(|name| Material::named(name).unwrap_or(Material::PAPER))
             .collect();
-        let objects = Objects::of(self.faces());
+        let kinds = Kinds::of(self.faces());
         let own: Vec<Material> = self.materials()[1..].to_vec();
         let of_face: Vec<Option<u16>> = (0..self.faces().len() as u32)
             .map(|face| match self.material_of(face) {
-                0 => Some(objects.material(&self.faces()[face as usize]) + own.len() as u16),
+                0 => Some(material(&kinds, &self.faces()[face as usize]) + own.len() as u16),
                 place => Some(place as u16 - 1),
             })
             .collect();
@@ -58,74 +56,22 @@ impl Scene {
     }
 }
 
-/// What the objects of a scene are, by number.
-struct Objects {
-    /// Least and greatest height of each, m.
-    heights_m: Vec<[f64; 2]>,
-    /// Height of the lowest face that looks up, m.
-    ground_m: f64,
-    indoors: bool,
-}
-
-/// Whether a face looks up (1) or down (-1); 0 for walls.
-fn level(face: &Face) -> i8 {
-    const STEEP: f64 = 0.7;
-    i8::from(face.normal().z > STEEP) - i8::from(face.normal().z < -STEEP)
-}
-
-/// Least and greatest height of a face, m.
-fn height_m(face: &Face) -> [f64; 2] {
-    face.vertices()
-        .iter()
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
-            [low.min(v.z), high.max(v.z)]
-        })
-}
-
-impl Objects {
-    fn of(faces: &[Face]) -> Self {
-        let count = faces.iter().map(|face| face.object() as usize + 1).max();
-        let mut heights_m = vec![[f64::INFINITY, f64::NEG_INFINITY]; count.unwrap_or(0)];
-        for face in faces {
-            let [low, high] = height_m(face);
-            let of_object = &mut heights_m[face.object() as usize];
-            *of_object = [of_object[0].min(low), of_object[1].max(high)];
-        }
-        let floors = faces.iter().filter(|face| level(face) > 0);
-        let ground_m = floors.map(|face| height_m(face)[0]).fold(f64::INFINITY, f64::min);
-        // A ceiling: the highest face of its object looks down, and the object has a height.
-        let indoors = faces.iter().any(|face| {
-            let [low, high] = heights_m[face.object() as usize];
-            level(face) < 0 && height_m(face)[0] >= high && high - low > LOW_OBJECT_M
-        });
-        Self {
-            heights_m,
-            ground_m,
-            indoors,
-        }
-    }
-
-    /// Place of a face's material among [`NAMES`].
-    fn material(&self, face: &Face) -> u16 {
-        let object = face.object();
-        let [low, high] = self.heights_m[object as usize];
-        let is_ground = level(face) > 0 && height_m(face)[0] <= self.ground_m;
-        let is_low = high - low <= LOW_OBJECT_M;
-        match (self.indoors, is_ground) {
-            (true, true) => CONCRETE,
-            (true, false) if is_low && low <= self.ground_m => WOOD,
-            (true, false) => PLASTERBOARD,
-            (false, true) => ASPHALT,
-            (false, false) if is_low => METAL,
-            (false, false) => {
-                let share = Stream::new(SEED, u64::from(object)).uniform();
-                if share < BRICK_SHARE {
-                    BRICK
-                } else if share < MASONRY_SHARE {
-                    CONCRETE
-                } else {
-                    GLASS
-                }
+/// Place of a face's material among [`NAMES`].
+fn material(kinds: &Kinds, face: &Face) -> u16 {
+    match (kinds.indoors(), kinds.of_face(face)) {
+        (true, FaceKind::Ground) => CONCRETE,
+        (true, FaceKind::LowObject) => WOOD,
+        (true, FaceKind::Wall | FaceKind::Roof) => PLASTERBOARD,
+        (false, FaceKind::Ground) => ASPHALT,
+        (false, FaceKind::LowObject) => METAL,
+        (false, FaceKind::Wall | FaceKind::Roof) => {
+            let share = Stream::new(SEED, u64::from(face.object())).uniform();
+            if share < BRICK_SHARE {
+                BRICK
+            } else if share < MASONRY_SHARE {
+                CONCRETE
+            } else {
+                GLASS
             }
         }
     }

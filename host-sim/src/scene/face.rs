@@ -174,6 +174,17 @@ impl Face {
         &self.normal
     }
 
+    /// Two axes of the plane: the first one level, unless the plane itself is; the second one so that the normal is the third.
+    pub fn axes(&self) -> [Vec3; 2] {
+        let level = Vec3::z().cross(&self.normal);
+        let u = if level.norm() > 1e-6 {
+            level.normalize()
+        } else {
+            Vec3::x()
+        };
+        [u, self.normal.cross(&u)]
+    }
+
     /// Number of the solid that the face bounds.
     pub fn object(&self) -> u32 {
         self.object

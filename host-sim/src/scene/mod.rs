@@ -10,18 +10,25 @@ mod face;
 mod index;
 mod indoor;
 mod json;
+mod kinds;
 mod material;
 mod obj;
+mod panels;
 mod place;
+mod placement;
 mod ply;
 mod prism;
+mod relief;
 mod street;
 mod triangles;
+mod uneven;
 mod weld;
 
 pub use face::{Face, FaceError, MAX_COORDINATE_M, PLANARITY_TOLERANCE_M};
 pub use material::{Lobe, MATERIAL_NAMES, Material, Roughness};
 pub use place::{BUILT_IN_NAMES, REFERENCE_SCENE_JSON};
+pub use placement::Placement;
+pub(crate) use placement::turn;
 
 use index::FaceIndex;
 
@@ -29,6 +36,8 @@ use crate::input::limits::{SCENE_FACES, SCENE_VERTICES};
 
 pub use index::SURFACE_MARGIN_M;
 pub(crate) use triangles::triangles;
+pub use uneven::Unevenness;
+pub(crate) use uneven::{Patch, Uneven};
 
 /// Cartesian vector in the world frame, m (or dimensionless for directions).
 pub(crate) type Vec3 = nalgebra::Vector3<f64>;
@@ -114,9 +123,23 @@ impl Bounds {
         (0..3).all(|i| self.min_m[i] <= point_m[i] && point_m[i] <= self.max_m[i])
     }
 
+    /// Its eight corners.
+    fn corners(&self) -> [Vec3; 8] {
+        let of = |corner: usize, axis: usize| match corner >> axis & 1 {
+            0 => self.min_m[axis],
+            _ => self.max_m[axis],
+        };
+        core::array::from_fn(|corner| Vec3::from_fn(|axis, _| of(corner, axis)))
+    }
+
     /// Smallest box around the vertices of all faces; `None` without a vertex.
     fn of(faces: &[Face]) -> Option<Self> {
-        let mut vertices = faces.iter().flat_map(Face::vertices);
+        Self::around(faces.iter().flat_map(Face::vertices))
+    }
+
+    /// Smallest box around points; `None` without one.
+    fn around<'p>(points: impl IntoIterator<Item = &'p Vec3>) -> Option<Self> {
+        let mut vertices = points.into_iter();
         let first = vertices.next()?;
         let (min, max) = vertices.fold((*first, *first), |(lo, hi), v| (lo.inf(v), hi.sup(v)));
         Some(Self {
@@ -151,6 +174,17 @@ pub struct Scene {
     bounds: Bounds,
     faces: Vec<Face>,
     index: FaceIndex,
+    /// Where the surfaces are, when they are off the faces.
+    uneven: Option<Uneven>,
+    /// Of a scene that was moved.
+    moved: Option<Box<Moved>>,
+}
+
+/// Where a scene stands, and the scene as it was.
+#[derive(Debug)]
+struct Moved {
+    placement: Placement,
+    own: Scene,
 }
 
 impl Scene {
@@ -180,7 +214,61 @@ impl Scene {
             bounds: bounds.unwrap_or(hull),
             faces,
             index,
+            uneven: None,
+            moved: None,
         })
+    }
+
+    /// The scene turned and moved as a whole, with its materials and its surfaces. One that was moved before is moved anew.
+    ///
+    /// # Errors
+    /// [`SceneError`] naming a face that came to lie too far off.
+    pub fn placed(self, placement: Placement) -> Result<Self, SceneError> {
+        let own = match self.moved {
+            Some(moved) => moved.own,
+            None => self,
+        };
+        if placement.is_none() {
+            return Ok(own);
+        }
+        let place = |v: &Vec3| <[f64; 3]>::from(placement.place(v));
+        let raw: Vec<RawFace> = own
+            .faces
+            .iter()
+            .map(|face| RawFace {
+                vertices: face.vertices().iter().map(place).collect(),
+                normal: None,
+                object: Some(face.object()),
+            })
+            .collect();
+        let corners = own.bounds.corners().map(|corner| placement.place(&corner));
+        let scene = Self::new(
+            own.name.clone(),
+            own.materials[0],
+            own.frequency_hz,
+            Bounds::around(&corners),
+            raw,
+        )?;
+        let uneven = own.uneven.as_ref();
+        Ok(Self {
+            materials: own.materials.clone(),
+            material_of: own.material_of.clone(),
+            uneven: uneven.and_then(|uneven| uneven.moved(&scene.faces, placement)),
+            moved: Some(Box::new(Moved { placement, own })),
+            ..scene
+        })
+    }
+
+    /// Where the scene stands.
+    pub fn placement(&self) -> Placement {
+        self.moved
+            .as_ref()
+            .map_or_else(Placement::default, |moved| moved.placement)
+    }
+
+    /// The scene in its own frame, as it was before it was moved.
+    pub fn own(&self) -> &Self {
+        self.moved.as_ref().map_or(self, |moved| &moved.own)
     }
 
     /// Name of the scene.
@@ -231,7 +319,7 @@ impl Scene {
         self.frequency_hz
     }
 
-    /// The room to fly in, m: that of the file, or the box around all faces.
+    /// The room to fly in, m: that of the file, or the box around all faces. Of a scene that was moved, the box around that room.
     pub fn bounds(&self) -> Bounds {
         self.bounds
     }
@@ -313,9 +401,10 @@ impl Scene {
         first
     }
 
-    /// Whether the point is within the bounds and in no solid.
+    /// Whether the point is within the bounds, turned with the scene, and in no solid.
     pub fn is_free(&self, point_m: [f64; 3]) -> bool {
-        self.bounds.contains(point_m) && !self.inside_solid(point_m)
+        let own_m = self.placement().back(&point_m.into()).into();
+        self.own().bounds.contains(own_m) && !self.inside_solid(point_m)
     }
 }
 

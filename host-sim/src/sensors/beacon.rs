@@ -1,7 +1,7 @@
 //! The GMT's beacon: where it says it is, and when it will sound.
 //!
 //! A beacon follows every sweep. It tells the position of the GMT by its own navigation, off by a slowly wandering
-//! error, and the attitude of its mast, which is meant to be level and north-aligned but is off by a constant that
+//! error, and the attitude of its mast, which is meant to be level and of the heading that it tells but is off by a constant that
 //! nobody knows: that error turns the whole solution about the GMT (docs/localization.md, "The model").
 
 use core::f64::consts::PI;
@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::flight::Schedule;
 use crate::input::InputError;
+use crate::scene::turn;
 use crate::seeded::{Seeded, Source};
 
 /// Errors of what the GMT says about itself. Defaults are the budget of design section 6.
@@ -104,6 +105,7 @@ pub struct Beacon {
 #[derive(Clone, Debug)]
 pub struct Beacons {
     schedule: Schedule,
+    heading_rad: f64,
     position_error_m: Vector3<f64>,
     sigma_m: f64,
     kept: f64,
@@ -113,8 +115,8 @@ pub struct Beacons {
 }
 
 impl Beacons {
-    /// The beacons of the world of `seed`.
-    pub fn new(config: &BeaconConfig, schedule: Schedule, seed: u64) -> Self {
+    /// The beacons of the world of `seed`, of a mast of that heading, rad from east: the errors of its position turn with it.
+    pub fn new(config: &BeaconConfig, schedule: Schedule, heading_rad: f64, seed: u64) -> Self {
         let mut position = Seeded::new(seed, Source::GmtPosition);
         let kept = if config.position_error_time_s > 0.0 {
             libm::exp(-schedule.sweep_period_s / config.position_error_time_s)
@@ -123,6 +125,7 @@ impl Beacons {
         };
         Self {
             schedule,
+            heading_rad,
             position_error_m: position.normal_vector() * config.position_error_m,
             sigma_m: config.position_error_m,
             kept,
@@ -140,8 +143,8 @@ impl Beacons {
         (!lost).then(|| Beacon {
             sweep,
             gmt_time_s: self.schedule.sweep_time_s(sweep),
-            position_m: (position_m + self.position_error_m).into(),
-            heading_pitch_roll_rad: [0.0; 3],
+            position_m: (position_m + turn(self.heading_rad) * self.position_error_m).into(),
+            heading_pitch_roll_rad: [self.heading_rad, 0.0, 0.0],
             position_sigma_m: self.sigma_m,
             sweep_period_s: self.schedule.sweep_period_s,
             sweeps_per_stop: self.schedule.sweeps_per_stop,
@@ -150,8 +153,8 @@ impl Beacons {
 }
 
 /// True attitude of the GMT's mast over a flight: turns vectors of the GMT's array frame into world vectors. The
-/// beacons report the identity.
-pub fn true_gmt_attitude(config: &BeaconConfig, seed: u64) -> Rotation3<f64> {
+/// beacons report the heading alone, rad from east.
+pub fn true_gmt_attitude(config: &BeaconConfig, heading_rad: f64, seed: u64) -> Rotation3<f64> {
     let mut random = Seeded::new(seed, Source::GmtAttitude);
     let degree = PI / 180.0;
     let tilt = config.tilt_error_deg * degree;
@@ -162,8 +165,8 @@ pub fn true_gmt_attitude(config: &BeaconConfig, seed: u64) -> Rotation3<f64> {
         let (sin, cos) = libm::sincos(0.5 * angle);
         nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::from_parts(cos, axis * sin))
     };
-    let turn = about(Vector3::z(), yaw) * about(Vector3::y(), pitch) * about(Vector3::x(), roll);
-    turn.to_rotation_matrix()
+    let off = about(Vector3::z(), yaw) * about(Vector3::y(), pitch) * about(Vector3::x(), roll);
+    turn(heading_rad) * off.to_rotation_matrix()
 }
 
 #[cfg(test)]
@@ -179,7 +182,7 @@ mod tests {
         let here = Vector3::new(3.0, -4.0, 1.5);
         let (mut now, mut step, mut minute) = (0.0, 0.0, 0.0);
         for seed in 0..300 {
-            let mut beacons = Beacons::new(&BeaconConfig::default(), schedule(), seed);
+            let mut beacons = Beacons::new(&BeaconConfig::default(), schedule(), 0.0, seed);
             let errors: Vec<_> = (0..=120)
                 .filter_map(|sweep| beacons.next(sweep, &here))
                 .map(|beacon| Vector3::from(beacon.position_m) - here)
@@ -199,17 +202,17 @@ mod tests {
     fn the_mast_is_off_by_the_budget_and_the_beacon_does_not_say_so() {
         let (mut heading, mut tilt) = (0.0, 0.0);
         for seed in 0..400 {
-            let r = true_gmt_attitude(&BeaconConfig::default(), seed).into_inner();
+            let r = true_gmt_attitude(&BeaconConfig::default(), 0.0, seed).into_inner();
             heading += r.m21 * r.m21 / 400.0;
             tilt += (r.m13 * r.m13 + r.m23 * r.m23) / 800.0;
         }
         let deg = |square: f64| square.sqrt() * 180.0 / PI;
         assert!((deg(heading) / 0.05 - 1.0).abs() < 0.1 && (deg(tilt) / 0.05 - 1.0).abs() < 0.1);
         assert_eq!(
-            true_gmt_attitude(&BeaconConfig::ideal(), 4),
+            true_gmt_attitude(&BeaconConfig::ideal(), 0.0, 4),
             Rotation3::identity()
         );
-        let beacon = Beacons::new(&BeaconConfig::default(), schedule(), 1).next(0, &Vector3::zeros());
+        let beacon = Beacons::new(&BeaconConfig::default(), schedule(), 0.0, 1).next(0, &Vector3::zeros());
         assert_eq!(beacon.map(|b| b.heading_pitch_roll_rad), Some([0.0; 3]));
     }
 
@@ -220,8 +223,8 @@ mod tests {
             ..BeaconConfig::default()
         };
         let (mut all, mut some) = (
-            Beacons::new(&BeaconConfig::default(), schedule(), 9),
-            Beacons::new(&lossy, schedule(), 9),
+            Beacons::new(&BeaconConfig::default(), schedule(), 0.0, 9),
+            Beacons::new(&lossy, schedule(), 0.0, 9),
         );
         let mut lost = 0;
         for sweep in 0..1000 {

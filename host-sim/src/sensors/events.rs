@@ -72,7 +72,12 @@ impl<'a> Events<'a> {
             sampling: Sampling::new(&config.imu, seed),
             magnetometer: Magnetometer::new(&config.magnetometer, seed),
             timing: Timing::new(&config.timing, seed),
-            beacons: Beacons::new(&config.beacon, flight.plan().schedule(), seed),
+            beacons: Beacons::new(
+                &config.beacon,
+                flight.plan().schedule(),
+                flight.plan().gmt_heading_rad(),
+                seed,
+            ),
             imu_end_s: flight.clock().time_at_s(0.0),
             next: [1, 1, 0, 0, 0],
             pending: [None; 5],

@@ -48,7 +48,7 @@ impl SensedFlight {
     pub fn new(plan: FlightPlan, config: SensorsConfig, seed: u64) -> Result<Self, InputError> {
         config.check()?;
         let clock = Clock::new(&config.clock, seed, plan.duration_s()).with_steps(&config.faults.clock);
-        let gmt_attitude = true_gmt_attitude(&config.beacon, seed);
+        let gmt_attitude = true_gmt_attitude(&config.beacon, plan.gmt_heading_rad(), seed);
         Ok(Self {
             plan,
             config,

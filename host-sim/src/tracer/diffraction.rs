@@ -158,30 +158,21 @@ impl<'t> LitEdges<'t> {
         about: &AboutEdge,
         surfaces: &Surfaces<'_>,
     ) -> Option<TracedPath> {
-        let (source, scene) = (&lit.about, tree.scene());
-        let off_m = source.off_m + about.off_m;
-        let at_m = (source.along_m * about.off_m + about.along_m * source.off_m) / off_m;
-        if !(lit.part_m[0]..=lit.part_m[1]).contains(&at_m) {
-            return None;
-        }
-        let hypotenuse = |a: f64, b: f64| (a * a + b * b).sqrt();
-        let before_m = hypotenuse(source.off_m, at_m - source.along_m);
-        let behind_m = hypotenuse(about.off_m, about.along_m - at_m);
-        if before_m.min(behind_m) < LEAST_DISTANCE_M {
-            return None;
-        }
+        let scene = tree.scene();
         let wedge = &self.edges.wedges[lit.wedge as usize];
-        let wavelength_m = SPEED_OF_LIGHT_M_PER_S / scene.frequency_hz();
-        let incidence = Incidence {
-            n: wedge.exterior_rad / PI,
-            k_rad_per_m: 2.0 * PI / wavelength_m,
-            sin_beta: off_m / (before_m + behind_m),
-            before_m,
-            behind_m,
-            phi_in_rad: lit.phi_rad,
-            phi_out_rad: about.angle_rad(),
-        };
-        let spread = wavelength_m / (4.0 * PI) / (before_m * behind_m * (before_m + behind_m)).sqrt();
+        let crossing = Crossing::of(
+            wedge,
+            &lit.about,
+            lit.phi_rad,
+            about,
+            scene.frequency_hz(),
+            |at_m| (lit.part_m[0]..=lit.part_m[1]).contains(&at_m),
+        )?;
+        let Crossing {
+            at_m,
+            incidence,
+            spread,
+        } = crossing;
         let least = least_amplitude(&self.options);
         if spread * DIPOLES * incidence.bound() < least {
             return None;
@@ -210,8 +201,114 @@ impl<'t> LitEdges<'t> {
         if !trial.is_clear(scene, &tx, rx) {
             return None;
         }
-        let path = trial.path(&tx, rx, scene, surfaces, spread);
+        let bounce = |face: u32| Bounce {
+            normal: scene.faces()[face as usize].normal(),
+            surface: surfaces.of(face),
+        };
+        let path = TracedPath {
+            wedge: Some(lit.wedge),
+            ..trial.path(&tx, rx, bounce, surfaces, spread)
+        };
         (path.gain.norm() >= least).then_some(path)
+    }
+
+    /// A path of one diffraction with its reflection elsewhere than on the face: through these points, off this plane.
+    pub(super) fn around(
+        &self,
+        flat: &TracedPath,
+        points: &[Vec3],
+        bounce: &Bounce<'_>,
+        ends: [&Vec3; 2],
+        frequency_hz: f64,
+        surfaces: &Surfaces<'_>,
+    ) -> Option<TracedPath> {
+        let (edge, face) = (flat.kind.edge()?, *flat.faces().first()?);
+        let wedge = &self.edges.wedges[flat.wedge? as usize];
+        let mut trial_places = [(points[edge], None); 2];
+        let mirror = 1 - edge;
+        trial_places[mirror] = (*points.get(mirror)?, Some(face));
+        // The end on the mirror's side of the edge is seen behind the mirror.
+        let mut seen = ends.map(|end| *end);
+        let height_m = bounce.normal.dot(&(seen[mirror] - points[mirror]));
+        seen[mirror] -= bounce.normal * (2.0 * height_m);
+        let [source, receiver] = [wedge.about(&seen[0])?, wedge.about(&seen[1])?];
+        let on_edge = |at_m: f64| (0.0..=wedge.length_m).contains(&at_m);
+        let crossing = Crossing::of(
+            wedge,
+            &source,
+            source.angle_rad(),
+            &receiver,
+            frequency_hz,
+            on_edge,
+        )?;
+        let trial = Trial {
+            wedge,
+            incidence: crossing.incidence,
+            places: trial_places,
+            count: 2,
+        };
+        let path = trial.path(ends[0], ends[1], |_| *bounce, surfaces, crossing.spread);
+        Some(TracedPath {
+            wedge: flat.wedge,
+            ..path
+        })
+    }
+
+    /// The two faces of an edge.
+    pub(super) fn flanks(&self, wedge: u32) -> [u32; 2] {
+        self.edges.wedges[wedge as usize].faces()
+    }
+
+    /// Unit vector along an edge.
+    pub(super) fn along(&self, wedge: u32) -> Vec3 {
+        self.edges.wedges[wedge as usize].along
+    }
+}
+
+/// How a wave bends from one place about an edge to another.
+struct Crossing {
+    /// Where on the edge, m along it.
+    at_m: f64,
+    incidence: Incidence,
+    /// Spreading of the wave, unfolded.
+    spread: f64,
+}
+
+impl Crossing {
+    /// The crossing from a source at an angle about the edge to a receiver, if it is at a place that is allowed.
+    fn of(
+        wedge: &Wedge,
+        source: &AboutEdge,
+        phi_in_rad: f64,
+        receiver: &AboutEdge,
+        frequency_hz: f64,
+        allowed: impl Fn(f64) -> bool,
+    ) -> Option<Self> {
+        let off_m = source.off_m + receiver.off_m;
+        let at_m = (source.along_m * receiver.off_m + receiver.along_m * source.off_m) / off_m;
+        if !allowed(at_m) {
+            return None;
+        }
+        let hypotenuse = |a: f64, b: f64| (a * a + b * b).sqrt();
+        let before_m = hypotenuse(source.off_m, at_m - source.along_m);
+        let behind_m = hypotenuse(receiver.off_m, receiver.along_m - at_m);
+        if before_m.min(behind_m) < LEAST_DISTANCE_M {
+            return None;
+        }
+        let wavelength_m = SPEED_OF_LIGHT_M_PER_S / frequency_hz;
+        Some(Self {
+            at_m,
+            incidence: Incidence {
+                n: wedge.exterior_rad / PI,
+                k_rad_per_m: 2.0 * PI / wavelength_m,
+                sin_beta: off_m / (before_m + behind_m),
+                before_m,
+                behind_m,
+                phi_in_rad,
+                phi_out_rad: receiver.angle_rad(),
+            },
+            spread: wavelength_m / (4.0 * PI) / (before_m * behind_m * (before_m + behind_m)).sqrt(),
+        })
     }
 }
 
@@ -261,7 +358,15 @@ impl Trial<'_> {
         })
     }
 
-    fn path(&self, tx: &Vec3, rx: &Vec3, scene: &Scene, surfaces: &Surfaces<'_>, spread: f64) -> TracedPath {
+    /// The path with its gain; `bounce` says off what a face reflects.
+    fn path<'a>(
+        &self,
+        tx: &Vec3,
+        rx: &Vec3,
+        bounce: impl Fn(u32) -> Bounce<'a>,
+        surfaces: &Surfaces<'_>,
+        spread: f64,
+    ) -> TracedPath {
         let places = self.places();
         let at = |i: usize| match i {
             0 => *tx,
@@ -273,13 +378,7 @@ impl Trial<'_> {
         for (i, (_, face)) in places.iter().enumerate() {
             let next = (at(i + 2) - at(i + 1)).normalize();
             field = match face {
-                Some(face) => {
-                    let bounce = Bounce {
-                        normal: scene.faces()[*face as usize].normal(),
-                        surface: surfaces.of(*face),
-                    };
-                    reflect(&field, &direction, &bounce, &next)
-                }
+                Some(face) => reflect(&field, &direction, &bounce(*face), &next),
                 None => diffract(&field, self.wedge, &self.incidence, &direction, &next, surfaces),
             };
             direction = next;

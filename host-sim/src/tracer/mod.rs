@@ -7,6 +7,8 @@
 //! exactly from the images, must lie in their faces, and every leg must be clear. All pruning is conservative: it may keep
 //! a branch that leads nowhere, never drop one that leads somewhere.
 //!
+//! Where a scene's surfaces are off its faces, each path is found over the faces and then led over the surfaces.
+//!
 //! Beside these, and only when asked for ([`Propagation`]): diffraction at edges, diffuse scattering. Transmission is not modelled. A result depends on the scene and the two end
 //! points only, so it is the same for any batch and any number of threads.
 
@@ -25,6 +27,7 @@ mod scatter;
 mod surface;
 mod tiles;
 mod tree;
+mod uneven;
 mod utd;
 
 pub use batch::for_each_link;

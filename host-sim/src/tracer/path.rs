@@ -33,6 +33,8 @@ pub struct TracedPath {
     pub(super) departure_rad: [f64; 2],
     pub(super) arrival_rad: [f64; 2],
     pub(super) gain: Complex<f64>,
+    /// Place among the scene's wedges of the edge that diffracts it.
+    pub(super) wedge: Option<u32>,
 }
 
 impl TracedPath {
@@ -73,6 +75,7 @@ impl TracedPath {
             departure_rad: zenith_azimuth(&(points[1] - points[0])),
             arrival_rad: zenith_azimuth(&(points[order] - points[order + 1])),
             gain,
+            wedge: None,
         }
     }
 

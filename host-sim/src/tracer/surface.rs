@@ -6,7 +6,7 @@ use core::f64::consts::{PI, TAU};
 use nalgebra::Complex;
 
 use super::Propagation;
-use crate::scene::{Lobe, Material, Scene};
+use crate::scene::{Lobe, Material, Patch, Scene};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 
 /// A material at one frequency.
@@ -82,6 +82,8 @@ pub(super) struct Surfaces<'s> {
     /// One for all faces, or one for each of the scene's materials.
     surfaces: Vec<Surface>,
     uniform: bool,
+    /// Of the windows in a facade, where they are of another material than the face.
+    window: Option<Surface>,
 }
 
 impl<'s> Surfaces<'s> {
@@ -89,10 +91,12 @@ impl<'s> Surfaces<'s> {
     pub(super) fn of_scene(scene: &'s Scene, propagation: &Propagation) -> Self {
         let surface = |material| Surface::new(material, scene.frequency_hz(), propagation);
         let surfaces: Vec<Surface> = scene.materials().iter().map(surface).collect();
+        let pane = scene.uneven().and_then(|_| Scene::pane());
         Self {
             scene,
             uniform: surfaces.len() == 1,
             surfaces,
+            window: pane.as_ref().map(surface),
         }
     }
 
@@ -102,7 +106,14 @@ impl<'s> Surfaces<'s> {
             scene,
             surfaces: vec![Surface::new(material, scene.frequency_hz(), propagation)],
             uniform: true,
+            window: None,
         }
+    }
+
+    /// That of a part of a face.
+    pub(super) fn at(&self, face: u32, patch: &Patch<'_>) -> &Surface {
+        let window = self.window.as_ref().filter(|_| patch.is_window());
+        window.unwrap_or_else(|| self.of(face))
     }
 
     /// That of a face.

@@ -8,6 +8,9 @@ const TILE_M: f64 = 1.0;
 /// No scene is cut into many more tiles than this.
 const MOST_TILES: f64 = 250e3;
 
+/// Part of a tile that a face may be wider than whole tiles without another one: rounding, which a turned scene has and another has not.
+const ROUNDING: f64 = 1e-9;
+
 /// Tiles along a side of a block.
 const BLOCK: u32 = 8;
 
@@ -81,7 +84,7 @@ impl Tiles {
         let least = |i: usize| flat.iter().map(|p| p[i]).fold(f64::INFINITY, f64::min);
         let most = |i: usize| flat.iter().map(|p| p[i]).fold(f64::NEG_INFINITY, f64::max);
         let corner = [least(0), least(1)];
-        let counts = [0, 1].map(|i| (((most(i) - corner[i]) / side_m).ceil() as u32).max(1));
+        let counts = [0, 1].map(|i| (((most(i) - corner[i]) / side_m - ROUNDING).ceil() as u32).max(1));
         self.columns.push(counts[0]);
         // Whole squares to the face's own size, so that none is a sliver.
         let sides = [0, 1].map(|i| (most(i) - corner[i]) / f64::from(counts[i]));

@@ -8,6 +8,7 @@ use super::field::{self, Bounce};
 use super::path::Place;
 use super::scatter::LitTiles;
 use super::surface::Surfaces;
+use super::uneven::UnevenLink;
 use super::{LEAST_DISTANCE_M, MAX_ORDER, TracedPath, Tracer};
 use crate::paths::{Kind, Link};
 use crate::scene::{Material, Scene, Vec3};
@@ -220,6 +221,21 @@ impl<'t> ImageTree<'t> {
         TracedPath::drop_twins(&mut paths);
         if let Some(lit) = &self.lit_edges {
             paths.extend(lit.trace(self, &rx, surfaces, self.tracer.max_order() > 0));
+            paths.sort_by(TracedPath::by_strength);
+        }
+        if let Some(uneven) = self.scene.uneven() {
+            let link = UnevenLink {
+                scene: self.scene,
+                uneven,
+                edges: self.lit_edges.as_ref(),
+                ends: [&self.tx, &rx],
+                surfaces,
+            };
+            for path in &mut paths {
+                if let Some(met) = link.met(path) {
+                    *path = met;
+                }
+            }
             paths.sort_by(TracedPath::by_strength);
         }
         if let Some(lit) = &self.lit_tiles {

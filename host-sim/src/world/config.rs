@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
-use super::PropagationConfig;
+use super::{PropagationConfig, SceneConfig};
 use crate::channel::ChannelConfig;
 use crate::flight::FlightConfig;
 use crate::input::InputError;
@@ -40,6 +40,8 @@ impl Profile {
 pub struct WorldConfig {
     /// Whose defaults fill what is not said.
     pub profile: Profile,
+    /// What becomes of the scene.
+    pub scene: SceneConfig,
     /// How waves travel.
     pub propagation: PropagationConfig,
     /// What the flight is like.
@@ -68,6 +70,7 @@ impl WorldConfig {
                 ..budget
             },
             Profile::Real => Self {
+                scene: SceneConfig::real(),
                 propagation: PropagationConfig::real(),
                 flight: FlightConfig::real(),
                 sensors: SensorsConfig::real(),
@@ -77,13 +80,14 @@ impl WorldConfig {
         }
     }
 
-    /// Loads a scene ([`Scene::load`]) as this world has it: with a material for each wall, if these are to be drawn.
+    /// Loads a scene ([`Scene::load`]) as this world has it: with a material for each wall, if these are to be drawn, with its surfaces
+    /// off its faces, and where it shall stand.
     ///
     /// # Errors
     /// [`InputError`] naming the name or the file, and what was expected.
     pub fn scene(&self, name_or_file: &str) -> Result<Scene, InputError> {
         let scene = Scene::load(name_or_file)?;
-        Ok(if self.propagation.draws_materials() {
+        self.scene.applied(if self.propagation.draws_materials() {
             scene.with_drawn_materials()
         } else {
             scene
@@ -95,6 +99,7 @@ impl WorldConfig {
     /// # Errors
     /// [`InputError`] naming the key and what was expected.
     pub fn check(&self) -> Result<(), InputError> {
+        self.scene.check().map_err(|error| error.under("scene"))?;
         self.propagation
             .check()
             .map_err(|error| error.under("propagation"))?;

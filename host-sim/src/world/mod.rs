@@ -7,6 +7,7 @@
 mod config;
 mod effects;
 mod propagation;
+mod scene;
 mod words;
 
 use cslam_core::array::half_wave_dipole;
@@ -26,6 +27,7 @@ use crate::tracer::{Propagation, Tracer};
 pub use config::{Profile, WorldConfig};
 pub use effects::{EFFECTS, Effect};
 pub use propagation::{Materials, PropagationConfig};
+pub use scene::SceneConfig;
 
 /// A scene with a flight through it.
 #[derive(Debug)]
@@ -52,7 +54,7 @@ pub struct HeardSweep {
 }
 
 impl<'s> World<'s> {
-    /// Plans a flight through a scene and sets up its sensors and its channel; `seed` decides all of it.
+    /// Plans a flight through a scene, which [`WorldConfig::scene`] loads, and sets up its sensors and its channel; `seed` decides all of it.
     ///
     /// # Errors
     /// [`InputError`] naming a figure of the configuration that is out of range, or saying that no flight was found.
@@ -64,7 +66,7 @@ impl<'s> World<'s> {
             config.propagation.of_tracer(seed),
         )
         .ok_or_else(|| InputError::new("more reflections are asked for than the tracer can follow"))?;
-        let plan = FlightPlan::plan(scene, &config.flight, seed)?;
+        let plan = FlightPlan::through(scene, &config.flight, seed)?;
         let simulator = Simulator::new(config.channel, seed);
         let mut flight = SensedFlight::new(plan, config.sensors, seed)?;
         if flight.config().beacon.over_air || flight.config().timing.over_air {

@@ -10,7 +10,7 @@ use crate::flight_log::Header;
 use crate::input::InputError;
 use crate::progress;
 use crate::raw_flight::Source;
-use crate::recording::{Damage, RecordedFlight};
+use crate::recording::{Damage, Manifest, RecordedFlight};
 use crate::scene::Scene;
 
 /// Flies over the recording in a directory until `interrupted`. `sent` gets what goes to the ground as it goes, with the UAV's time,
@@ -33,7 +33,7 @@ pub(super) fn run(
     let flight = RecordedFlight::open(directory, damage)?;
     let out = super::result_directory(args)?;
     let manifest = flight.manifest();
-    let scene = scene(args, &manifest.scene)?;
+    let scene = scene(args, manifest)?;
     let planned = usize::try_from(flight.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
     let header = Header {
         mode: config.receiver.mode.name().into(),
@@ -75,12 +75,15 @@ pub(super) fn run(
     })
 }
 
-/// The scene to compare the map with: the one that was asked for, or that of the recording, if it is still there.
-fn scene(args: &Args, recorded: &str) -> Result<Option<Scene>, InputError> {
+/// The scene to compare the map with: the one that was asked for, or that of the recording, if it is still there. Either stands, and is
+/// uneven, as the recorded one.
+fn scene(args: &Args, manifest: &Manifest) -> Result<Option<Scene>, InputError> {
+    let told = manifest.scene_as.unwrap_or_default();
+    let load = |name: &str| told.applied(Scene::load(name)?);
     if let Some(name) = &args.scene {
-        return Scene::load(name).map(Some);
+        return load(name).map(Some);
     }
-    match Scene::load(recorded) {
+    match load(&manifest.scene) {
         Ok(scene) => Ok(Some(scene)),
         Err(error) => {
             progress::note(format_args!(
