@@ -27,6 +27,7 @@ pub mod link_traffic;
 pub mod localization;
 pub mod lscn;
 pub mod measurement;
+pub mod movers;
 pub mod path_flight;
 pub mod paths;
 pub mod progress;

@@ -86,6 +86,9 @@ pub struct LinkPath {
     /// A second, independent tracer found this path too (reference lists only).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub confirmed: Option<bool>,
+    /// Rate at which movers on the way shorten it, m/s; the motion of the ends comes on top. Absent for none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub closing_m_per_s: Option<f64>,
 }
 
 impl LinkPath {
@@ -97,14 +100,23 @@ impl LinkPath {
 
     /// Whether a face scattered it diffusely.
     pub fn is_scattered(&self) -> bool {
-        let met = self.kind.as_ref().map_or(&[][..], Kind::interactions);
-        met.contains(&Interaction::Scattering)
+        self.met(Interaction::Scattering)
+    }
+
+    /// Whether a mover reflected it: its points are none of a static map.
+    pub fn is_off_mover(&self) -> bool {
+        self.met(Interaction::Mover)
+    }
+
+    /// Whether a kind of interaction is among those that the list names.
+    fn met(&self, what: Interaction) -> bool {
+        self.kind.is_some_and(|kind| kind.interactions().contains(&what))
     }
 
     /// Whether one reflection or diffraction made it: a path of its own, whose one interaction is a point of a surface. The pieces
-    /// of a wave that a wall scatters are none.
+    /// of a wave that a wall scatters are none, nor is what a mover reflects.
     pub fn is_first_order(&self) -> bool {
-        self.order == Some(1) && !self.is_scattered()
+        self.order == Some(1) && !self.is_scattered() && !self.is_off_mover()
     }
 
     /// Power gain, dB; minus infinity for a path without any power, absent where the list does not say.

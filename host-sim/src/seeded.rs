@@ -79,6 +79,8 @@ pub enum Source {
     Wind,
     /// Direction of the motors' magnetic field.
     MotorField,
+    /// Cars and people.
+    Movers = 0x5f40,
 }
 
 /// A seeded generator of uniform and normal numbers: a [`Stream`] of its own for every source.

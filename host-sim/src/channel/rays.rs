@@ -98,6 +98,8 @@ const LEAST_DIPOLE: f64 = 1.7e-3;
 
 /// Longest delay of a path, s: 300 km.
 const MAX_DELAY_S: f64 = 1e-3;
+/// Greatest rate at which movers shorten or stretch a path, m/s.
+const MAX_CLOSING_M_PER_S: f64 = 1000.0;
 /// Greatest amplitude of a path.
 const MAX_GAIN: f64 = 1.0;
 
@@ -143,8 +145,16 @@ fn ray(path: &LinkPath, instant: &Instant, carrier_hz: f64) -> Result<Ray, Strin
     let dipoles = [&departure, &arrival].map(|d| half_wave_dipole(d.vector()).max(LEAST_DIPOLE));
     let turns = carrier_hz * path.delay_s;
     let carrier = phasor(-std::f64::consts::TAU * (turns - turns.floor()));
-    let closing_m_per_s =
-        instant.velocity_m_per_s.dot(arrival.vector()) + instant.gmt_velocity_m_per_s.dot(departure.vector());
+    let of_movers_m_per_s = path.closing_m_per_s.unwrap_or(0.0);
+    if of_movers_m_per_s.is_nan() || of_movers_m_per_s.abs() > MAX_CLOSING_M_PER_S {
+        return Err(format!(
+            "`closing_m_per_s` is {of_movers_m_per_s}, expected {} to {MAX_CLOSING_M_PER_S}",
+            -MAX_CLOSING_M_PER_S
+        ));
+    }
+    let closing_m_per_s = instant.velocity_m_per_s.dot(arrival.vector())
+        + instant.gmt_velocity_m_per_s.dot(departure.vector())
+        + of_movers_m_per_s;
     Ok(Ray {
         amplitude: C64::new(gain[0], gain[1]) * carrier * (match_ / (dipoles[0] * dipoles[1])),
         delay_s: path.delay_s,

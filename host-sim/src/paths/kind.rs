@@ -1,4 +1,4 @@
-//! What a wave meets on its way, as the paths format names it: `LOS`, `R`, `RR`, `D`, `RD`, `S`.
+//! What a wave meets on its way, as the paths format names it: `LOS`, `R`, `RR`, `D`, `RD`, `S`, `M`.
 
 use std::fmt;
 
@@ -13,6 +13,8 @@ pub enum Interaction {
     Diffraction,
     /// Diffuse scattering off a piece of a face.
     Scattering,
+    /// Specular reflection off something that is not of the scene: a car or a person.
+    Mover,
 }
 
 impl Interaction {
@@ -21,6 +23,7 @@ impl Interaction {
             Self::Reflection => 'R',
             Self::Diffraction => 'D',
             Self::Scattering => 'S',
+            Self::Mover => 'M',
         }
     }
 }
@@ -97,7 +100,7 @@ impl<'de> Deserialize<'de> for Kind {
         let text = std::borrow::Cow::<'_, str>::deserialize(deserializer)?;
         let wrong = || {
             serde::de::Error::custom(format!(
-                "`kind` is \"{text}\", expected \"LOS\", or one to {MOST} of the letters R, D and S"
+                "`kind` is \"{text}\", expected \"LOS\", or one to {MOST} of the letters R, D, S and M"
             ))
         };
         if text == LINE_OF_SIGHT {
@@ -107,6 +110,7 @@ impl<'de> Deserialize<'de> for Kind {
             Interaction::Reflection,
             Interaction::Diffraction,
             Interaction::Scattering,
+            Interaction::Mover,
         ];
         let interactions: Option<Vec<Interaction>> = text
             .chars()

@@ -13,11 +13,13 @@
 mod angles;
 mod batch;
 mod beam;
+mod bodies;
 mod check;
 mod check_edges;
 mod diffraction;
 mod edges;
 mod field;
+mod knife_edge;
 mod pairs;
 mod path;
 mod propagation;
@@ -28,6 +30,7 @@ mod tree;
 mod utd;
 
 pub use batch::for_each_link;
+pub use bodies::Bodies;
 pub use check::{Comparison, EDGE_EXCEPTION_M, Tally};
 pub use check_edges::{DiffractionComparison, STRONG_DB};
 pub use path::TracedPath;

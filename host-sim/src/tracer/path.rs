@@ -33,6 +33,8 @@ pub struct TracedPath {
     pub(super) departure_rad: [f64; 2],
     pub(super) arrival_rad: [f64; 2],
     pub(super) gain: Complex<f64>,
+    /// Rate at which movers on the way shorten it, m/s.
+    pub(super) closing_m_per_s: f64,
 }
 
 impl TracedPath {
@@ -73,6 +75,7 @@ impl TracedPath {
             departure_rad: zenith_azimuth(&(points[1] - points[0])),
             arrival_rad: zenith_azimuth(&(points[order] - points[order + 1])),
             gain,
+            closing_m_per_s: 0.0,
         }
     }
 
@@ -151,6 +154,11 @@ impl TracedPath {
         [self.gain.re, self.gain.im]
     }
 
+    /// Rate at which movers on the way shorten the path, m/s; the motion of the ends comes on top.
+    pub fn closing_m_per_s(&self) -> f64 {
+        self.closing_m_per_s
+    }
+
     /// The path as the paths format has it; without kind, if reflections are all that it meets.
     pub fn to_link_path(&self) -> LinkPath {
         LinkPath {
@@ -169,6 +177,7 @@ impl TracedPath {
             snr_db: None,
             covariance: None,
             confirmed: None,
+            closing_m_per_s: (self.closing_m_per_s != 0.0).then_some(self.closing_m_per_s),
         }
     }
 }

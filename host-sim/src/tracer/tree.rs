@@ -7,7 +7,7 @@ use super::diffraction::LitEdges;
 use super::field::{self, Bounce};
 use super::path::Place;
 use super::scatter::LitTiles;
-use super::surface::Surfaces;
+use super::surface::{Surface, Surfaces};
 use super::{LEAST_DISTANCE_M, MAX_ORDER, TracedPath, Tracer};
 use crate::paths::{Kind, Link};
 use crate::scene::{Material, Scene, Vec3};
@@ -187,6 +187,11 @@ impl<'t> ImageTree<'t> {
     /// The scene.
     pub(super) fn scene(&self) -> &'t Scene {
         self.scene
+    }
+
+    /// What a face does to waves.
+    pub(super) fn surface_of(&self, face: u32) -> &Surface {
+        self.tracer.surfaces.of(face)
     }
 
     /// All paths to a receiver, strongest first; of equal strength, by order and faces.

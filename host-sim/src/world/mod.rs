@@ -6,6 +6,7 @@
 
 mod config;
 mod propagation;
+mod surroundings;
 mod words;
 
 use cslam_core::array::half_wave_dipole;
@@ -24,12 +25,14 @@ use crate::tracer::{Propagation, Tracer};
 
 pub use config::{Profile, WorldConfig};
 pub use propagation::{Materials, PropagationConfig};
+use surroundings::Surroundings;
 
 /// A scene with a flight through it.
 #[derive(Debug)]
 pub struct World<'s> {
     profile: Profile,
     tracer: Tracer<'s>,
+    surroundings: Surroundings,
     flight: SensedFlight,
     simulator: Simulator,
 }
@@ -63,6 +66,7 @@ impl<'s> World<'s> {
         )
         .ok_or_else(|| InputError::new("more reflections are asked for than the tracer can follow"))?;
         let plan = FlightPlan::plan(scene, &config.flight, seed)?;
+        let surroundings = Surroundings::place(scene, &config.propagation, &plan, seed)?;
         let simulator = Simulator::new(config.channel, seed);
         let mut flight = SensedFlight::new(plan, config.sensors, seed)?;
         if flight.config().beacon.over_air || flight.config().timing.over_air {
@@ -72,7 +76,7 @@ impl<'s> World<'s> {
                 ..*tracer.propagation()
             };
             let tracer = Tracer::with(scene, tracer.max_order(), single);
-            let words = tracer.map(|tracer| words::over_air(&tracer, &simulator, &flight));
+            let words = tracer.map(|tracer| words::over_air(&tracer, &surroundings, &simulator, &flight));
             if let Some(words) = words.transpose()? {
                 flight = flight.with_words(words);
             }
@@ -80,6 +84,7 @@ impl<'s> World<'s> {
         Ok(Self {
             profile: config.profile,
             tracer,
+            surroundings,
             flight,
             simulator,
         })
@@ -107,9 +112,7 @@ impl<'s> World<'s> {
     pub fn sweep(&self, sweep: u32) -> Result<HeardSweep, InputError> {
         let truth = self.flight.sweep_truth(sweep);
         let failed = |reason: String| InputError::new(format!("sweep {sweep}: {reason}"));
-        let tree = self.tracer.transmitter(truth.gmt_position_m.into());
-        let rx_m: [f64; 3] = truth.uav.position_m.into();
-        let link = tree.to_link(rx_m, &tree.trace(rx_m));
+        let link = self.surroundings.link(&self.tracer, &truth);
         let instant = instant(&truth).map_err(|e| failed(e.to_string()))?;
         let shift_m = self.flight.wrong_fix_m(sweep);
         let elsewhere = (shift_m != Vector3::zeros()).then(|| seen_from(&link, shift_m));
@@ -158,6 +161,7 @@ fn seen_from(link: &Link, shift_m: Vector3<f64>) -> Link {
         snr_db: None,
         covariance: None,
         confirmed: None,
+        closing_m_per_s: None,
     };
     let others = link.paths.iter().filter(|path| path.order != Some(0)).cloned();
     Link {

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::input::InputError;
+use crate::movers::MoversConfig;
 use crate::tracer::{DEFAULT_MAX_ORDER, Diffraction, Diffuse, MAX_ORDER, Propagation};
 
 /// Who says what the faces of a scene are made of.
@@ -39,6 +40,8 @@ pub struct PropagationConfig {
     pub diffuse_most_paths: u32,
     /// Tiles this much under the link's strongest path are gathered to one path a face, dB.
     pub diffuse_range_db: f64,
+    /// Cars and people.
+    pub movers: MoversConfig,
 }
 
 impl Default for PropagationConfig {
@@ -54,6 +57,7 @@ impl Default for PropagationConfig {
             diffuse: false,
             diffuse_most_paths: diffuse.most_paths as u32,
             diffuse_range_db: diffuse.range_db,
+            movers: MoversConfig::default(),
         }
     }
 }
@@ -67,6 +71,7 @@ impl PropagationConfig {
             diffraction: true,
             diffuse: true,
             diffuse_most_paths: 128,
+            movers: MoversConfig::real(),
             ..Self::default()
         }
     }
@@ -131,7 +136,7 @@ impl PropagationConfig {
                 key,
                 format!("is {value}, expected {low} to {high}"),
             )),
-            None => Ok(()),
+            None => self.movers.check().map_err(|error| error.under("movers")),
         }
     }
 }
