@@ -48,4 +48,5 @@ pub mod table;
 mod test_flight;
 pub mod tracer;
 pub mod uplink_attack;
+pub mod vegetation;
 pub mod world;

@@ -44,7 +44,7 @@ pub struct Link {
 /// One propagation path of a link.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LinkPath {
-    /// Number of interactions: 0 is line of sight. Absent for measured paths.
+    /// Number of interactions that turn the wave: 0 is line of sight. Absent for measured paths.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub order: Option<u8>,
     /// What the interactions are; absent where a list knows of reflections alone.
@@ -106,6 +106,11 @@ impl LinkPath {
     /// Whether a mover reflected it: its points are none of a static map.
     pub fn is_off_mover(&self) -> bool {
         self.met(Interaction::Mover)
+    }
+
+    /// Whether it is line of sight, with nothing in between: not even a pane.
+    pub fn is_line_of_sight(&self) -> bool {
+        self.order == Some(0) && !self.met(Interaction::Transmission)
     }
 
     /// Whether a kind of interaction is among those that the list names.
@@ -194,10 +199,10 @@ fn check(link: &Link) -> Result<(), String> {
             ));
         }
         if let (Some(kind), Some(order)) = (p.kind, p.order)
-            && kind.interactions().len() != usize::from(order)
+            && kind.order() != usize::from(order)
         {
             return Err(format!(
-                "path {path}: `kind` is \"{kind}\", expected as many letters as `order`, {order}"
+                "path {path}: `kind` is \"{kind}\", expected as many letters beside T as `order`, {order}"
             ));
         }
         if p.edge_point.is_some() && p.kind.is_none_or(|kind| kind.edge().is_none()) {
@@ -306,7 +311,9 @@ mod tests {
         let text = serde_json::to_string(&link).expect("text");
         assert_eq!(parse(Path::new("x"), &text).expect("sound"), [link]);
         assert!(error_of(&path("\"kind\":\"RX\"")).contains("`kind` is \"RX\", expected \"LOS\""));
-        assert!(error_of(&path("\"order\":1,\"kind\":\"RD\"")).contains("as many letters as `order`, 1"));
+        assert!(
+            error_of(&path("\"order\":1,\"kind\":\"RD\"")).contains("as many letters beside T as `order`, 1")
+        );
         assert!(
             error_of(&path("\"order\":1,\"kind\":\"R\",\"edge_point\":[1,2,3]"))
                 .contains("`edge_point` needs")

@@ -81,6 +81,8 @@ pub enum Source {
     MotorField,
     /// Cars and people.
     Movers = 0x5f40,
+    /// Trees.
+    Trees,
 }
 
 /// A seeded generator of uniform and normal numbers: a [`Stream`] of its own for every source.

@@ -176,3 +176,29 @@ fn zenith_tangent(u: &Vector3<f64>) -> Vector3<f64> {
     }
     Vector3::new(u.z * u.x / horizontal, u.z * u.y / horizontal, -horizontal)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn movers_add_to_the_frequency_shift_of_the_ends() {
+        let mut link = crate::channel::probe::one_path(30.0, [1.5, 0.3], [1.6, -2.8]);
+        let instant = Instant {
+            velocity_m_per_s: Vector3::new(3.0, -1.0, 0.5),
+            ..Instant::at_rest()
+        };
+        let shift_hz = |link: &Link| rays(link, &instant, 30e9).map(|rays| rays[0].doppler_hz);
+        let still_hz = shift_hz(&link).expect("complete");
+        link.paths[0].closing_m_per_s = Some(7.0);
+        let moving_hz = shift_hz(&link).expect("complete");
+        let expected_hz = 7.0 * 30e9 / SPEED_OF_LIGHT_M_PER_S;
+        assert!((moving_hz - still_hz - expected_hz).abs() < 1e-6);
+        link.paths[0].closing_m_per_s = Some(-1001.0);
+        let error = shift_hz(&link).expect_err("too fast").to_string();
+        assert_eq!(
+            error,
+            "path 0: `closing_m_per_s` is -1001, expected -1000 to 1000"
+        );
+    }
+}

@@ -185,10 +185,7 @@ fn swept(kind: BodyKind, course: &Course, margin_m: f64) -> Floor {
     Floor {
         middle,
         along: course.along(),
-        half_m: [
-            half_m + 0.5 * length_m + margin_m,
-            0.5 * width_m + margin_m,
-        ],
+        half_m: [half_m + 0.5 * length_m + margin_m, 0.5 * width_m + margin_m],
         height_m,
     }
 }

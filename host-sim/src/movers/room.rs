@@ -81,7 +81,8 @@ impl<'s> Room<'s> {
             Vec3::new(off.dot(&floor.along), off.dot(&across), off.z)
         };
         let meets = |(corners, [least, most]): &([Vec3; 3], [Vec3; 2])| {
-            (0..3).all(|i| least[i] <= high[i] && most[i] >= low[i]) && reaches_into(corners.map(|c| seen(&c)), &half)
+            (0..3).all(|i| least[i] <= high[i] && most[i] >= low[i])
+                && reaches_into(corners.map(|c| seen(&c)), &half)
         };
         !self.walls.iter().any(meets) && {
             let foot = Vec3::new(centre.x, centre.y, base_m);

@@ -15,6 +15,7 @@ mod obj;
 mod place;
 mod ply;
 mod prism;
+mod sheets;
 mod street;
 mod triangles;
 mod weld;

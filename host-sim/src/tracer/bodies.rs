@@ -49,7 +49,8 @@ impl<'b> Bodies<'b> {
     /// Bodies in a scene whose waves travel by some rules.
     pub fn new(bodies: &'b [Body], scene: &Scene, propagation: &Propagation) -> Self {
         let frequency_hz = scene.frequency_hz();
-        let surface = |finish: Finish| Surface::new(&material(finish, frequency_hz), frequency_hz, propagation);
+        let surface =
+            |finish: Finish| Surface::new(&material(finish, frequency_hz), frequency_hz, propagation);
         Self {
             bodies,
             finishes: [Finish::Metal, Finish::Glass, Finish::Skin].map(surface),
@@ -112,11 +113,7 @@ impl<'b> Bodies<'b> {
             grounded: true,
             ..end
         });
-        let ways = [
-            plain,
-            [mirrored[0], plain[1]],
-            [plain[0], mirrored[1]],
-        ];
+        let ways = [plain, [mirrored[0], plain[1]], [plain[0], mirrored[1]]];
         for plate in body.plates() {
             for way in &ways {
                 let path = self.off_plate(index, &plate, way, tree);
@@ -126,7 +123,13 @@ impl<'b> Bodies<'b> {
     }
 
     /// The path between two ends, mirrored or not, by a plate of a body.
-    fn off_plate(&self, index: usize, plate: &Plate, way: &[End; 2], tree: &ImageTree<'_>) -> Option<TracedPath> {
+    fn off_plate(
+        &self,
+        index: usize,
+        plate: &Plate,
+        way: &[End; 2],
+        tree: &ImageTree<'_>,
+    ) -> Option<TracedPath> {
         let scene = tree.scene();
         let body = &self.bodies[index];
         let heights_m = [0, 1].map(|end| plate.normal.dot(&(way[end].seems - plate.centre)));
@@ -220,14 +223,17 @@ impl<'b> Bodies<'b> {
             met.push(Interaction::Reflection);
         }
         let at_mover = usize::from(before.is_some()) + 1;
-        let places = points[1..points.len() - 1].iter().enumerate().map(|(i, at)| Place {
-            point: *at,
-            face: match (i + 1 == at_mover, before, behind) {
-                (true, ..) => None,
-                (false, Some((_, face)), _) | (false, None, Some((_, face))) => Some(face),
-                (false, None, None) => None,
-            },
-        });
+        let places = points[1..points.len() - 1]
+            .iter()
+            .enumerate()
+            .map(|(i, at)| Place {
+                point: *at,
+                face: match (i + 1 == at_mover, before, behind) {
+                    (true, ..) => None,
+                    (false, Some((_, face)), _) | (false, None, Some((_, face))) => Some(face),
+                    (false, None, None) => None,
+                },
+            });
         let mut path = TracedPath::through(Kind::of(&met)?, &way[0].at, places, &way[1].at, gain);
         let left = self.left_of(&path, &[way[0].at, way[1].at], Some(index));
         if left == 0.0 {

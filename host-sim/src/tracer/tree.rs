@@ -13,7 +13,7 @@ use crate::paths::{Kind, Link};
 use crate::scene::{Material, Scene, Vec3};
 
 /// Points must be at least this far in front of a face to be reflected by it, m.
-const IN_FRONT_M: f64 = 1e-9;
+pub(super) const IN_FRONT_M: f64 = 1e-9;
 
 const ROOT: u32 = u32::MAX;
 

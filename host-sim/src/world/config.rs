@@ -83,8 +83,13 @@ impl WorldConfig {
     /// [`InputError`] naming the name or the file, and what was expected.
     pub fn scene(&self, name_or_file: &str) -> Result<Scene, InputError> {
         let scene = Scene::load(name_or_file)?;
-        Ok(if self.propagation.draws_materials() {
+        let scene = if self.propagation.draws_materials() {
             scene.with_drawn_materials()
+        } else {
+            scene
+        };
+        Ok(if self.propagation.transmission {
+            scene.with_sheets()
         } else {
             scene
         })

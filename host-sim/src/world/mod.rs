@@ -66,7 +66,7 @@ impl<'s> World<'s> {
         )
         .ok_or_else(|| InputError::new("more reflections are asked for than the tracer can follow"))?;
         let plan = FlightPlan::plan(scene, &config.flight, seed)?;
-        let surroundings = Surroundings::place(scene, &config.propagation, &plan, seed)?;
+        let surroundings = Surroundings::place(&tracer, &config.propagation, &plan, seed)?;
         let simulator = Simulator::new(config.channel, seed);
         let mut flight = SensedFlight::new(plan, config.sensors, seed)?;
         if flight.config().beacon.over_air || flight.config().timing.over_air {

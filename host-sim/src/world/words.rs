@@ -27,7 +27,12 @@ pub(super) fn over_air(
     let links = |times_s: Vec<f64>| -> Result<Vec<(f64, WordLink)>, InputError> {
         times_s
             .into_par_iter()
-            .map(|time_s| Ok((time_s, link(tracer, surroundings, simulator, &flight.truth(time_s))?)))
+            .map(|time_s| {
+                Ok((
+                    time_s,
+                    link(tracer, surroundings, simulator, &flight.truth(time_s))?,
+                ))
+            })
             .collect()
     };
     let beacons = links(flight.beacon_times_s())?;
