@@ -286,10 +286,14 @@ mod tests {
             / (Complex::new(1.0, 0.0) - r * r * (-j * q * 2.0).exp());
         let expected = (through * (j * k * 0.0125).exp()).powu(2);
         assert!((whole - expected).norm() < 1e-9, "{whole} {expected}");
-        // Reflected behind the wall, before it and off the floor.
-        let kinds: Vec<String> = paths.iter().map(|path| path.kind().to_string()).collect();
-        for kind in ["TTR", "RTT"] {
-            assert!(kinds.iter().any(|known| known == kind), "{kinds:?}");
+        // Off the floor and off the wall at the end, which come behind the boards, and before them on the way back.
+        let (_, back) = trace(&scene, [20.0, 0.0, 2.0], [2.0, 0.0, 2.0]);
+        for (paths, kind) in [(&paths, "TTR"), (&back, "RTT")] {
+            let count = paths
+                .iter()
+                .filter(|path| path.kind().to_string() == kind)
+                .count();
+            assert_eq!(count, 2, "{kind}");
         }
         assert!(opaque.iter().all(|path| paths.contains(path)));
     }
