@@ -70,7 +70,7 @@ impl Default for PropagationConfig {
 }
 
 impl PropagationConfig {
-    /// All that the tracer can follow, and walls of their own materials.
+    /// All that the tracer can follow, walls of their own materials, trees, cars and people.
     pub(super) fn real() -> Self {
         Self {
             materials: Materials::Drawn,
