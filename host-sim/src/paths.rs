@@ -44,7 +44,7 @@ pub struct Link {
 /// One propagation path of a link.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LinkPath {
-    /// Number of interactions: 0 is line of sight. Absent for measured paths.
+    /// Number of interactions that turn the wave: 0 is line of sight. Absent for measured paths.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub order: Option<u8>,
     /// What the interactions are; absent where a list knows of reflections alone.
@@ -86,6 +86,9 @@ pub struct LinkPath {
     /// A second, independent tracer found this path too (reference lists only).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub confirmed: Option<bool>,
+    /// Rate at which movers on the way shorten it, m/s; the motion of the ends comes on top. Absent for none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub closing_m_per_s: Option<f64>,
 }
 
 impl LinkPath {
@@ -102,14 +105,28 @@ impl LinkPath {
 
     /// Whether a face scattered it diffusely.
     pub fn is_scattered(&self) -> bool {
-        let met = self.kind.as_ref().map_or(&[][..], Kind::interactions);
-        met.contains(&Interaction::Scattering)
+        self.met(Interaction::Scattering)
+    }
+
+    /// Whether a mover reflected it: its points are none of a static map.
+    pub fn is_off_mover(&self) -> bool {
+        self.met(Interaction::Mover)
+    }
+
+    /// Whether it is line of sight, with nothing in between: not even a pane.
+    pub fn is_line_of_sight(&self) -> bool {
+        self.order == Some(0) && !self.met(Interaction::Transmission)
+    }
+
+    /// Whether a kind of interaction is among those that the list names.
+    fn met(&self, what: Interaction) -> bool {
+        self.kind.is_some_and(|kind| kind.interactions().contains(&what))
     }
 
     /// Whether one reflection or diffraction made it: a path of its own, whose one interaction is a point of a surface. The pieces
-    /// of a wave that a wall scatters are none.
+    /// of a wave that a wall scatters are none, nor is what a mover reflects.
     pub fn is_first_order(&self) -> bool {
-        self.order == Some(1) && !self.is_scattered()
+        self.order == Some(1) && !self.is_scattered() && !self.is_off_mover()
     }
 
     /// Power gain, dB; minus infinity for a path without any power, absent where the list does not say.
@@ -187,10 +204,10 @@ fn check(link: &Link) -> Result<(), String> {
             ));
         }
         if let (Some(kind), Some(order)) = (p.kind, p.order)
-            && kind.interactions().len() != usize::from(order)
+            && kind.order() != usize::from(order)
         {
             return Err(format!(
-                "path {path}: `kind` is \"{kind}\", expected as many letters as `order`, {order}"
+                "path {path}: `kind` is \"{kind}\", expected as many letters beside T as `order`, {order}"
             ));
         }
         if p.edge_point.is_some() && p.kind.is_none_or(|kind| kind.edge().is_none()) {
@@ -299,7 +316,9 @@ mod tests {
         let text = serde_json::to_string(&link).expect("text");
         assert_eq!(parse(Path::new("x"), &text).expect("sound"), [link]);
         assert!(error_of(&path("\"kind\":\"RX\"")).contains("`kind` is \"RX\", expected \"LOS\""));
-        assert!(error_of(&path("\"order\":1,\"kind\":\"RD\"")).contains("as many letters as `order`, 1"));
+        assert!(
+            error_of(&path("\"order\":1,\"kind\":\"RD\"")).contains("as many letters beside T as `order`, 1")
+        );
         assert!(
             error_of(&path("\"order\":1,\"kind\":\"R\",\"edge_point\":[1,2,3]"))
                 .contains("`edge_point` needs")

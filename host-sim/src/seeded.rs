@@ -83,6 +83,10 @@ pub enum Source {
     GroundRelief = 0x5f40,
     /// Panels of facades, by face.
     Panels,
+    /// Cars and people.
+    Movers,
+    /// Trees.
+    Trees,
 }
 
 /// A seeded generator of uniform and normal numbers: a [`Stream`] of its own for every source.

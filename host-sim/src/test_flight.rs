@@ -89,6 +89,7 @@ pub(crate) fn true_path(order: u8, length_m: f64, aoa_rad: [f64; 2]) -> LinkPath
         snr_db: None,
         covariance: None,
         confirmed: None,
+        closing_m_per_s: None,
     }
 }
 

@@ -188,6 +188,11 @@ fn bad_input_is_one_line_and_exit_2() {
         "[path_errors]\naoa_deg = -1.0\n",
     )
     .expect("writable");
+    fs::write(
+        directory.path().join("wall.toml"),
+        "[[world.propagation.movers.given]]\nkind = \"car\"\nfrom_m = [5, 5]\nto_m = [115, 115]\nspeed_m_per_s = 8\n",
+    )
+    .expect("writable");
     fs::write(directory.path().join("empty.jsonl"), "").expect("writable");
     fs::write(directory.path().join("file"), "").expect("writable");
     for (args, expected) in [
@@ -198,6 +203,10 @@ fn bad_input_is_one_line_and_exit_2() {
         (
             ["--config", "negative.toml"],
             "negative.toml:2: path_errors.aoa_deg is -1, expected a number of at least 0",
+        ),
+        (
+            ["--config", "wall.toml"],
+            "world.propagation.movers.given[0] goes through a wall or out of the scene between (5, 5) and (115, 115)",
         ),
         (["--paths", "empty.jsonl"], "nothing to fly"),
         (["--paths", "absent.jsonl"], "absent.jsonl: cannot be read"),

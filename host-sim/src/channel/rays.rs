@@ -98,6 +98,8 @@ const LEAST_DIPOLE: f64 = 1.7e-3;
 
 /// Longest delay of a path, s: 300 km.
 const MAX_DELAY_S: f64 = 1e-3;
+/// Greatest rate at which movers shorten or stretch a path, m/s.
+const MAX_CLOSING_M_PER_S: f64 = 1000.0;
 /// Greatest amplitude of a path.
 const MAX_GAIN: f64 = 1.0;
 
@@ -143,8 +145,16 @@ fn ray(path: &LinkPath, instant: &Instant, carrier_hz: f64) -> Result<Ray, Strin
     let dipoles = [&departure, &arrival].map(|d| half_wave_dipole(d.vector()).max(LEAST_DIPOLE));
     let turns = carrier_hz * path.delay_s;
     let carrier = phasor(-std::f64::consts::TAU * (turns - turns.floor()));
-    let closing_m_per_s =
-        instant.velocity_m_per_s.dot(arrival.vector()) + instant.gmt_velocity_m_per_s.dot(departure.vector());
+    let of_movers_m_per_s = path.closing_m_per_s.unwrap_or(0.0);
+    if of_movers_m_per_s.is_nan() || of_movers_m_per_s.abs() > MAX_CLOSING_M_PER_S {
+        return Err(format!(
+            "`closing_m_per_s` is {of_movers_m_per_s}, expected {} to {MAX_CLOSING_M_PER_S}",
+            -MAX_CLOSING_M_PER_S
+        ));
+    }
+    let closing_m_per_s = instant.velocity_m_per_s.dot(arrival.vector())
+        + instant.gmt_velocity_m_per_s.dot(departure.vector())
+        + of_movers_m_per_s;
     Ok(Ray {
         amplitude: C64::new(gain[0], gain[1]) * carrier * (match_ / (dipoles[0] * dipoles[1])),
         delay_s: path.delay_s,
@@ -165,4 +175,30 @@ fn zenith_tangent(u: &Vector3<f64>) -> Vector3<f64> {
         return Vector3::x() * u.z.signum();
     }
     Vector3::new(u.z * u.x / horizontal, u.z * u.y / horizontal, -horizontal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn movers_add_to_the_frequency_shift_of_the_ends() {
+        let mut link = crate::channel::probe::one_path(30.0, [1.5, 0.3], [1.6, -2.8]);
+        let instant = Instant {
+            velocity_m_per_s: Vector3::new(3.0, -1.0, 0.5),
+            ..Instant::at_rest()
+        };
+        let shift_hz = |link: &Link| rays(link, &instant, 30e9).map(|rays| rays[0].doppler_hz);
+        let still_hz = shift_hz(&link).expect("complete");
+        link.paths[0].closing_m_per_s = Some(7.0);
+        let moving_hz = shift_hz(&link).expect("complete");
+        let expected_hz = 7.0 * 30e9 / SPEED_OF_LIGHT_M_PER_S;
+        assert!((moving_hz - still_hz - expected_hz).abs() < 1e-6);
+        link.paths[0].closing_m_per_s = Some(-1001.0);
+        let error = shift_hz(&link).expect_err("too fast").to_string();
+        assert_eq!(
+            error,
+            "path 0: `closing_m_per_s` is -1001, expected -1000 to 1000"
+        );
+    }
 }

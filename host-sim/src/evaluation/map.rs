@@ -161,7 +161,8 @@ fn judge_points(log: &FlightLog, figures: &mut MapFigures) -> Vec<f64> {
         if let Some(kind) = truth.and_then(LinkPath::kind_or_order) {
             *figures.accepted_kinds.entry(kind.to_string()).or_default() += 1;
         }
-        let right = truth.filter(|path| path.order == Some(point.order));
+        // Where a mover was, the map has nothing.
+        let right = truth.filter(|path| path.order == Some(point.order) && !path.is_off_mover());
         let vertex = right.and_then(|path| vertex(path, point));
         let error_m = vertex.map(|vertex| distance(point.position_m, vertex));
         if point.order > 1 {

@@ -5,6 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::surface::tests::wall_with_a_door;
 use super::*;
 use crate::flight_log::{LinkEstimate, MapVoxel, PointRecord, PoseRecord};
+use crate::paths::{Interaction, Kind};
 use crate::test_flight::{estimate, log_of, measured, sweep, true_path, truth};
 
 pub(super) fn near(value: Option<f64>, expected: f64) -> bool {
@@ -61,6 +62,26 @@ fn wrong_acceptances_ghosts_and_misses_all_count() {
     // Three points in the one sweep that had a first-order path.
     assert!(near(map.accepted_per_sweep, 3.0));
     assert_eq!(map.surface_median_m, None);
+}
+
+#[test]
+fn a_point_on_a_mover_is_wrong_and_none_that_could_be_missed() {
+    let figures = |kind: Option<&[Interaction]>| {
+        let mut log = two_sweeps();
+        let paths = &mut log.sweeps[0].truth.link.as_mut().expect("known").paths;
+        paths[0].kind = kind.and_then(Kind::of);
+        log.points = vec![point(0, 0, [3.0, 10.3, 1.1])];
+        evaluate(&mut log, None).map
+    };
+    let (wall, mover) = (figures(None), figures(Some(&[Interaction::Mover])));
+    assert!(near(wall.precision_first_order, 1.0) && near(wall.recall_first_order, 0.5));
+    assert!(near(mover.precision_first_order, 0.0) && near(mover.recall_first_order, 0.0));
+    assert_eq!((mover.ghosts, mover.point_median_m), (0, None));
+    assert_eq!(
+        (mover.accepted_kinds.get("M"), wall.accepted_kinds.get("R")),
+        (Some(&1), Some(&1))
+    );
+    assert_eq!([wall, mover].map(|map| map.first_order.paths), [2, 1]);
 }
 
 #[test]

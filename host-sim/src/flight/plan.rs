@@ -190,6 +190,9 @@ impl FlightPlan {
     /// stay.
     #[must_use]
     pub fn placed(self, placement: &Placement) -> Self {
+        if placement.is_none() {
+            return self;
+        }
         Self {
             uav: self.uav.placed(placement),
             gmt: self.gmt.with_stops(|stop| placement.place(stop)),

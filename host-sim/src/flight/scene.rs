@@ -2,25 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::{FlightConfig, FlightPlan, Obstacles};
-use crate::input::InputError;
+use super::Obstacles;
 use crate::scene::Scene;
-
-impl FlightPlan {
-    /// Plans the flight of `seed` through a scene. In a scene that was moved it is the moved flight of the scene as it was.
-    ///
-    /// # Errors
-    /// As [`FlightPlan::plan`].
-    pub fn through(scene: &Scene, config: &FlightConfig, seed: u64) -> Result<Self, InputError> {
-        let plan = Self::plan(scene.own(), config, seed)?;
-        let placement = scene.placement();
-        Ok(if placement.is_none() {
-            plan
-        } else {
-            plan.placed(&placement)
-        })
-    }
-}
 
 impl Obstacles for Scene {
     fn blocked(&self, from: [f64; 3], to: [f64; 3]) -> bool {

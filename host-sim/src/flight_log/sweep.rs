@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{PoseEstimate, PoseRecord, PoseTruth};
-use crate::paths::Link;
+use crate::paths::{Link, LinkPath};
 
 /// A path as the receiver measured it. Angles of arrival are in body axes and delays hold the clock offset: nothing of
 /// the pose is in them, so the error of the path and that of the pose can be told apart.
@@ -160,7 +160,7 @@ impl SweepTruth {
     pub fn los_visible(&self) -> bool {
         self.link
             .as_ref()
-            .is_some_and(|link| link.paths.iter().any(|p| p.order == Some(0)))
+            .is_some_and(|link| link.paths.iter().any(LinkPath::is_line_of_sight))
     }
 
     /// True state of the link: `None` when the truth is not known.

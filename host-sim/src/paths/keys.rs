@@ -58,6 +58,7 @@ struct PathKeys {
     snr_db: Option<IgnoredAny>,
     covariance: Option<IgnoredAny>,
     confirmed: Option<IgnoredAny>,
+    closing_m_per_s: Option<IgnoredAny>,
     // Of `cslam estimate`.
     beam: Option<IgnoredAny>,
     aoa_body_zenith_rad: Option<IgnoredAny>,

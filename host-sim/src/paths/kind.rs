@@ -1,4 +1,4 @@
-//! What a wave meets on its way, as the paths format names it: `LOS`, `R`, `RR`, `D`, `RD`, `S`.
+//! What a wave meets on its way, as the paths format names it: `LOS`, `R`, `RR`, `D`, `RD`, `S`, `M`, `TT`.
 
 use std::fmt;
 
@@ -13,6 +13,10 @@ pub enum Interaction {
     Diffraction,
     /// Diffuse scattering off a piece of a face.
     Scattering,
+    /// Specular reflection off something that is not of the scene: a car or a person.
+    Mover,
+    /// Straight through a thin sheet: no point of the path, and none of its order.
+    Transmission,
 }
 
 impl Interaction {
@@ -21,6 +25,8 @@ impl Interaction {
             Self::Reflection => 'R',
             Self::Diffraction => 'D',
             Self::Scattering => 'S',
+            Self::Mover => 'M',
+            Self::Transmission => 'T',
         }
     }
 }
@@ -62,11 +68,20 @@ impl Kind {
         &self.interactions[..usize::from(self.count)]
     }
 
-    /// Place of the edge among the interactions, if there is one.
-    pub fn edge(&self) -> Option<usize> {
+    /// Number of interactions that turn the wave.
+    pub fn order(&self) -> usize {
+        self.turns().count()
+    }
+
+    fn turns(&self) -> impl Iterator<Item = &Interaction> {
         self.interactions()
             .iter()
-            .position(|i| *i == Interaction::Diffraction)
+            .filter(|met| **met != Interaction::Transmission)
+    }
+
+    /// Place of the edge among the interactions that turn the wave, if there is one.
+    pub fn edge(&self) -> Option<usize> {
+        self.turns().position(|i| *i == Interaction::Diffraction)
     }
 
     /// Whether the path is line of sight or reflected specularly alone.
@@ -97,7 +112,7 @@ impl<'de> Deserialize<'de> for Kind {
         let text = std::borrow::Cow::<'_, str>::deserialize(deserializer)?;
         let wrong = || {
             serde::de::Error::custom(format!(
-                "`kind` is \"{text}\", expected \"LOS\", or one to {MOST} of the letters R, D and S"
+                "`kind` is \"{text}\", expected \"LOS\", or one to {MOST} of the letters R, D, S, M and T"
             ))
         };
         if text == LINE_OF_SIGHT {
@@ -107,6 +122,8 @@ impl<'de> Deserialize<'de> for Kind {
             Interaction::Reflection,
             Interaction::Diffraction,
             Interaction::Scattering,
+            Interaction::Mover,
+            Interaction::Transmission,
         ];
         let interactions: Option<Vec<Interaction>> = text
             .chars()
@@ -124,18 +141,22 @@ mod tests {
 
     #[test]
     fn names_are_read_as_they_are_written() {
-        for name in ["LOS", "R", "RRR", "D", "RD", "DR", "RDR", "S", "SR", "RRRRRRRR"] {
+        for name in [
+            "LOS", "R", "RRR", "D", "RD", "DR", "RDR", "S", "SR", "M", "RM", "T", "TTR", "RRRRRRRR",
+        ] {
             let text = format!("\"{name}\"");
             let kind: Kind = serde_json::from_str(&text).expect(name);
             assert_eq!(serde_json::to_string(&kind).expect(name), text);
             assert_eq!(kind.edge(), name.find('D'));
             assert_eq!(
                 kind.is_specular(),
-                !name.contains('D') && (name == "LOS" || !name.contains('S'))
+                !name.contains('D') && (name == "LOS" || !name.contains(['S', 'M', 'T']))
             );
         }
+        let kind: Kind = serde_json::from_str("\"TRTD\"").expect("a kind");
+        assert_eq!((kind.order(), kind.edge()), (2, Some(1)));
         assert_eq!(Kind::reflections(3).to_string(), "RRR");
-        for name in ["", "los", "T", "RRRRRRRRR", "R D"] {
+        for name in ["", "los", "X", "RRRRRRRRR", "R D"] {
             let error = serde_json::from_str::<Kind>(&format!("\"{name}\"")).expect_err(name);
             assert!(
                 error.to_string().contains("expected \"LOS\", or one to 8"),

@@ -19,6 +19,7 @@ mod placement;
 mod ply;
 mod prism;
 mod relief;
+mod sheets;
 mod street;
 mod triangles;
 mod uneven;

@@ -83,6 +83,22 @@ pub(super) fn reflect(field: &Field, direction: &Vec3, at: &Bounce<'_>, reflecte
     s.map(|c| e_s * c) + p.map(|c| e_p * c)
 }
 
+/// The field behind a sheet that a wave goes straight through, by its coefficients [t_s, t_p].
+pub(super) fn transmit(
+    field: &Field,
+    direction: &Vec3,
+    normal: &Vec3,
+    [t_s, t_p]: [Complex<f64>; 2],
+) -> Field {
+    let s = direction
+        .cross(normal)
+        .try_normalize(1e-12)
+        .unwrap_or_else(|| any_perpendicular(direction));
+    let p = s.cross(direction);
+    let (e_s, e_p) = (t_s * along(field, &s), t_p * along(field, &p));
+    s.map(|c| e_s * c) + p.map(|c| e_p * c)
+}
+
 /// Amplitude of a vertical half-wave dipole towards a unit direction, `sqrt(1.643) cos(pi/2 cos th) / sin th`.
 pub(super) fn dipole(direction: &Vec3) -> f64 {
     let sin = (direction.x * direction.x + direction.y * direction.y).sqrt();

@@ -9,32 +9,40 @@
 //!
 //! Where a scene's surfaces are off its faces, each path is found over the faces and then led over the surfaces.
 //!
-//! Beside these, and only when asked for ([`Propagation`]): diffraction at edges, diffuse scattering. Transmission is not modelled. A result depends on the scene and the two end
+//! Beside these, and only when asked for ([`Propagation`]): diffraction at edges, diffuse scattering. What goes through thin walls ([`Sheets`]),
+//! and what trees ([`Crowns`]) and movers ([`Bodies`]) do to paths, is laid over these. A result depends on the scene and the two end
 //! points only, so it is the same for any batch and any number of threads.
 
 mod angles;
 mod batch;
 mod beam;
+mod bodies;
 mod check;
 mod check_edges;
+mod crowns;
 mod diffraction;
 mod edges;
 mod field;
+mod knife_edge;
 mod pairs;
 mod path;
 mod propagation;
 mod scatter;
 mod surface;
 mod tiles;
+mod transmission;
 mod tree;
 mod uneven;
 mod utd;
 
 pub use batch::for_each_link;
+pub use bodies::Bodies;
 pub use check::{Comparison, EDGE_EXCEPTION_M, Tally};
 pub use check_edges::{DiffractionComparison, STRONG_DB};
+pub use crowns::Crowns;
 pub use path::TracedPath;
 pub use propagation::{Diffraction, Diffuse, Propagation};
+pub use transmission::Sheets;
 pub use tree::ImageTree;
 
 use edges::Edges;

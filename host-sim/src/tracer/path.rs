@@ -35,6 +35,8 @@ pub struct TracedPath {
     pub(super) gain: Complex<f64>,
     /// Place among the scene's wedges of the edge that diffracts it.
     pub(super) wedge: Option<u32>,
+    /// Rate at which movers on the way shorten it, m/s.
+    pub(super) closing_m_per_s: f64,
 }
 
 impl TracedPath {
@@ -76,6 +78,7 @@ impl TracedPath {
             arrival_rad: zenith_azimuth(&(points[order] - points[order + 1])),
             gain,
             wedge: None,
+            closing_m_per_s: 0.0,
         }
     }
 
@@ -154,6 +157,11 @@ impl TracedPath {
         [self.gain.re, self.gain.im]
     }
 
+    /// Rate at which movers on the way shorten the path, m/s; the motion of the ends comes on top.
+    pub fn closing_m_per_s(&self) -> f64 {
+        self.closing_m_per_s
+    }
+
     /// The path as the paths format has it; without kind, if reflections are all that it meets.
     pub fn to_link_path(&self) -> LinkPath {
         LinkPath {
@@ -172,6 +180,7 @@ impl TracedPath {
             snr_db: None,
             covariance: None,
             confirmed: None,
+            closing_m_per_s: (self.closing_m_per_s != 0.0).then_some(self.closing_m_per_s),
         }
     }
 }

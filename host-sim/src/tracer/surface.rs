@@ -63,6 +63,17 @@ impl Surface {
         }
     }
 
+    /// Transmission coefficients [t_s, t_p] of a slab at a cosine of incidence, without the turn of its excess length, and that, rad;
+    /// `None` for a half-space.
+    pub(super) fn transmission(&self, cos: f64) -> Option<([Complex<f64>; 2], f64)> {
+        let slab_rad = self.slab_rad?;
+        let phase = sqrt(self.eta - (1.0 - cos * cos)) * slab_rad;
+        let (sin, cosine) = libm::sincos(phase.re);
+        let turned_back = Complex::new(cosine, sin);
+        let through = fresnel(self.eta, cos).map(|r| slab(r, phase)[1] * turned_back);
+        Some((through, phase.re - slab_rad * cos))
+    }
+
     /// Share of the amplitude that the grain leaves to the coherent wave, `exp(-g) I0(g)`, 0 to 1.
     pub(super) fn coherent(&self, cos: f64) -> f64 {
         self.grain

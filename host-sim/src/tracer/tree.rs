@@ -7,14 +7,14 @@ use super::diffraction::LitEdges;
 use super::field::{self, Bounce};
 use super::path::Place;
 use super::scatter::LitTiles;
-use super::surface::Surfaces;
+use super::surface::{Surface, Surfaces};
 use super::uneven::UnevenLink;
 use super::{LEAST_DISTANCE_M, MAX_ORDER, TracedPath, Tracer};
 use crate::paths::{Kind, Link};
 use crate::scene::{Material, Scene, Vec3};
 
 /// Points must be at least this far in front of a face to be reflected by it, m.
-const IN_FRONT_M: f64 = 1e-9;
+pub(super) const IN_FRONT_M: f64 = 1e-9;
 
 const ROOT: u32 = u32::MAX;
 
@@ -188,6 +188,11 @@ impl<'t> ImageTree<'t> {
     /// The scene.
     pub(super) fn scene(&self) -> &'t Scene {
         self.scene
+    }
+
+    /// What a face does to waves.
+    pub(super) fn surface_of(&self, face: u32) -> &Surface {
+        self.tracer.surfaces.of(face)
     }
 
     /// All paths to a receiver, strongest first; of equal strength, by order and faces.

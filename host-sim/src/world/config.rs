@@ -80,18 +80,20 @@ impl WorldConfig {
         }
     }
 
-    /// Loads a scene ([`Scene::load`]) as this world has it: with a material for each wall, if these are to be drawn, with its surfaces
-    /// off its faces, and where it shall stand.
+    /// Loads a scene ([`Scene::load`]) as this world has it: with a material for each wall, if these are to be drawn, with thin
+    /// walls, its surfaces off its faces, and where it shall stand.
     ///
     /// # Errors
     /// [`InputError`] naming the name or the file, and what was expected.
     pub fn scene(&self, name_or_file: &str) -> Result<Scene, InputError> {
-        let scene = Scene::load(name_or_file)?;
-        self.scene.applied(if self.propagation.draws_materials() {
-            scene.with_drawn_materials()
-        } else {
-            scene
-        })
+        let mut scene = Scene::load(name_or_file)?;
+        if self.propagation.draws_materials() {
+            scene = scene.with_drawn_materials();
+        }
+        if self.propagation.transmission {
+            scene = scene.with_sheets();
+        }
+        self.scene.applied(scene)
     }
 
     /// Checks every figure.

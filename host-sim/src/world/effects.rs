@@ -14,13 +14,18 @@ pub struct Effect {
 }
 
 /// All of them.
-pub const EFFECTS: [Effect; 22] = [
+pub const EFFECTS: [Effect; 27] = [
     effect("diffraction", &["propagation.diffraction"]),
     effect(
         "diffuse-scattering",
         &["propagation.diffuse", "propagation.diffuse_most_paths"],
     ),
     effect("materials", &["propagation.materials", "propagation.roughness"]),
+    effect("relief", &["scene.surfaces.ground_relief_rms_m"]),
+    effect("panels", &["scene.surfaces.panels"]),
+    effect("movers", &["propagation.movers"]),
+    effect("trees", &["propagation.vegetation"]),
+    effect("thin-walls", &["propagation.transmission"]),
     effect("wind", &["flight.wind"]),
     effect(
         "imu-temperature",

@@ -8,6 +8,7 @@ mod config;
 mod effects;
 mod propagation;
 mod scene;
+mod surroundings;
 mod words;
 
 use cslam_core::array::half_wave_dipole;
@@ -28,12 +29,14 @@ pub use config::{Profile, WorldConfig};
 pub use effects::{EFFECTS, Effect};
 pub use propagation::{Materials, PropagationConfig};
 pub use scene::SceneConfig;
+use surroundings::Surroundings;
 
 /// A scene with a flight through it.
 #[derive(Debug)]
 pub struct World<'s> {
     profile: Profile,
     tracer: Tracer<'s>,
+    surroundings: Surroundings,
     flight: SensedFlight,
     simulator: Simulator,
 }
@@ -66,7 +69,10 @@ impl<'s> World<'s> {
             config.propagation.of_tracer(seed),
         )
         .ok_or_else(|| InputError::new("more reflections are asked for than the tracer can follow"))?;
-        let plan = FlightPlan::through(scene, &config.flight, seed)?;
+        // All that is drawn is drawn in the scene's own frame, and goes with the scene.
+        let plan = FlightPlan::plan(scene.own(), &config.flight, seed)?;
+        let surroundings = Surroundings::place(&tracer, &config.propagation, &plan, seed)?;
+        let plan = plan.placed(&scene.placement());
         let simulator = Simulator::new(config.channel, seed);
         let mut flight = SensedFlight::new(plan, config.sensors, seed)?;
         if flight.config().beacon.over_air || flight.config().timing.over_air {
@@ -76,7 +82,7 @@ impl<'s> World<'s> {
                 ..*tracer.propagation()
             };
             let tracer = Tracer::with(scene, tracer.max_order(), single);
-            let words = tracer.map(|tracer| words::over_air(&tracer, &simulator, &flight));
+            let words = tracer.map(|tracer| words::over_air(&tracer, &surroundings, &simulator, &flight));
             if let Some(words) = words.transpose()? {
                 flight = flight.with_words(words);
             }
@@ -84,6 +90,7 @@ impl<'s> World<'s> {
         Ok(Self {
             profile: config.profile,
             tracer,
+            surroundings,
             flight,
             simulator,
         })
@@ -106,9 +113,7 @@ impl<'s> World<'s> {
 
     /// The paths between the two ends.
     pub fn link(&self, truth: &Truth) -> Link {
-        let tree = self.tracer.transmitter(truth.gmt_position_m.into());
-        let rx_m: [f64; 3] = truth.uav.position_m.into();
-        tree.to_link(rx_m, &tree.trace(rx_m))
+        self.surroundings.link(&self.tracer, truth)
     }
 
     /// Traces, synthesises and digitises a sweep.
@@ -167,6 +172,7 @@ fn seen_from(link: &Link, shift_m: Vector3<f64>) -> Link {
         snr_db: None,
         covariance: None,
         confirmed: None,
+        closing_m_per_s: None,
     };
     let others = link.paths.iter().filter(|path| path.order != Some(0)).cloned();
     Link {

@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::input::InputError;
+use crate::movers::MoversConfig;
 use crate::tracer::{DEFAULT_MAX_ORDER, Diffraction, Diffuse, MAX_ORDER, Propagation};
+use crate::vegetation::VegetationConfig;
 
 /// Who says what the faces of a scene are made of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,6 +41,12 @@ pub struct PropagationConfig {
     pub diffuse_most_paths: u32,
     /// Tiles this much under the link's strongest path are gathered to one path a face, dB.
     pub diffuse_range_db: f64,
+    /// Whether thin walls let a part of the waves through: boards instead of solid plaster.
+    pub transmission: bool,
+    /// Cars and people.
+    pub movers: MoversConfig,
+    /// Trees.
+    pub vegetation: VegetationConfig,
 }
 
 impl Default for PropagationConfig {
@@ -54,12 +62,15 @@ impl Default for PropagationConfig {
             diffuse: false,
             diffuse_most_paths: diffuse.most_paths as u32,
             diffuse_range_db: diffuse.range_db,
+            transmission: false,
+            movers: MoversConfig::default(),
+            vegetation: VegetationConfig::default(),
         }
     }
 }
 
 impl PropagationConfig {
-    /// All that the tracer can follow, and walls of their own materials.
+    /// All that the tracer can follow, walls of their own materials, trees, cars and people.
     pub(super) fn real() -> Self {
         Self {
             materials: Materials::Drawn,
@@ -67,6 +78,9 @@ impl PropagationConfig {
             diffraction: true,
             diffuse: true,
             diffuse_most_paths: 128,
+            transmission: true,
+            movers: MoversConfig::real(),
+            vegetation: VegetationConfig::real(),
             ..Self::default()
         }
     }
@@ -131,7 +145,10 @@ impl PropagationConfig {
                 key,
                 format!("is {value}, expected {low} to {high}"),
             )),
-            None => Ok(()),
+            None => {
+                self.movers.check().map_err(|error| error.under("movers"))?;
+                self.vegetation.check().map_err(|error| error.under("vegetation"))
+            }
         }
     }
 }

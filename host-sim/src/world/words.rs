@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::instant;
+use super::{Surroundings, instant};
 use crate::channel::Simulator;
 use crate::input::InputError;
 use crate::sensors::{OverAir, SensedFlight, Truth, WordLink, WordPath, WordRadio};
@@ -15,6 +15,7 @@ use crate::tracer::Tracer;
 /// [`InputError`] naming the time of a link that cannot be had.
 pub(super) fn over_air(
     tracer: &Tracer<'_>,
+    surroundings: &Surroundings,
     simulator: &Simulator,
     flight: &SensedFlight,
 ) -> Result<OverAir, InputError> {
@@ -26,7 +27,12 @@ pub(super) fn over_air(
     let links = |times_s: Vec<f64>| -> Result<Vec<(f64, WordLink)>, InputError> {
         times_s
             .into_par_iter()
-            .map(|time_s| Ok((time_s, link(tracer, simulator, &flight.truth(time_s))?)))
+            .map(|time_s| {
+                Ok((
+                    time_s,
+                    link(tracer, surroundings, simulator, &flight.truth(time_s))?,
+                ))
+            })
             .collect()
     };
     let beacons = links(flight.beacon_times_s())?;
@@ -34,11 +40,14 @@ pub(super) fn over_air(
     Ok(OverAir::new(&radio, &beacons, &exchanges, flight.seed()))
 }
 
-fn link(tracer: &Tracer<'_>, simulator: &Simulator, truth: &Truth) -> Result<WordLink, InputError> {
+fn link(
+    tracer: &Tracer<'_>,
+    surroundings: &Surroundings,
+    simulator: &Simulator,
+    truth: &Truth,
+) -> Result<WordLink, InputError> {
     let failed = |reason: String| InputError::new(format!("{} s: {reason}", truth.time_s));
-    let tree = tracer.transmitter(truth.gmt_position_m.into());
-    let rx_m: [f64; 3] = truth.uav.position_m.into();
-    let link = tree.to_link(rx_m, &tree.trace(rx_m));
+    let link = surroundings.link(tracer, truth);
     let instant = instant(truth).map_err(|e| failed(e.to_string()))?;
     let gains = simulator
         .beam_gains(&link, &instant)
