@@ -10,7 +10,7 @@ use crate::flight_log::Header;
 use crate::input::InputError;
 use crate::progress;
 use crate::raw_flight::Source;
-use crate::recording::{Damage, RecordedFlight};
+use crate::recording::{Damage, Manifest, RecordedFlight};
 use crate::scene::Scene;
 
 /// Flies over the recording in a directory until `interrupted`. `sent` gets what goes to the ground as it goes, with the UAV's time,
@@ -33,13 +33,14 @@ pub(super) fn run(
     let flight = RecordedFlight::open(directory, damage)?;
     let out = super::result_directory(args)?;
     let manifest = flight.manifest();
-    let scene = scene(args, &manifest.scene)?;
+    let scene = scene(args, manifest.scene.as_deref())?;
     let planned = usize::try_from(flight.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
     let header = Header {
         mode: config.receiver.mode.name().into(),
-        scene: manifest.scene.clone(),
+        scene: named(args, manifest, directory),
         world: manifest.world.clone(),
-        seed: manifest.seed,
+        // The report's key is a count: what was not drawn has none.
+        seed: manifest.seed.unwrap_or(0),
         planned_sweeps: planned,
         sweep_period_s: manifest.sweep_period_s,
         delay_cycle_m: Some(cslam_core::localization::filter::DELAY_PERIOD_M),
@@ -75,11 +76,20 @@ pub(super) fn run(
     })
 }
 
-/// The scene to compare the map with: the one that was asked for, or that of the recording, if it is still there.
-fn scene(args: &Args, recorded: &str) -> Result<Option<Scene>, InputError> {
+/// What the report calls the scene: as the recording says, else the one that was asked for, else the recording itself.
+fn named(args: &Args, manifest: &Manifest, directory: &Path) -> String {
+    let scene = manifest.scene.as_ref().or(args.scene.as_ref()).cloned();
+    scene.unwrap_or_else(|| directory.display().to_string())
+}
+
+/// The scene to compare the map with: the one that was asked for, or that of the recording, if it has one and it is still there.
+fn scene(args: &Args, recorded: Option<&str>) -> Result<Option<Scene>, InputError> {
     if let Some(name) = &args.scene {
         return Scene::load(name).map(Some);
     }
+    let Some(recorded) = recorded else {
+        return Ok(None);
+    };
     match Scene::load(recorded) {
         Ok(scene) => Ok(Some(scene)),
         Err(error) => {
