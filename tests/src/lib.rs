@@ -40,6 +40,18 @@ pub fn emulated_board(verb: &str, image: &str) -> Command {
     command
 }
 
+/// The `cslam` command, built as `cargo verify` and the users build it; its arguments follow. It may run in any directory.
+pub fn cslam() -> Command {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut command = Command::new(cargo);
+    command
+        .args(["run", "-q", "--release", "-p", "cslam-host-sim", "--bin", "cslam"])
+        .arg("--manifest-path")
+        .arg(root().join("Cargo.toml"))
+        .arg("--");
+    command
+}
+
 /// Runs a command and gives what it printed on standard output.
 ///
 /// # Panics

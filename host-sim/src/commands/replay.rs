@@ -30,8 +30,8 @@ pub(crate) struct Args {
 /// What a recording holds.
 #[derive(Debug, Default, Serialize)]
 struct Counts {
-    scene: String,
-    seed: u64,
+    scene: Option<String>,
+    seed: Option<u64>,
     duration_s: f64,
     imu_samples: u64,
     magnetometer_samples: u64,
@@ -110,7 +110,11 @@ fn blocks(args: &Args, out: Option<&Path>, sweep: u32, expected: Codebook) -> Re
 }
 
 fn table(counts: &Counts) -> Table {
-    let title = format!("{} (seed {}), {} s", counts.scene, counts.seed, counts.duration_s);
+    let scene = counts.scene.as_deref().unwrap_or("recording");
+    let seed = counts
+        .seed
+        .map_or(String::new(), |seed| format!(" (seed {seed})"));
+    let title = format!("{scene}{seed}, {} s", counts.duration_s);
     let mut table = Table::new([title, "records".to_owned()]);
     for (what, count) in [
         ("IMU samples", counts.imu_samples),

@@ -74,16 +74,18 @@ pub struct Manifest {
     pub format: String,
     /// Version of the format.
     pub version: u32,
-    /// Scene that was flown in.
-    pub scene: String,
+    /// Scene that was flown in; absent when nobody has it as a file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene: Option<String>,
     /// What became of that scene first: where it was moved, and its surfaces. Absent: it is as its name or file says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene_as: Option<SceneConfig>,
     /// Profile of the simulated world; absent when none was simulated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub world: Option<String>,
-    /// Seed of the flight and of its sensors.
-    pub seed: u64,
+    /// Seed of the flight and of its sensors; absent when none was simulated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
     /// Length of the flight, s.
     pub duration_s: f64,
     /// Time from sweep to sweep, s.
@@ -115,10 +117,10 @@ impl Manifest {
         Self {
             format: FORMAT.into(),
             version: VERSION,
-            scene: scene.into(),
+            scene: Some(scene.into()),
             scene_as: None,
             world,
-            seed: flight.seed(),
+            seed: Some(flight.seed()),
             duration_s,
             sweep_period_s: schedule.sweep_period_s,
             gmt_setup_position_m: Some(flight.sweep_truth(0).gmt_position_m.into()),

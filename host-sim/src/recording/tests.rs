@@ -71,7 +71,7 @@ fn replayed_events_are_the_events_flown_and_recorded_again_the_bytes_are_the_sam
     let recording = read(directory.path()).expect("sound");
     let flown: Vec<_> = flight.events().collect();
     assert_eq!(recording.events(), flown);
-    assert_eq!(recording.manifest().seed, 5);
+    assert_eq!(recording.manifest().seed, Some(5));
     let again = tempfile::tempdir().expect("a directory");
     let events = recording.events().iter().copied();
     write_events(again.path(), recording.manifest().clone(), events).expect("recorded");
@@ -244,6 +244,26 @@ fn a_strange_description_is_refused() {
     }
     fs::remove_file(&file).expect("there");
     assert!(refusal(directory.path()).contains(MANIFEST));
+}
+
+#[test]
+fn a_recording_that_nobody_simulated_has_no_scene_and_no_seed() {
+    let directory = recorded();
+    let file = directory.path().join(MANIFEST);
+    let text = fs::read_to_string(&file).expect("recorded");
+    let is_of_a_world = |line: &&str| line.contains("\"scene\":") || line.contains("\"seed\":");
+    let lines: Vec<&str> = text.lines().filter(|line| !is_of_a_world(line)).collect();
+    assert_eq!(lines.len() + 2, text.lines().count());
+    fs::write(&file, lines.join("\n")).expect("writable");
+    let recording = read(directory.path()).expect("sound");
+    let manifest = recording.manifest();
+    assert_eq!((&manifest.scene, manifest.seed), (&None, None));
+    // Nor has it when it is written again.
+    let again = tempfile::tempdir().expect("a directory");
+    let events = recording.events().iter().copied();
+    write_events(again.path(), manifest.clone(), events).expect("recorded");
+    let written = fs::read_to_string(again.path().join(MANIFEST)).expect("recorded");
+    assert_eq!(written.trim_end(), lines.join("\n"));
 }
 
 #[test]

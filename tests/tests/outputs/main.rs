@@ -1,5 +1,5 @@
 //! What a flight leaves on disk: whole wherever the flight was cut, the same bytes for the same flight, and read by the
-//! tools of the field with the figures of the report.
+//! tools of the field with the figures of the report; and what another program writes, flown.
 
 #[cfg(feature = "outputs")]
 mod browser;
@@ -9,6 +9,8 @@ mod synthetic;
 #[cfg(feature = "outputs")]
 mod tools;
 mod whole;
+#[cfg(feature = "outputs")]
+mod written;
 
 use std::path::Path;
 

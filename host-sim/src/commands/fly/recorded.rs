@@ -37,9 +37,10 @@ pub(super) fn run(
     let planned = usize::try_from(flight.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
     let header = Header {
         mode: config.receiver.mode.name().into(),
-        scene: manifest.scene.clone(),
+        scene: named(args, manifest, directory),
         world: manifest.world.clone(),
-        seed: manifest.seed,
+        // The report's key is a count: what was not drawn has none.
+        seed: manifest.seed.unwrap_or(0),
         planned_sweeps: planned,
         sweep_period_s: manifest.sweep_period_s,
         delay_cycle_m: Some(cslam_core::localization::filter::DELAY_PERIOD_M),
@@ -75,7 +76,13 @@ pub(super) fn run(
     })
 }
 
-/// The scene to compare the map with: the one that was asked for, or that of the recording, if it is still there. Either stands, and is
+/// What the report calls the scene: as the recording says, else the one that was asked for, else the recording itself.
+fn named(args: &Args, manifest: &Manifest, directory: &Path) -> String {
+    let scene = manifest.scene.as_ref().or(args.scene.as_ref()).cloned();
+    scene.unwrap_or_else(|| directory.display().to_string())
+}
+
+/// The scene to compare the map with: the one that was asked for, or that of the recording, if it has one and it is still there. Either stands, and is
 /// uneven, as the recorded one.
 fn scene(args: &Args, manifest: &Manifest) -> Result<Option<Scene>, InputError> {
     let told = manifest.scene_as.unwrap_or_default();
@@ -83,7 +90,10 @@ fn scene(args: &Args, manifest: &Manifest) -> Result<Option<Scene>, InputError> 
     if let Some(name) = &args.scene {
         return load(name).map(Some);
     }
-    match load(&manifest.scene) {
+    let Some(recorded) = &manifest.scene else {
+        return Ok(None);
+    };
+    match load(recorded) {
         Ok(scene) => Ok(Some(scene)),
         Err(error) => {
             progress::note(format_args!(

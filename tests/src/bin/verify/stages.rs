@@ -349,7 +349,7 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "outputs",
-        what: "the tools of the field read a flight's files and agree with its report; a browser draws the page",
+        what: "the tools of the field read a flight's files and agree with its report; a browser draws the page; a recording by NumPy flies",
         needs: &["toolchain", "python", "browser"],
         work: Work::Steps(&[step(&[
             "test",
