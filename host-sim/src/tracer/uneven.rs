@@ -317,7 +317,7 @@ impl<'a> UnevenLink<'a> {
             *point = met.point;
         }
         let points = &points[..met.len() + 2];
-        let bounces = steps.iter().zip(met).filter_map(|(step, met)| match step {
+        let mut bounces = steps.iter().zip(met).filter_map(|(step, met)| match step {
             Step::Edge { .. } => None,
             Step::Surface { face, patch, .. } => Some(Bounce {
                 normal: &met.normal,
