@@ -4,30 +4,19 @@
 //! people weaken as four knife edges. Their sides and tops reflect once (kind M), also before or behind the ground (MR, RM), as mirrors
 //! of finite size. docs/propagation.md, "Movers", says what is left out.
 
-use nalgebra::Complex;
+mod reflecting;
 
-use super::field::{self, Bounce};
 use super::knife_edge::{edge, strip};
-use super::path::{Place, TracedPath};
+use super::path::TracedPath;
 use super::surface::Surface;
 use super::tree::ImageTree;
 use super::{LEAST_DISTANCE_M, Propagation};
-use crate::movers::{Body, BodyKind, Finish, Plate};
-use crate::paths::{Interaction, Kind};
+use crate::movers::{Body, BodyKind, Finish};
 use crate::scene::{Lobe, Material, Roughness, Scene, Vec3};
 use cslam_core::constants::{SPEED_OF_LIGHT_M_PER_S, VACUUM_PERMITTIVITY_F_PER_M};
 
-/// Weaker paths off movers are dropped, gain between vertical half-wave dipoles, dB.
-const LEAST_GAIN_DB: f64 = -165.0;
-
 /// A person so far off a wave, in units of the square root of wavelength times harmonic distance, does nothing to it: 0.1 dB.
 const BESIDE: f64 = 9.0;
-
-/// Ground is looked for so far above and below the foot of a mover, m.
-const GROUND_M: f64 = 1.0;
-
-/// Faces that look up more than this are ground.
-const LEVEL: f64 = 0.9;
 
 /// Bodies between the ends of a link, at one instant.
 #[derive(Debug)]
@@ -35,14 +24,6 @@ pub struct Bodies<'b> {
     bodies: &'b [Body],
     finishes: [Surface; 3],
     wavelength_m: f64,
-}
-
-/// A mirrored end: where it seems to be, and the face that mirrors it.
-#[derive(Clone, Copy)]
-struct End {
-    at: Vec3,
-    seems: Vec3,
-    grounded: bool,
 }
 
 impl<'b> Bodies<'b> {
@@ -97,152 +78,6 @@ impl<'b> Bodies<'b> {
             from = to;
         }
         left
-    }
-
-    /// Appends the paths that one body reflects.
-    fn reflect(&self, index: usize, tree: &ImageTree<'_>, ends: &[Vec3; 2], paths: &mut Vec<TracedPath>) {
-        let body = &self.bodies[index];
-        let ground_m = body.foot_m.z;
-        let plain = ends.map(|at| End {
-            at,
-            seems: at,
-            grounded: false,
-        });
-        let mirrored = plain.map(|end| End {
-            seems: Vec3::new(end.at.x, end.at.y, 2.0 * ground_m - end.at.z),
-            grounded: true,
-            ..end
-        });
-        let ways = [plain, [mirrored[0], plain[1]], [plain[0], mirrored[1]]];
-        for plate in body.plates() {
-            for way in &ways {
-                let path = self.off_plate(index, &plate, way, tree);
-                paths.extend(path);
-            }
-        }
-    }
-
-    /// The path between two ends, mirrored or not, by a plate of a body.
-    fn off_plate(
-        &self,
-        index: usize,
-        plate: &Plate,
-        way: &[End; 2],
-        tree: &ImageTree<'_>,
-    ) -> Option<TracedPath> {
-        let scene = tree.scene();
-        let body = &self.bodies[index];
-        let heights_m = [0, 1].map(|end| plate.normal.dot(&(way[end].seems - plate.centre)));
-        if heights_m.iter().any(|height_m| *height_m <= LEAST_DISTANCE_M) {
-            return None;
-        }
-        let [source, target] = [way[0].seems, way[1].seems];
-        let image = source - plate.normal * (2.0 * heights_m[0]);
-        let point = image + (target - image) * (heights_m[0] / (heights_m[0] + heights_m[1]));
-        let off = point - plate.centre;
-        let aside_m = plate.axes.map(|axis| axis.dot(&off));
-        if (0..2).any(|i| aside_m[i].abs() > plate.half_m[i]) {
-            return None;
-        }
-        // Where the ground reflects, and by which face.
-        let ground = |end: &End| -> Option<Option<(Vec3, u32)>> {
-            if !end.grounded {
-                return Some(None);
-            }
-            let (above, below) = (point.z - body.foot_m.z, body.foot_m.z - end.seems.z);
-            if above <= LEAST_DISTANCE_M || below <= LEAST_DISTANCE_M {
-                return None;
-            }
-            let at = point + (end.seems - point) * (above / (above + below));
-            let up = Vec3::z() * GROUND_M;
-            let is_ground = |face: u32| scene.faces()[face as usize].normal().z > LEVEL;
-            let face = scene.find_crossed(at + up, at - up, is_ground)?;
-            Some(Some((at, face)))
-        };
-        let (before, behind) = (ground(&way[0])?, ground(&way[1])?);
-        let mut points = vec![way[0].at];
-        points.extend(before.map(|(at, _)| at));
-        points.push(point);
-        points.extend(behind.map(|(at, _)| at));
-        points.push(way[1].at);
-        let lengths_m: Vec<f64> = points.windows(2).map(|leg| (leg[1] - leg[0]).norm()).collect();
-        let length_m = lengths_m.iter().sum();
-        let finish = &self.finishes[plate.finish as usize];
-        let bounce_of_ground = |face: u32| Bounce {
-            normal: scene.faces()[face as usize].normal(),
-            surface: tree.surface_of(face),
-        };
-        let bounces = before
-            .map(|(_, face)| bounce_of_ground(face))
-            .into_iter()
-            .chain([Bounce {
-                normal: &plate.normal,
-                surface: finish,
-            }])
-            .chain(behind.map(|(_, face)| bounce_of_ground(face)));
-        let gain = field::gain(scene.frequency_hz(), &points, bounces, length_m);
-        // A mirror of this size: an opening between the image and the target.
-        let ends_m = [(point - image).norm(), (target - point).norm()];
-        let along = (target - point) / ends_m[1];
-        let opening: f64 = (0..2)
-            .map(|i| {
-                let slope = plate.axes[i].dot(&along);
-                let foreshortened = (1.0 - slope * slope).max(0.0).sqrt();
-                let half_m = plate.half_m[i];
-                let edges_m = [-half_m - aside_m[i], half_m - aside_m[i]].map(|m| m * foreshortened);
-                strip(edges_m, ends_m, self.wavelength_m)
-            })
-            .product();
-        let gain: Complex<f64> = gain * opening;
-        if gain.norm() < libm::exp10(LEAST_GAIN_DB / 20.0) {
-            return None;
-        }
-        let on_face = |leg: usize| {
-            // The faces that a leg starts and ends on.
-            let face_at = |place: usize| match (place, before, behind) {
-                (1, Some((_, face)), _) => Some(face),
-                (place, _, Some((_, face))) if place + 2 == points.len() => Some(face),
-                _ => None,
-            };
-            [face_at(leg), face_at(leg + 1)]
-        };
-        let clear = points.windows(2).enumerate().all(|(leg, ends)| {
-            let own = on_face(leg);
-            scene
-                .find_crossed(ends[0], ends[1], |face| !own.contains(&Some(face)))
-                .is_none()
-        });
-        if !clear {
-            return None;
-        }
-        let mut met = vec![Interaction::Mover];
-        if before.is_some() {
-            met.insert(0, Interaction::Reflection);
-        }
-        if behind.is_some() {
-            met.push(Interaction::Reflection);
-        }
-        let at_mover = usize::from(before.is_some()) + 1;
-        let places = points[1..points.len() - 1]
-            .iter()
-            .enumerate()
-            .map(|(i, at)| Place {
-                point: *at,
-                face: match (i + 1 == at_mover, before, behind) {
-                    (true, ..) => None,
-                    (false, Some((_, face)), _) | (false, None, Some((_, face))) => Some(face),
-                    (false, None, None) => None,
-                },
-            });
-        let mut path = TracedPath::through(Kind::of(&met)?, &way[0].at, places, &way[1].at, gain);
-        let left = self.left_of(&path, &[way[0].at, way[1].at], Some(index));
-        if left == 0.0 {
-            return None;
-        }
-        path.gain *= left;
-        let leg = |i: usize| (points[i + 1] - points[i]) / lengths_m[i];
-        path.closing_m_per_s = body.velocity_m_per_s.dot(&(leg(at_mover) - leg(at_mover - 1)));
-        Some(path)
     }
 }
 
