@@ -17,8 +17,9 @@ pub fn left_out(effect: &str) -> String {
 }
 
 /// The figures of the table, by their keys, and whether the median over flights is given instead of all flights together.
-const COLUMNS: [(&str, bool); 6] = [
+const COLUMNS: [(&str, bool); 7] = [
     ("map.precision", false),
+    ("map.precision_by_faces", false),
     ("map.accepted", false),
     ("map.accepted_surface_rmse_m", false),
     ("trajectory.position_rmse_m", true),
@@ -55,7 +56,11 @@ impl Row {
 
     /// Points of correct order in a flight; none without a figure.
     fn correct_points(&self) -> f64 {
-        self.values[0].unwrap_or(0.0) * self.values[1].unwrap_or(0.0)
+        let value = |key| {
+            let at = COLUMNS.iter().position(|(column, _)| *column == key);
+            at.and_then(|at| self.values[at]).unwrap_or(0.0)
+        };
+        value("map.precision") * value("map.accepted")
     }
 }
 

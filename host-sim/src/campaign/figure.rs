@@ -55,10 +55,15 @@ const fn error(name: &'static str, key: &'static str, pooled: Pooled) -> Figure 
 }
 
 /// The figures of a campaign, in the order of its table.
-pub const FIGURES: [Figure; 11] = [
+pub const FIGURES: [Figure; 12] = [
     share(
         "correct reflection order, %",
         "map.precision",
+        Pooled::By("map.accepted"),
+    ),
+    share(
+        "correct surface, %",
+        "map.precision_by_faces",
         Pooled::By("map.accepted"),
     ),
     share(

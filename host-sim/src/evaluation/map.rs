@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::by_faces;
 use super::completeness::{Completeness, Lit, Part};
 use super::figures::{Spread, distance, share};
 use super::losses::{FirstOrderPaths, first_order_paths};
@@ -37,7 +38,12 @@ pub struct MapFigures {
     /// Share of accepted points whose path truly had as many reflections as they presume; ghosts count as wrong, and so do points
     /// of several reflections off another mirror.
     pub precision: Option<f64>,
-    /// The same of points that presume one reflection.
+    /// Share of accepted points whose path truly had as many reflections as they presume, and that lie within 0.6 m of the plane of the
+    /// surface that reflected it there.
+    pub precision_by_faces: Option<f64>,
+    /// Accepted points that are more than 0.3 m, and more than three standard deviations that are claimed for them, off any true surface.
+    pub accepted_far: Option<usize>,
+    /// As `precision`, of points that presume one reflection.
     pub precision_first_order: Option<f64>,
     /// The same of points that presume more.
     pub precision_higher_order: Option<f64>,
@@ -129,6 +135,8 @@ pub(super) fn judge(log: &FlightLog, surfaces: Option<&Surfaces<'_>>) -> (MapFig
         ) = (map.median, map.rmse, map.p95);
         (figures.accepted_surface_median_m, figures.accepted_surface_rmse_m) =
             (accepted.median, accepted.rmse);
+        let by_faces = by_faces::judge(log, surfaces);
+        (figures.precision_by_faces, figures.accepted_far) = (by_faces.precision, Some(by_faces.far));
         judge_cover(log, surfaces, &map_m, &errors.surface_m, &mut figures);
     }
     (figures, errors)
@@ -214,7 +222,7 @@ fn judge_points(log: &FlightLog, figures: &mut MapFigures) -> Vec<f64> {
 }
 
 /// Where the true path was reflected that an accepted point is of; of three reflections the truth names only the outer two.
-fn vertex(path: &LinkPath, point: &PointRecord) -> Option<[f64; 3]> {
+pub(super) fn vertex(path: &LinkPath, point: &PointRecord) -> Option<[f64; 3]> {
     if point.reflection == point.order {
         path.last_vertex
     } else if point.reflection == 1 {

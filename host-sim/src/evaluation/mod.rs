@@ -3,6 +3,7 @@
 //! Everything here sees the truth, and nothing here is seen by the receiver.
 
 mod assignment;
+mod by_faces;
 pub mod completeness;
 mod consistency;
 pub mod downlink;

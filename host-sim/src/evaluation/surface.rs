@@ -12,6 +12,9 @@ use crate::scene::{Face, Scene, Uneven};
 /// Boxes of flat faces are this much larger on every side, m: a box without volume would break the tree's heuristic.
 const BOX_PADDING_M: f64 = 1e-6;
 
+/// Surfaces this much apart at a point meet there, m.
+const TOGETHER_M: f64 = 0.01;
+
 /// A search tree over the faces of a scene.
 pub struct Surfaces<'s> {
     faces: Vec<SearchFace<'s>>,
@@ -84,6 +87,15 @@ impl<'s> Surfaces<'s> {
     pub fn nearest(&self, point_m: [f64; 3]) -> Option<(u32, f64)> {
         let (face, distance_m) = self.tree.nearest_to(Point3::from(point_m), &self.faces)?;
         Some((face.number, distance_m))
+    }
+
+    /// The faces whose surfaces meet at a true point of one of them: one, or those that share an edge there.
+    pub(super) fn faces_at(&self, point_m: [f64; 3]) -> impl Iterator<Item = &'s Face> {
+        let point = Point3::from(point_m);
+        let least_m = self.nearest(point_m).map_or(0.0, |(_, distance_m)| distance_m);
+        let near =
+            move |face: &&SearchFace<'s>| face.distance_squared(point) <= (least_m + TOGETHER_M).powi(2);
+        self.faces.iter().filter(near).map(|found| found.face)
     }
 
     /// The point of a face's surface over a point of its plane, m.

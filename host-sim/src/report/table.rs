@@ -60,6 +60,7 @@ fn rows(report: &Report) -> Vec<(&'static str, String)> {
         "correct, presumed higher order",
         percent(map.precision_higher_order),
     );
+    add("correct surface", percent(map.precision_by_faces));
     add("first-order paths accepted", percent(map.recall_first_order));
     add(
         "error of points of correct order, median",
