@@ -1,7 +1,7 @@
 //! Beam squint symbols through the same channel and front end.
 //!
 //! Here the transmit field varies over the band by design, so each ray has its own waveform in each symbol, shaped by
-//! what the 64 elements send towards it ([`super::squint_field`]).
+//! what the 64 elements send towards it (`squint_field`).
 
 use super::air::SweepState;
 use super::antenna::squint::{SquintScheme, SquintSymbol};

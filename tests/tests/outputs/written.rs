@@ -60,6 +60,7 @@ fn a_flight_written_in_python_from_the_page_alone_is_flown() {
     let report = std::fs::read_to_string(at.join("flown/report.json")).expect("written");
     let report: Value = serde_json::from_str(&report).expect("JSON");
 
+    assert_eq!((&report["scene"], &report["seed"]), (&scene[1].into(), &0.into()));
     assert_eq!(report["counters"], serde_json::json!({}), "something was damaged");
     let health = &report["health"];
     assert_eq!(health["blocks"], SWEEPS * (BEAMS + SYMBOLS), "{health}");
