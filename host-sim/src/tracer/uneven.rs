@@ -326,7 +326,7 @@ impl<'a> UnevenLink<'a> {
         });
         let frequency_hz = self.scene.frequency_hz();
         if flat.wedge.is_some() {
-            let bounce = bounces.next_back()?;
+            let bounce = bounces.next()?;
             let inner = &points[1..=met.len()];
             return self
                 .edges?
