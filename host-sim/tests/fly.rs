@@ -333,3 +333,33 @@ fn a_drifted_calibration_takes_the_fixes_that_bring_it_back() {
     let median_m = report["trajectory"]["position_median_m"].as_f64().expect("known");
     assert!(used >= 22 && median_m < 1.0, "{used} fixes, {median_m} m");
 }
+
+#[test]
+fn a_scene_that_is_raised_is_flown_as_it_was() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let flown = |name: &str, config: &str| {
+        let file = format!("{name}.toml");
+        fs::write(directory.path().join(&file), config).expect("writable");
+        let args = [
+            "fly", "--seed", "3", "--steps", "40", "--config", &file, "--out", name,
+        ];
+        let output = fly(directory.path(), &args);
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        let accepted = report(&directory.path().join(name))["map"]["accepted"].as_f64();
+        accepted.expect("a number")
+    };
+    let raised = "[world.scene.placement]\nmoved_m = [0.0, 0.0, 10.0]\n";
+    let below = format!("{raised}[receiver]\nground_z_m = 0.0\n");
+    let [as_it_is, raised, below] =
+        [("flat", ""), ("raised", raised), ("below", below.as_str())].map(|(name, text)| flown(name, text));
+    assert!(
+        as_it_is > 20.0 && (raised - as_it_is).abs() <= 0.05 * as_it_is,
+        "{as_it_is} {raised}"
+    );
+    // Ground that is told ten metres too low costs points.
+    assert!(below < 0.95 * as_it_is, "{as_it_is} {below}");
+}

@@ -102,7 +102,7 @@ fn a_recorded_flight_of_the_real_world_flies_the_same() {
 
 #[test]
 fn a_recorded_flight_through_a_moved_scene_flies_the_same_and_is_held_against_the_moved_walls() {
-    let config = "[world.scene]\nplacement = { moved_m = [40.0, -90.0, 0.0], turned_deg = 65.0 }\n\
+    let config = "[world.scene]\nplacement = { moved_m = [40.0, -90.0, 12.0], turned_deg = 65.0 }\n\
                   surfaces = { ground_relief_rms_m = 0.1 }\n";
     direct_and_recorded_with("outdoor", "budget", "16", config);
 }

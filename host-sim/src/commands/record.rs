@@ -81,6 +81,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let manifest = Manifest {
         gmt_setup_position_m: setup.gmt_setup.position_m.or(manifest.gmt_setup_position_m),
         magnetic_field: setup.magnetic_field.or(manifest.magnetic_field),
+        ground_z_m: Some(setup.ground_z_m.unwrap_or(world.ground_z_m())).filter(|z_m| *z_m != 0.0),
         ..manifest
     };
     let manifest = write(&world, sweeps, manifest, &args.out)?;

@@ -11,6 +11,9 @@ use crate::estimate;
 use crate::input::InputError;
 use crate::sensors::MagnetometerConfig;
 
+/// Farthest that the ground is from the world frame's origin, m.
+const HIGHEST_M: f64 = 100e3;
+
 /// Table `[receiver]`. A stage that is left out is that of the mode.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -31,6 +34,8 @@ pub struct ReceiverConfig {
     pub gmt_setup: GmtSetup,
     /// The earth's field where the UAV flies.
     pub magnetic_field: Option<EarthField>,
+    /// Height of the ground, m, world frame.
+    pub ground_z_m: Option<f64>,
     /// What calibration leaves in a path.
     pub residuals: ResidualFigures,
     /// The error-state filter.
@@ -54,6 +59,12 @@ impl ReceiverConfig {
     /// [`InputError`] naming the key and what was expected.
     pub fn check(&self) -> Result<(), InputError> {
         self.gmt_setup.check().map_err(|error| error.under("gmt_setup"))?;
+        if let Some(z_m) = self.ground_z_m
+            && !(-HIGHEST_M..=HIGHEST_M).contains(&z_m)
+        {
+            let message = format!("is {z_m}, expected -{HIGHEST_M} to {HIGHEST_M}");
+            return Err(InputError::at_key("ground_z_m", message));
+        }
         if let Some(field) = &self.magnetic_field {
             field.check().map_err(|error| error.under("magnetic_field"))?;
         }

@@ -96,6 +96,9 @@ pub struct Manifest {
     /// The earth's field there. Absent: the magnetometer is not used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub magnetic_field: Option<EarthField>,
+    /// Height of the ground, m, world frame; absent: 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ground_z_m: Option<f64>,
     /// IMU samples a second, Hz.
     pub imu_rate_hz: u32,
     /// Whether each sweep's sample blocks lie beside.
@@ -125,6 +128,7 @@ impl Manifest {
             sweep_period_s: schedule.sweep_period_s,
             gmt_setup_position_m: Some(flight.sweep_truth(0).gmt_position_m.into()),
             magnetic_field: Some(EarthField::from(&flight.config().magnetometer)),
+            ground_z_m: None,
             imu_rate_hz: flight.config().imu.rate_hz,
             samples: false,
             files: Vec::new(),

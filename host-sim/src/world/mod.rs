@@ -111,6 +111,12 @@ impl<'s> World<'s> {
         self.flight.plan().sweeps()
     }
 
+    /// Height of the ground, m, world frame: scenes have it at 0 of their own frame; its relief lies about it.
+    pub fn ground_z_m(&self) -> f64 {
+        let [.., raised_m] = self.tracer.scene().placement().moved_m;
+        raised_m
+    }
+
     /// The paths between the two ends.
     pub fn link(&self, truth: &Truth) -> Link {
         self.surroundings.link(&self.tracer, truth)

@@ -102,6 +102,8 @@ pub(crate) struct Site {
     pub(crate) magnetic_field: Option<EarthField>,
     /// Where the GMT's antenna was set up, m, world frame; without it nobody asks.
     pub(crate) gmt_m: Option<[f64; 3]>,
+    /// Height of the ground, m, world frame.
+    pub(crate) ground_z_m: f64,
 }
 
 /// Flies a receiver through a world, for `planned` sweeps or until `interrupted`: the log and every byte that went
@@ -142,6 +144,7 @@ pub(crate) fn described(
         magnetic_field: Some(EarthField::from(&world.flight().config().magnetometer)),
         // Whoever sets up a simulated GMT knows where.
         gmt_m: Some(world.flight().sweep_truth(0).gmt_position_m.into()),
+        ground_z_m: world.ground_z_m(),
     };
     (header, site)
 }
@@ -157,11 +160,14 @@ pub(crate) fn fly(
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<(FlightLog, Vec<u8>)> {
     let field = told.magnetic_field.or(site.magnetic_field);
-    let receiver = Receiver {
+    let mut receiver = Receiver {
         magnetic_field: field.map(|field| field.config()),
         residuals: told.residuals.config(),
         ..methods(told, told.gmt_setup.or_at(site.gmt_m))?
     };
+    if let Some(ground_z_m) = &mut receiver.accept.point.ground_z_m {
+        *ground_z_m = told.ground_z_m.unwrap_or(site.ground_z_m) as f32;
+    }
     let estimation = EstimatorConfig::default();
     let of_mode = match told.mode {
         Mode::Best => estimate::Mode::Best,

@@ -48,6 +48,7 @@ pub(super) fn run(
     let site = Site {
         magnetic_field: manifest.magnetic_field,
         gmt_m: manifest.gmt_setup_position_m,
+        ground_z_m: manifest.ground_z_m.unwrap_or(0.0),
     };
     let bar = progress::bar(planned as u64, "flying");
     let (mut log, packets) = raw::fly(
