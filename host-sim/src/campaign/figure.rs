@@ -174,7 +174,11 @@ mod tests {
         let pooled = FIGURES[0].pool(weighed).expect("known");
         assert!((pooled - 0.95).abs() < 1e-12);
         assert_eq!(FIGURES[0].worse(&[1.0, 0.5], 1.0), Some(0.5));
-        assert_eq!(FIGURES[6].worse(&[0.1, 0.5], 1.0), Some(0.5));
+        let error = FIGURES
+            .iter()
+            .find(|figure| !figure.more_is_better)
+            .expect("errors");
+        assert_eq!(error.worse(&[0.1, 0.5], 1.0), Some(0.5));
         assert_eq!(FIGURES[0].pool([]), None);
     }
 }

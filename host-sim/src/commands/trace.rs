@@ -101,6 +101,9 @@ struct PropagationArgs {
     #[arg(long, value_name = "N", default_value_t = Diffuse::default().lobe.exponent, requires = "diffuse",
           value_parser = clap::value_parser!(u32).range(1..=100))]
     lobe: u32,
+    /// Side of the tiles, m, 0.1 to 10: shadows are followed to a quarter of it
+    #[arg(long, value_name = "M", default_value_t = Diffuse::default().tile_m, requires = "diffuse", value_parser = tile)]
+    tile: f64,
     /// Keep N scattered paths of a link: the strongest tiles, the rest gathered
     #[arg(long, value_name = "N", default_value_t = Diffuse::default().most_paths, requires = "diffuse")]
     most_scattered: usize,
@@ -121,6 +124,7 @@ impl PropagationArgs {
                     coefficient: self.scattering,
                     exponent: self.lobe,
                 },
+                tile_m: self.tile,
                 most_paths: self.most_scattered,
                 ..Diffuse::default()
             }),
@@ -181,6 +185,14 @@ fn coefficient(text: &str) -> Result<f64, String> {
         .ok()
         .filter(|coefficient| (0.0..=1.0).contains(coefficient))
         .ok_or_else(|| "expected a scattering coefficient from 0 to 1".to_owned())
+}
+
+/// Side of a tile, m.
+fn tile(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|tile_m| (0.1..=10.0).contains(tile_m))
+        .ok_or_else(|| "expected a side from 0.1 to 10 m".to_owned())
 }
 
 /// A path gain in dB.

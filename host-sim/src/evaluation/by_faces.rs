@@ -24,8 +24,8 @@ pub(super) struct ByFaces {
     /// Share of the accepted points of known truth whose path truly had as many reflections as they presume and that lie on the
     /// surface that reflected it there.
     pub(super) precision: Option<f64>,
-    /// Accepted points far off any true surface.
-    pub(super) far: usize,
+    /// Accepted points far off any true surface; none without points.
+    pub(super) far: Option<usize>,
 }
 
 /// Judges the accepted points. The log's paths must have been matched.
@@ -42,7 +42,7 @@ pub(super) fn judge(log: &FlightLog, surfaces: &Surfaces<'_>) -> ByFaces {
     }
     ByFaces {
         precision: share(right, known),
-        far,
+        far: (!log.points.is_empty()).then_some(far),
     }
 }
 
@@ -105,15 +105,15 @@ mod tests {
         // Three metres along the wall and half a metre off it, beyond its claimed 0.3 m.
         let slid = judged([8.0, 10.5, 1.5], 1);
         assert!(near(slid.precision, 1.0));
-        assert_eq!(slid.far, 1);
+        assert_eq!(slid.far, Some(1));
         // On the other wall, where nothing was reflected.
         let other = judged([15.0, 11.0, 1.5], 1);
         assert!(near(other.precision, 0.0));
-        assert_eq!(other.far, 0);
+        assert_eq!(other.far, Some(0));
         // The right wall, for a path of another order.
         assert!(near(judged([5.0, 10.0, 1.5], 2).precision, 0.0));
         // Before the wall by less than a third of a metre.
         let close = judged([5.0, 9.75, 1.5], 1);
-        assert_eq!((close.precision, close.far), (Some(1.0), 0));
+        assert_eq!((close.precision, close.far), (Some(1.0), Some(0)));
     }
 }

@@ -136,7 +136,7 @@ pub(super) fn judge(log: &FlightLog, surfaces: Option<&Surfaces<'_>>) -> (MapFig
         (figures.accepted_surface_median_m, figures.accepted_surface_rmse_m) =
             (accepted.median, accepted.rmse);
         let by_faces = by_faces::judge(log, surfaces);
-        (figures.precision_by_faces, figures.accepted_far) = (by_faces.precision, Some(by_faces.far));
+        (figures.precision_by_faces, figures.accepted_far) = (by_faces.precision, by_faces.far);
         judge_cover(log, surfaces, &map_m, &errors.surface_m, &mut figures);
     }
     (figures, errors)

@@ -93,7 +93,9 @@ impl<'s> Tracer<'s> {
             edges: propagation
                 .diffraction
                 .map(|options| Edges::of(scene, options.rims)),
-            tiles: propagation.diffuse.map(|_| Tiles::of(scene)),
+            tiles: propagation
+                .diffuse
+                .map(|options| Tiles::of(scene, options.tile_m)),
             surfaces: Surfaces::of_scene(scene, &propagation),
         })
     }

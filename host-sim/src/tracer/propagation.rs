@@ -50,6 +50,8 @@ pub struct Diffuse {
     pub seed: u64,
     /// Lobe of materials that have none of their own.
     pub lobe: Lobe,
+    /// Side of a tile, m: shadows are followed to a quarter of it.
+    pub tile_m: f64,
     /// No more than so many scattered paths a link, those that gather weak tiles included.
     pub most_paths: usize,
     /// Tiles this much under the link's strongest path are gathered, one path a face, dB.
@@ -57,7 +59,7 @@ pub struct Diffuse {
 }
 
 impl Default for Diffuse {
-    /// Seed 1, S = 0.3 and exponent 4 (brick and concrete), at most 300 paths, 45 dB.
+    /// Seed 1, S = 0.3 and exponent 4 (brick and concrete), tiles of 1 m, at most 300 paths, 45 dB.
     fn default() -> Self {
         Self {
             seed: 1,
@@ -65,6 +67,7 @@ impl Default for Diffuse {
                 coefficient: 0.3,
                 exponent: 4,
             },
+            tile_m: 1.0,
             most_paths: 300,
             range_db: 45.0,
         }

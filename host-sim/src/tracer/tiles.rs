@@ -1,9 +1,6 @@
-//! Faces cut into tiles, for what they scatter: squares of [`TILE_M`] and the quarters of them, less at the rims.
+//! Faces cut into tiles, for what they scatter: squares of a given side and the quarters of them, less at the rims.
 
 use crate::scene::{Face, Scene, Vec3};
-
-/// Side of a tile, m; larger in scenes of more than [`MOST_TILES`].
-const TILE_M: f64 = 1.0;
 
 /// No scene is cut into many more tiles than this.
 const MOST_TILES: f64 = 250e3;
@@ -52,9 +49,10 @@ pub(super) struct Tiles {
 }
 
 impl Tiles {
-    pub(super) fn of(scene: &Scene) -> Self {
+    /// Cuts all faces into tiles of a side, m; larger ones in scenes that would have more than [`MOST_TILES`].
+    pub(super) fn of(scene: &Scene, tile_m: f64) -> Self {
         let total_m2: f64 = scene.faces().iter().map(area_m2).sum();
-        let side_m = TILE_M.max((total_m2 / MOST_TILES).sqrt());
+        let side_m = tile_m.max((total_m2 / MOST_TILES).sqrt());
         let mut all = Self {
             tiles: Vec::new(),
             quarters: Vec::new(),
@@ -203,7 +201,7 @@ mod tests {
     fn tiles_cover_every_face_once() {
         for name in ["outdoor_a", "outdoor", "indoor"] {
             let scene = Scene::load(name).unwrap();
-            let tiles = Tiles::of(&scene);
+            let tiles = Tiles::of(&scene, 1.0);
             for (index, face) in scene.faces().iter().enumerate() {
                 let own: Vec<&Tile> = tiles.tiles.iter().filter(|t| t.face == index as u32).collect();
                 let covered: f64 = own.iter().map(|tile| tile.whole.area_m2).sum();

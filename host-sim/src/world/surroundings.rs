@@ -101,7 +101,9 @@ mod tests {
 
     fn crowd() -> MoversConfig {
         MoversConfig {
+            moving_cars_per_ha: 30.0,
             people_per_ha: 100.0,
+            people_per_100_m2: 20.0,
             ..MoversConfig::real()
         }
     }

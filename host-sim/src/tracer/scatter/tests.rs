@@ -68,7 +68,7 @@ fn what_is_scattered_and_reflected_is_what_came_less_what_went_in() {
         let surfaces = Surfaces::of_scene(&scene, &propagation);
         let (sin, cos) = libm::sincos(degrees.to_radians());
         let tx = Vec3::new(100.0 * sin, 100.0 * cos, 0.0);
-        let tiles = Tiles::of(&scene);
+        let tiles = Tiles::of(&scene, 1.0);
         let lit = light(&scene, &tx, 0, &tiles.tiles[0].whole, &surfaces).unwrap();
         // All of the half-space, seen isotropically.
         let (steps, mut scattered) = (300, 0.0);
