@@ -185,13 +185,10 @@ fn report(args: &Args, out: &Path, worlds: &[Named]) -> anyhow::Result<()> {
     fs::write(&file, serde_json::to_string_pretty(&object)?)
         .map_err(|e| InputError::unwritable(&file, "cannot be written", &e))?;
     for (name, summary) in &summaries {
-        // Of the worlds of all effects, one table says enough.
-        if args.effects && !args.json {
-            continue;
-        }
         if args.json {
             progress::note(summary.text(name));
-        } else {
+        } else if !args.effects {
+            // Of the worlds of all effects, one table says enough.
             println!("{}", summary.text(name));
         }
     }
