@@ -10,6 +10,7 @@
 //! error-state filter. [`bsm`]: direction and delay from beam squint symbols. [`planes`]: walls of the map as mirrors.
 //! [`hpc`]: the paper's localization, the baseline.
 
+mod baseline;
 pub mod bsm;
 pub mod filter;
 pub mod hpc;
@@ -18,7 +19,9 @@ mod inertial;
 mod localizer;
 pub mod planes;
 mod pose;
+mod two_way_clock;
 
+pub use baseline::HpcConfig;
 pub use inertial::{ImuErrors, ImuIncrement, ImuSample};
-pub use localizer::{Localizer, LocalizerConfig, LocalizerHealth};
+pub use localizer::{Localizer, LocalizerConfig, LocalizerHealth, Method};
 pub use pose::{ClockEstimate, Pose};

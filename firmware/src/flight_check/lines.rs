@@ -58,7 +58,8 @@ pub(super) struct Line<'a, T: Real, const N: usize> {
 
 impl<T: Real, const N: usize> fmt::Display for Line<'_, T, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let filter = self.localizer.filter();
+        // A check flies the filter; a line without one says nothing, so it is an error like one that cannot be written.
+        let filter = self.localizer.filter().ok_or(fmt::Error)?;
         let state = filter.nominal();
         write!(
             f,

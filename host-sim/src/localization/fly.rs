@@ -4,11 +4,12 @@ use core::f64::consts::PI;
 
 use cslam_core::geometry::{Direction, Position, Real, Rotation};
 use cslam_core::localization::filter::{
-    CLOCK_OFFSET, Filter, FilterConfig, MappedPlane, PathMeasurement, SweepMeasurement, SweepVerdict,
-    Transmitter, wrap_delay_m,
+    CLOCK_OFFSET, FilterConfig, MappedPlane, PathMeasurement, SweepMeasurement, SweepVerdict, Transmitter,
+    wrap_delay_m,
 };
-use cslam_core::localization::imu::{Alignment, Imu, ImuConfig, RestAlignment, RestConfig, RestStatus};
+use cslam_core::localization::imu::{Alignment, RestAlignment, RestConfig, RestStatus};
 use cslam_core::localization::planes::Plane;
+use cslam_core::localization::{Localizer, LocalizerConfig, Method};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::flights::{Heard, Prepared, TruePath, TrueSweep};
@@ -117,8 +118,7 @@ pub(super) const PROCESSING_NS: u64 = 200_000_000;
 
 /// Flies a filter of `N` states whose covariance is in `T` over a flight, with `planes` as its map; a record a sweep.
 ///
-/// Everything that flies is in use: monitor and integration of the inertial samples, alignment at rest, the filter with its
-/// history. Sweeps are handed over 0.2 s late.
+/// What flies is the receiver's own [`Localizer`]. Sweeps are handed over 0.2 s late.
 pub fn fly<T: Real, const N: usize>(
     flight: &Prepared,
     planes: &[(Vector3<f64>, Vector3<f64>)],
@@ -129,40 +129,34 @@ pub fn fly<T: Real, const N: usize>(
         Start::Rest => 0,
         Start::Flight(at_s) | Start::FlightAligned(at_s) => (at_s * 1e9) as u64,
     };
-    let rest = match scenario.start {
-        Start::Flight(_) => None,
-        Start::Rest | Start::FlightAligned(_) => align(flight),
+    let config = LocalizerConfig {
+        method: Method::Filter(scenario.filter),
+        ..LocalizerConfig::default()
     };
-    let mut filter = Filter::<T, N>::new(scenario.filter, begin_ns);
-    let mut imu = Imu::new(ImuConfig::default());
-    let mut aligned = false;
+    let mut localizer = Localizer::<T, N>::new(&config, begin_ns);
+    if matches!(scenario.start, Start::FlightAligned(_))
+        && let Some(found) = align(flight)
+    {
+        localizer.align(&found);
+    }
     let (mut records, mut begun, mut waiting) = (Vec::new(), None, None);
     for &(at, heard) in flight.heard.iter().filter(|(at, _)| *at > begin_ns) {
-        if !aligned && let Some(rest) = rest.filter(|rest| rest.time_ns <= at) {
-            filter.aligned(&rest);
-            imu.set_errors(filter.imu_errors());
-            aligned = true;
-        }
-        if waiting
-            .as_ref()
-            .is_some_and(|(time_ns, _)| at >= time_ns + PROCESSING_NS)
-            && let Some((time_ns, beacon)) = waiting.take()
-        {
-            records.push(sweep(&mut filter, &mut receiver, time_ns, &beacon));
-            imu.set_errors(filter.imu_errors());
+        if let Some((time_ns, beacon)) = waiting.take_if(|(time_ns, _)| at >= *time_ns + PROCESSING_NS) {
+            records.push(sweep(&mut localizer, &mut receiver, time_ns, &beacon));
         }
         match heard {
             Heard::Inertial(sample) => {
-                if let Some(step) = imu.push(&sample) {
-                    filter.step(&step);
-                }
+                localizer.sample(&sample);
             }
             Heard::Timing(offset_m) => {
                 if !receiver.timing_lost(at) {
-                    let _ = filter.two_way(at, offset_m);
+                    localizer.two_way(at, offset_m);
                 }
             }
-            Heard::Sweep(sweep) => begun = Some((at, sweep)),
+            Heard::Sweep(sweep) => {
+                localizer.begin_sweep(at);
+                begun = Some((at, sweep));
+            }
             Heard::Beacon(beacon) => {
                 if let Some((time_ns, _)) = begun.take().filter(|(_, sweep)| *sweep == beacon.sweep) {
                     waiting = Some((time_ns, beacon));
@@ -174,7 +168,7 @@ pub fn fly<T: Real, const N: usize>(
 }
 
 fn sweep<T: Real, const N: usize>(
-    filter: &mut Filter<T, N>,
+    localizer: &mut Localizer<T, N>,
     receiver: &mut Receiver<'_>,
     time_ns: u64,
     beacon: &Beacon,
@@ -194,8 +188,8 @@ fn sweep<T: Real, const N: usize>(
         heard: &[],
         planes: &receiver.map,
     };
-    let verdict = filter.sweep(&measurement);
-    record(filter, truth, beacon.sweep, &seen, verdict)
+    let verdict = localizer.sweep(beacon.sweep, &measurement);
+    record(localizer, truth, beacon.sweep, &seen, verdict)
 }
 
 /// What the rest before the flight shows.
@@ -221,12 +215,13 @@ pub(super) fn transmitter(beacon: &Beacon) -> Transmitter {
 }
 
 fn record<T: Real, const N: usize>(
-    filter: &Filter<T, N>,
+    localizer: &Localizer<T, N>,
     truth: &TrueSweep,
     sweep: u32,
     seen: &Seen,
     verdict: SweepVerdict,
 ) -> Record {
+    let filter = localizer.filter().expect("the method is the filter");
     let state = filter.nominal();
     let position_m = state.position_m - truth.motion.position_m;
     let turn = Rotation3::from_matrix_unchecked(truth.motion.attitude.matrix() * state.attitude.transpose());
