@@ -44,5 +44,6 @@ pub mod reflection;
 #[cfg(dsp_kernels)]
 mod simd;
 mod sqrt;
+pub mod surfaces;
 pub mod telemetry;
 pub mod waveform;
