@@ -29,6 +29,7 @@
 #![no_std]
 
 pub mod array;
+pub mod association;
 pub mod block;
 mod bounded;
 mod checksum;

@@ -1,0 +1,3 @@
+//! The association over whole sweeps, in worlds of planes.
+
+pub(super) mod world;
