@@ -1,3 +1,5 @@
 //! The association over whole sweeps, in worlds of planes.
 
+mod phantoms;
+mod surfaces;
 pub(super) mod world;

@@ -59,11 +59,7 @@ impl<T: Real> Plane<T> {
     /// The plane after a correction (shift in m, two tilts in rad) and with a new covariance, as a filter makes them.
     /// `None` when a number is not finite.
     #[must_use]
-    pub fn corrected(
-        &self,
-        [shift_m, tilt1_rad, tilt2_rad]: [T; 3],
-        covariance: Matrix3<T>,
-    ) -> Option<Self> {
+    pub fn corrected(&self, [shift_m, tilt1_rad, tilt2_rad]: [T; 3], covariance: Matrix3<T>) -> Option<Self> {
         let (t1, t2) = self.tangents();
         let n = self.normal.vector();
         let normal = Direction::from_vector(n + t1 * tilt1_rad + t2 * tilt2_rad).ok()?;
