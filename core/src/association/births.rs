@@ -45,7 +45,12 @@ impl<const N: usize> Surfaces<N> {
             return None;
         }
         let path = seen.birth_path();
-        let within = f64::from(seen.config.gate_sigmas) * libm::sqrt(seen.measured.noise.m44);
+        // The pose moves the point that the wave left for, by about as much as itself.
+        let place_m2 = path.uav_covariance_m2.trace() / 3.0;
+        let within = |way_m: f64| {
+            let variance = seen.measured.noise.m44 + place_m2 / (way_m * way_m);
+            f64::from(seen.config.gate_sigmas) * libm::sqrt(variance)
+        };
         let mut best: Option<(f64, Birth, u16, Known)> = None;
         let store = known(self);
         for confirmed in store.iter().filter(|known| known.surface.is_confirmed()) {
@@ -55,14 +60,13 @@ impl<const N: usize> Surfaces<N> {
                     continue;
                 };
                 let [first, _] = &points;
-                let Some(towards) = (first - path.transmitter_m).try_normalize(1e-6) else {
-                    continue;
-                };
-                let off = (towards - departure).norm();
+                let way = first - path.transmitter_m;
+                let way_m = way.norm();
+                let off = (way / way_m - departure).norm();
                 let ends = [&path.transmitter_m, &path.uav_m];
                 let open = !is_blocked(&store, ends, &points, seen.config);
                 let better = best.as_ref().is_none_or(|(least, ..)| off < *least);
-                if off < within && open && better {
+                if off < within(way_m) && open && better {
                     best = Some((off, birth, id, which));
                 }
             }

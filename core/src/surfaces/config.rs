@@ -50,7 +50,7 @@ impl Default for SurfaceConfig {
             same_rad: 0.063,
             reach_m: 6.0,
             independent_m: 1.0,
-            detection: 0.15,
+            detection: 0.1,
             contradiction_log_odds: 1.0,
             least_shift_m: 0.015,
             least_tilt_rad: 0.7e-3,

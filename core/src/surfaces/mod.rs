@@ -21,5 +21,8 @@ pub use waiting::{Waiting, WaitingPoints};
 /// Most reflections of a path that is followed.
 pub const MOST_REFLECTIONS: usize = 3;
 
+/// Height over a surface under which an end or a point lies in it, m.
+pub(crate) const LEAST_HEIGHT_M: f64 = 0.1;
+
 /// Surfaces that a path met, from the transmitter to the UAV; none: the line of sight.
 pub type SurfaceIds = heapless::Vec<u16, MOST_REFLECTIONS>;
