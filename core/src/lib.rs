@@ -29,6 +29,7 @@
 #![no_std]
 
 pub mod array;
+pub mod association;
 pub mod block;
 mod bounded;
 mod checksum;
@@ -44,5 +45,6 @@ pub mod reflection;
 #[cfg(dsp_kernels)]
 mod simd;
 mod sqrt;
+pub mod surfaces;
 pub mod telemetry;
 pub mod waveform;

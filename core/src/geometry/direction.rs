@@ -107,6 +107,15 @@ impl<F: Frame, T: Real> Direction<F, T> {
     }
 }
 
+impl<F: Frame> Direction<F> {
+    /// The same direction in double precision, of unit length there.
+    #[must_use]
+    pub fn to_f64(&self) -> Direction<F, f64> {
+        let unit = self.unit.map(f64::from);
+        Direction::from_unit(unit / unit.norm_squared().root())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use core::f64::consts::{FRAC_PI_2, PI};

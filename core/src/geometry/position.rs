@@ -57,3 +57,14 @@ impl<F: Frame, T: Real> Position<F, T> {
         self.from_origin(other).norm_squared().root()
     }
 }
+
+impl<F: Frame> Position<F> {
+    /// The same point in double precision.
+    #[must_use]
+    pub fn to_f64(&self) -> Position<F, f64> {
+        Position {
+            vector: self.vector.map(f64::from),
+            frame: PhantomData,
+        }
+    }
+}

@@ -1,6 +1,6 @@
-//! A mirror: an infinite plane with the uncertainty of its three numbers.
+//! A mirror: an infinite plane with the uncertainty of its three numbers. It flies in `f32`; where chains of mirrors are followed, in `f64`.
 
-use crate::geometry::{Direction, Matrix3, Position, Vector3, World};
+use crate::geometry::{Direction, Matrix3, Position, Real, Vector3, World};
 
 /// A plane in the world that mirrors waves, with covariance.
 ///
@@ -8,62 +8,58 @@ use crate::geometry::{Direction, Matrix3, Position, Vector3, World};
 /// plane has `n + a1 t1 + a2 t2` and passes through `c + shift n`. Taken at the centre of what supports the plane, the
 /// three are nearly uncorrelated; taken at the world's origin, a tilt of 0.1 degrees would be a shift of a decimetre.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plane {
+pub struct Plane<T: Real = f32> {
     /// Unit normal, towards free space.
-    pub normal: Direction<World>,
+    pub normal: Direction<World, T>,
     /// A point on the plane: the centre of what it was fitted to.
-    pub centre: Position<World>,
+    pub centre: Position<World, T>,
     /// Covariance of (shift along the normal in m, tilt along t1 in rad, tilt along t2 in rad), see
     /// [`Plane::tangents`].
-    pub covariance: Matrix3<f32>,
+    pub covariance: Matrix3<T>,
 }
 
-impl Plane {
+impl<T: Real> Plane<T> {
     /// Two unit vectors in the plane along which it tilts. Of a wall: t1 horizontal (a tilt turns the wall's heading),
     /// t2 up. Of a floor: t1 along -y, t2 along x or nearly so. They do not jump while a wall or a floor tilts a
     /// little.
     #[must_use]
-    pub fn tangents(&self) -> (Vector3<f32>, Vector3<f32>) {
+    pub fn tangents(&self) -> (Vector3<T>, Vector3<T>) {
         tangents(self.normal.vector())
     }
 
     /// Height of a point over the plane, m: positive on the side of the normal.
     #[must_use]
-    pub fn height_m(&self, point: &Vector3<f32>) -> f32 {
+    pub fn height_m(&self, point: &Vector3<T>) -> T {
         self.normal.vector().dot(&(point - self.centre.vector()))
     }
 
     /// Offset d of the form `n . x = d`, m.
     #[must_use]
-    pub fn offset_m(&self) -> f32 {
+    pub fn offset_m(&self) -> T {
         self.normal.vector().dot(self.centre.vector())
     }
 
     /// Mirror image of a point: `G' = G - 2 (n . (G - c)) n` (docs/localization.md, "The model").
     #[must_use]
-    pub fn image(&self, point: &Vector3<f32>) -> Vector3<f32> {
-        point - self.normal.vector() * (2.0 * self.height_m(point))
+    pub fn image(&self, point: &Vector3<T>) -> Vector3<T> {
+        point - self.normal.vector() * (T::of(2.0) * self.height_m(point))
     }
 
     /// Derivative of [`Plane::image`] over (shift, tilt along t1, tilt along t2): columns `2 n` and
     /// `-2 [(t . (G - c)) n + (n . (G - c)) t]` (docs/localization.md, "The model").
     #[must_use]
-    pub fn image_jacobian(&self, point: &Vector3<f32>) -> Matrix3<f32> {
+    pub fn image_jacobian(&self, point: &Vector3<T>) -> Matrix3<T> {
         let n = self.normal.vector();
         let away = point - self.centre.vector();
         let (t1, t2) = self.tangents();
-        let tilt = |t: &Vector3<f32>| (n * t.dot(&away) + t * n.dot(&away)) * -2.0;
-        Matrix3::from_columns(&[n * 2.0, tilt(&t1), tilt(&t2)])
+        let tilt = |t: &Vector3<T>| (n * t.dot(&away) + t * n.dot(&away)) * T::of(-2.0);
+        Matrix3::from_columns(&[n * T::of(2.0), tilt(&t1), tilt(&t2)])
     }
 
     /// The plane after a correction (shift in m, two tilts in rad) and with a new covariance, as a filter makes them.
     /// `None` when a number is not finite.
     #[must_use]
-    pub fn corrected(
-        &self,
-        [shift_m, tilt1_rad, tilt2_rad]: [f32; 3],
-        covariance: Matrix3<f32>,
-    ) -> Option<Self> {
+    pub fn corrected(&self, [shift_m, tilt1_rad, tilt2_rad]: [T; 3], covariance: Matrix3<T>) -> Option<Self> {
         let (t1, t2) = self.tangents();
         let n = self.normal.vector();
         let normal = Direction::from_vector(n + t1 * tilt1_rad + t2 * tilt2_rad).ok()?;
@@ -76,10 +72,22 @@ impl Plane {
     }
 }
 
+impl Plane {
+    /// The same plane in double precision.
+    #[must_use]
+    pub fn to_f64(&self) -> Plane<f64> {
+        Plane {
+            normal: self.normal.to_f64(),
+            centre: self.centre.to_f64(),
+            covariance: self.covariance.map(f64::from),
+        }
+    }
+}
+
 /// Tangents of a normal, see [`Plane::tangents`].
-pub(super) fn tangents(n: &Vector3<f32>) -> (Vector3<f32>, Vector3<f32>) {
+pub(super) fn tangents<T: Real>(n: &Vector3<T>) -> (Vector3<T>, Vector3<T>) {
     // Whichever of up and east is well off the normal.
-    let reference = if n.z.abs() < 0.7 {
+    let reference = if n.z.abs() < T::of(0.7) {
         Vector3::z()
     } else {
         Vector3::x()

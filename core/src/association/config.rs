@@ -1,0 +1,90 @@
+//! Every tuned number of the association.
+
+/// How far measured paths are off, and when their departures mean anything. Figures: 8716 paths of flights against the truth. The
+/// estimator's covariance is that of thermal noise, ten to fifty times too small; a path with another one near is worse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathErrors {
+    /// Standard deviation of the delay beside the estimator's own, m: alone, and with a neighbour. Medians of the error: 11 and
+    /// 21 mm; 90 %: 25 and 69 mm.
+    pub delay_m: [f32; 2],
+    /// The same of the arrival along any tangent, rad. Medians of the error: 1.9 and 4.5 mrad; 90 %: 3.8 and 18 mrad.
+    pub arrival_rad: [f32; 2],
+    /// Share of departures that mean nothing: alone, with a neighbour, and where the path leaves beside the beams. Beyond 3.7
+    /// standard deviations: 6 and 17 %; upwards 26 %, downwards 96 %.
+    pub departure_outliers: [f32; 3],
+    /// Difference of lengths within which paths are neighbours, m: one and a half times what the band resolves (1.22 m).
+    pub neighbour_m: f32,
+    /// Angle within which they are, rad: what the arrays resolve (16 degrees).
+    pub neighbour_rad: f32,
+    /// A path that is weaker by more is no neighbour, and one that is stronger by more may have an echo of the estimator within
+    /// [`Self::neighbour_m`], dB. Echoes were met 15 to 20 dB down.
+    pub comparable_db: f32,
+}
+
+impl Default for PathErrors {
+    fn default() -> Self {
+        Self {
+            delay_m: [0.020, 0.036],
+            arrival_rad: [0.94e-3, 3.1e-3],
+            departure_outliers: [0.03, 0.25, 0.7],
+            neighbour_m: 1.5,
+            neighbour_rad: 0.28,
+            comparable_db: 12.0,
+        }
+    }
+}
+
+/// Settings of the association.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AssociationConfig {
+    /// Errors of paths.
+    pub errors: PathErrors,
+    /// Share that each state has at least, whatever the network says: one that says 0.000 is wrong one time in fifty. Tuned.
+    pub network_doubt: f32,
+    /// Chains of one reflection that a place offers, a prior over which it is. Tuned.
+    pub singles_offered: f32,
+    /// By how many times more chains each further reflection offers. Tuned.
+    pub offered_growth: f32,
+    /// Log prior that a surface goes on for another metre beyond what was seen of it, negative, 1/m. Tuned.
+    pub reach_per_m: f32,
+    /// Log prior of a way through a confirmed surface, negative. It weighs up the departure's density, which a chain of unknown surfaces can
+    /// have exactly (three parallel walls are one phantom), and the network's best word for it. Tuned.
+    pub blocked: f32,
+    /// A surface within this of an end of a leg does not block it, m: at a corner two walls meet. Tuned.
+    pub clear_m: f32,
+    /// Share of single reflections that are off surfaces that are not in the store. Tuned.
+    pub unknown_share: f32,
+    /// Spread of the lengths of unexplained paths, m: the scale of a street.
+    pub clutter_length_m: f32,
+    /// Density of artefacts within [`PathErrors::neighbour_m`] of a path much stronger, in units of that of unexplained paths. Tuned.
+    pub artefact_density: f32,
+    /// Posterior of a path that is explained: the precision that is wanted.
+    pub explained: f32,
+    /// Posterior of a path that is explained tentatively. Tuned.
+    pub tentative: f32,
+    /// Standard deviations within which an explanation is weighed.
+    pub gate_sigmas: f32,
+    /// Explanations weighed in a sweep at most: a bound of work, not of the model (14 in the mean, at most 47 in flights).
+    pub weighings: u16,
+}
+
+impl Default for AssociationConfig {
+    fn default() -> Self {
+        Self {
+            errors: PathErrors::default(),
+            network_doubt: 0.03,
+            singles_offered: 2.0,
+            offered_growth: 9.0,
+            reach_per_m: -0.25,
+            blocked: -12.0,
+            clear_m: 0.6,
+            unknown_share: 0.3,
+            clutter_length_m: 60.0,
+            artefact_density: 1000.0,
+            explained: 0.95,
+            tentative: 0.9,
+            gate_sigmas: 5.0,
+            weighings: 160,
+        }
+    }
+}

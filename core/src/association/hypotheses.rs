@@ -1,0 +1,340 @@
+//! Candidates of every path of a sweep: line of sight, then one, two and three surfaces, as far as there is time.
+//!
+//! A candidate is weighed when the image of the transmitter lies within a gate of the place where the path seems to come from. Pairs are
+//! formed once for all paths; of threes, the last surface is looked into from the UAV: what is left is a pair.
+
+use heapless::Vec;
+use nalgebra::Vector3;
+
+use super::chain::{Chain, MOST_REFLECTIONS};
+use super::config::AssociationConfig;
+use super::likelihood::{Likelihood, innovation_covariance, joined, likelihood};
+use super::pose::PoseEstimate;
+use super::prior::{Known, is_blocked, log_offered, log_open, log_surfaces, probability_of_order};
+use super::received::{Measurement, departure_outliers, is_in_beams};
+use crate::geometry::{Gmt, Rotation, World};
+use crate::localization::planes::Plane;
+use crate::lscn::Probabilities;
+use crate::surfaces::SurfaceIds;
+
+/// Confirmed surfaces that threes are made of: a third of a million instructions for nine paths.
+pub const SURFACES_OF_THREES: usize = 16;
+
+/// What a sweep's paths are held against.
+#[derive(Clone, Debug)]
+pub(super) struct Scene<'a, const N: usize> {
+    pub(super) known: Vec<Known<'a>, N>,
+    pub(super) transmitter_m: Vector3<f64>,
+    pub(super) mast: Rotation<Gmt, World, f64>,
+    pub(super) pose: PoseEstimate,
+    pub(super) config: &'a AssociationConfig,
+}
+
+/// A chain that may have made a path.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Hypothesis {
+    pub(super) ids: SurfaceIds,
+    /// Log weight: likelihood and prior.
+    pub(super) log: f64,
+    pub(super) likelihood: Likelihood,
+    pub(super) confirmed: bool,
+}
+
+/// All that was weighed of a path.
+#[derive(Clone, Debug)]
+pub(super) struct Weighed {
+    /// The best.
+    pub(super) best: Option<Hypothesis>,
+    /// Logarithm of the sum of all weights.
+    pub(super) log_sum: f64,
+    /// Best single reflection off a tentative surface whose way is blocked, as if it were not: surface and log weight.
+    pub(super) blocked: Option<(u16, f64)>,
+    /// Some were near and were not weighed.
+    pub(super) unfinished: bool,
+}
+
+impl Default for Weighed {
+    fn default() -> Self {
+        Self {
+            best: None,
+            log_sum: f64::NEG_INFINITY,
+            blocked: None,
+            unfinished: false,
+        }
+    }
+}
+
+/// `log (exp a + exp b)`.
+pub(super) fn log_add(a: f64, b: f64) -> f64 {
+    let (least, most) = if a < b { (a, b) } else { (b, a) };
+    if most == f64::NEG_INFINITY {
+        most
+    } else {
+        most + libm::log1p(libm::exp(least - most))
+    }
+}
+
+impl Weighed {
+    fn take(&mut self, hypothesis: Hypothesis) {
+        self.log_sum = log_add(self.log_sum, hypothesis.log);
+        if self.best.as_ref().is_none_or(|best| best.log < hypothesis.log) {
+            self.best = Some(hypothesis);
+        }
+    }
+}
+
+/// What was left out of a sweep for want of time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LeftOut {
+    /// Chains near a path that were not weighed ([`AssociationConfig::weighings`]).
+    pub unweighed: u32,
+    /// Confirmed surfaces beyond [`SURFACES_OF_THREES`].
+    pub beyond_threes: u32,
+}
+
+/// Where a path seems to come from, and how near to that an image must lie.
+struct Source {
+    at: Vector3<f64>,
+    within_m: f64,
+    gate: f64,
+}
+
+impl Source {
+    fn of<const N: usize>(scene: &Scene<'_, N>, measured: &Measurement) -> Self {
+        let [position, _, _] = scene.pose.sigmas();
+        let covariance = &measured.path.covariance;
+        let length_m = measured.path.c_tau_m;
+        let sigma = |variance: f64| libm::sqrt(variance.max(0.0));
+        // Standard deviations are added, not their squares: errors may be correlated.
+        let within = position + sigma(covariance.m11) + length_m * sigma(covariance.m22 + covariance.m33);
+        let gate = f64::from(scene.config.gate_sigmas);
+        Self {
+            at: scene.pose.position_m + measured.path.aoa.vector() * length_m,
+            within_m: gate * within,
+            gate,
+        }
+    }
+
+    fn is_near(&self, image: &Image) -> bool {
+        let most = self.within_m + self.gate * image.sigma_m;
+        (image.at - self.at).norm_squared() < most * most
+    }
+
+    /// The same, seen in a plane.
+    fn seen_in(&self, known: &Known<'_>) -> Self {
+        let image = Image {
+            at: self.at,
+            sigma_m: 0.0,
+        }
+        .seen_in(known);
+        Self {
+            at: image.at,
+            within_m: self.within_m + self.gate * image.sigma_m,
+            ..*self
+        }
+    }
+}
+
+/// An image of the transmitter.
+#[derive(Clone, Copy)]
+struct Image {
+    at: Vector3<f64>,
+    /// What the surfaces' errors move it by, m, at most.
+    sigma_m: f64,
+}
+
+impl Image {
+    fn seen_in(&self, known: &Known<'_>) -> Self {
+        let covariance = &known.plane.covariance;
+        let root = |variance: f64| libm::sqrt(variance.max(0.0));
+        let lever = (self.at - known.plane.centre.vector()).norm();
+        let error = root(covariance.m11) + root(covariance.m22 + covariance.m33) * lever;
+        Self {
+            at: known.plane.image(&self.at),
+            sigma_m: self.sigma_m + 2.0 * error,
+        }
+    }
+
+    fn is_before(&self, known: &Known<'_>) -> bool {
+        known.plane.height_m(&self.at) > 0.0
+    }
+}
+
+impl<const N: usize> Scene<'_, N> {
+    /// Whether the transmitter's beams reach a direction of the world.
+    pub(super) fn leaves_in_beams(&self, departure: &Vector3<f64>) -> bool {
+        is_in_beams(self.mast.inverse().apply_vector(departure).z)
+    }
+
+    /// Weighs one chain against one path. `None` when the chain does not exist. Also whether its way is blocked.
+    fn weigh(
+        &self,
+        measured: &Measurement,
+        probabilities: Option<&Probabilities>,
+        chain: &[&Known<'_>],
+    ) -> Option<(Hypothesis, bool)> {
+        let mut planes = Vec::<Plane<f64>, MOST_REFLECTIONS>::new();
+        let mut ids = SurfaceIds::new();
+        for known in chain {
+            planes.push(known.plane).ok()?;
+            ids.push(known.surface.id).ok()?;
+        }
+        let over = Chain::over(&planes);
+        let predicted = over.predict(&self.transmitter_m, &self.pose.position_m)?;
+        let derivatives = over.derivatives(&self.transmitter_m, &predicted, &measured.tangents);
+        let by_surface = joined(&derivatives, &ids);
+        let covariance =
+            innovation_covariance(&derivatives, &by_surface, &planes, &self.pose, &measured.noise);
+        let innovation = measured.innovation(predicted.range_m, &predicted.arrival, &predicted.departure);
+        let in_beams = self.leaves_in_beams(&predicted.departure);
+        let outliers = measured
+            .departure
+            .map(|_| departure_outliers(measured.neighbourhood, in_beams, &self.config.errors));
+        let likelihood = likelihood(&innovation, &covariance, outliers)?;
+        let ends = [&self.transmitter_m, &self.pose.position_m];
+        let blocked = is_blocked(&self.known, ends, &predicted.points, self.config);
+        let log = likelihood.log + libm::log(probability_of_order(probabilities, chain.len(), self.config))
+            - log_offered(chain.len(), self.config)
+            + log_surfaces(chain, &predicted.points, self.config)
+            + log_open(blocked, self.config);
+        let confirmed = chain.iter().all(|known| known.surface.is_confirmed());
+        Some((
+            Hypothesis {
+                ids,
+                log,
+                likelihood,
+                confirmed,
+            },
+            blocked,
+        ))
+    }
+}
+
+/// One path in hand.
+struct Candidate<'a> {
+    measured: &'a Measurement,
+    probabilities: Option<&'a Probabilities>,
+    source: Source,
+    weighed: Weighed,
+}
+
+/// The search of one sweep.
+struct Search<'a, const N: usize> {
+    scene: &'a Scene<'a, N>,
+    left: u16,
+    left_out: LeftOut,
+}
+
+impl<const N: usize> Search<'_, N> {
+    /// Weighs a chain against a path that is near.
+    fn weigh(&mut self, candidate: &mut Candidate<'_>, chain: &[&Known<'_>]) {
+        let Some(left) = self.left.checked_sub(1) else {
+            candidate.weighed.unfinished = true;
+            self.left_out.unweighed = self.left_out.unweighed.saturating_add(1);
+            return;
+        };
+        self.left = left;
+        let weighed = self
+            .scene
+            .weigh(candidate.measured, candidate.probabilities, chain);
+        let Some((hypothesis, blocked)) = weighed else {
+            return;
+        };
+        if let (true, false, [id]) = (blocked, hypothesis.confirmed, hypothesis.ids.as_slice()) {
+            let open = hypothesis.log - log_open(true, self.scene.config);
+            if candidate.weighed.blocked.is_none_or(|(_, best)| best < open) {
+                candidate.weighed.blocked = Some((*id, open));
+            }
+        }
+        candidate.weighed.take(hypothesis);
+    }
+
+    fn weigh_near(&mut self, candidates: &mut [Candidate<'_>], image: &Image, chain: &[&Known<'_>]) {
+        for candidate in candidates {
+            if candidate.source.is_near(image) {
+                self.weigh(candidate, chain);
+            }
+        }
+    }
+
+    /// Line of sight, the ground and the other single reflections, pairs, threes; of each the strongest path first.
+    fn run(&mut self, candidates: &mut [Candidate<'_>]) {
+        let scene = self.scene;
+        let transmitter = Image {
+            at: scene.transmitter_m,
+            sigma_m: 0.0,
+        };
+        self.weigh_near(candidates, &transmitter, &[]);
+        let firsts = || scene.known.iter().filter(|known| transmitter.is_before(known));
+        for first in firsts() {
+            self.weigh_near(candidates, &transmitter.seen_in(first), &[first]);
+        }
+        for first in firsts() {
+            let one = transmitter.seen_in(first);
+            for second in after(&scene.known, first) {
+                if one.is_before(second) {
+                    self.weigh_near(candidates, &one.seen_in(second), &[first, second]);
+                }
+            }
+        }
+        let confirmed = scene.known.iter().filter(|known| known.surface.is_confirmed());
+        let all = u32::try_from(confirmed.clone().count()).unwrap_or(u32::MAX);
+        let most = u32::try_from(SURFACES_OF_THREES).unwrap_or(u32::MAX);
+        self.left_out.beyond_threes = all.saturating_sub(most);
+        let threes: Vec<Known<'_>, SURFACES_OF_THREES> = crate::bounded::gather(confirmed.copied());
+        for candidate in candidates {
+            self.threes(candidate, &threes, &transmitter);
+        }
+    }
+
+    /// Three confirmed surfaces: the pair of the first two, and the source as the last one shows it to the UAV.
+    fn threes(&mut self, candidate: &mut Candidate<'_>, known: &[Known<'_>], transmitter: &Image) {
+        let uav = self.scene.pose.position_m;
+        let lasts: Vec<(&Known<'_>, Source), SURFACES_OF_THREES> = crate::bounded::gather(
+            known
+                .iter()
+                .filter(|last| last.plane.height_m(&uav) > 0.0)
+                .map(|last| (last, candidate.source.seen_in(last))),
+        );
+        for first in known.iter().filter(|known| transmitter.is_before(known)) {
+            let one = transmitter.seen_in(first);
+            for second in after(known, first).filter(|second| one.is_before(second)) {
+                let two = one.seen_in(second);
+                for (last, seen) in &lasts {
+                    if last.surface.id != second.surface.id && seen.is_near(&two) && two.is_before(last) {
+                        self.weigh(candidate, &[first, second, last]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// All surfaces but one: no surface reflects a wave twice in a row.
+fn after<'k, 'a>(known: &'k [Known<'a>], first: &Known<'_>) -> impl Iterator<Item = &'k Known<'a>> {
+    let id = first.surface.id;
+    known.iter().filter(move |second| second.surface.id != id)
+}
+
+/// Weighs all chains that are near against all paths, strongest first. `None`: the path has no direction.
+pub(super) fn weigh_all<'m, const N: usize, const K: usize>(
+    scene: &Scene<'_, N>,
+    paths: &'m Vec<(Measurement, Option<Probabilities>), K>,
+) -> (Vec<Weighed, K>, LeftOut) {
+    let mut candidates: Vec<Candidate<'m>, K> =
+        crate::bounded::gather(paths.iter().map(|(measured, probabilities)| Candidate {
+            measured,
+            probabilities: probabilities.as_ref(),
+            source: Source::of(scene, measured),
+            weighed: Weighed::default(),
+        }));
+    let mut search = Search {
+        scene,
+        left: scene.config.weighings,
+        left_out: LeftOut::default(),
+    };
+    search.run(&mut candidates);
+    let left_out = search.left_out;
+    let weighed = crate::bounded::gather(candidates.into_iter().map(|candidate| candidate.weighed));
+    (weighed, left_out)
+}

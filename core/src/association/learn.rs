@@ -1,0 +1,300 @@
+//! What the surfaces learn from a sweep: planes, extents and evidence, births, merges, ends; and the points that come of it.
+
+use heapless::Vec;
+use nalgebra::{Matrix3, SMatrix, Vector3};
+
+use super::chain::{Chain, Prediction};
+use super::config::AssociationConfig;
+use super::likelihood::{innovation_covariance, joined};
+use super::points::{PathPoints, SurfacePoint, each_once, points_of};
+use super::pose::PoseEstimate;
+use super::prior::probability_of_order;
+use super::received::{Measurement, ReceivedPath, is_in_beams};
+use super::verdict::{Association, Decision, Verdict};
+use crate::localization::filter::Transmitter;
+use crate::localization::planes::Plane;
+use crate::lscn::Probabilities;
+use crate::surfaces::birth::BirthPath;
+use crate::surfaces::{MOST_REFLECTIONS, Sighting, StatusChanges, SurfaceIds, Surfaces, Waiting};
+
+/// Points that a sweep hands over at most. Those of paths that waited stay for the next sweep when there is no room.
+pub const POINTS: usize = 64;
+
+/// What a sweep was associated with.
+#[derive(Clone, Copy, Debug)]
+pub struct SweepPaths<'a, const K: usize> {
+    /// Its paths.
+    pub paths: &'a Vec<ReceivedPath, K>,
+    /// The pose that they were associated with.
+    pub pose: &'a PoseEstimate,
+    /// The transmitter.
+    pub transmitter: &'a Transmitter,
+    /// Number of the sweep.
+    pub sweep: u32,
+}
+
+/// What came of a sweep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Learned<const N: usize> {
+    /// Points for the map: of paths that confirmed surfaces explain, and of those that waited for them.
+    pub points: Vec<SurfacePoint, POINTS>,
+    /// Surfaces that were confirmed, demoted (their points leave the map) and died.
+    pub changes: StatusChanges<N>,
+    /// Surfaces that went into an older one: (gone, stays).
+    pub merged: Vec<(u16, u16), N>,
+}
+
+/// A path with the pose it is seen with.
+pub(super) struct Seen<'a, const K: usize> {
+    pub(super) sweep: &'a SweepPaths<'a, K>,
+    pub(super) pose: PoseEstimate,
+    pub(super) config: &'a AssociationConfig,
+    pub(super) index: usize,
+    pub(super) measured: Measurement,
+    pub(super) probabilities: Option<Probabilities>,
+}
+
+impl<const N: usize> Surfaces<N> {
+    /// Learns from the verdicts of a sweep. From one that is not consistent nothing is learnt.
+    pub fn learn<const K: usize>(
+        &mut self,
+        association: &Association<K>,
+        sweep: &SweepPaths<'_, K>,
+        config: &AssociationConfig,
+    ) -> Learned<N> {
+        let mut points = Vec::new();
+        if association.consistent {
+            let pose = sweep.pose.relative_to(sweep.transmitter.sigma_m);
+            for (index, (path, verdict)) in sweep.paths.iter().zip(&association.verdicts).enumerate() {
+                let seen = Seen {
+                    sweep,
+                    pose,
+                    config,
+                    index,
+                    measured: Measurement::of(path, verdict.neighbourhood, &pose, &config.errors),
+                    probabilities: path.probabilities,
+                };
+                match verdict.decision {
+                    Decision::Explained | Decision::Tentative => {
+                        self.take(&seen, verdict);
+                        self.wait(&seen, verdict, &mut points);
+                    }
+                    Decision::New => self.bear_single(&seen),
+                    Decision::Unexplained => self.bear_pair(&seen),
+                    Decision::Ambiguous => {}
+                }
+            }
+            self.count_against(association, sweep, config);
+        }
+        let merged = self.merge();
+        let changes = self.update_status();
+        self.release(&mut points);
+        Learned {
+            points,
+            changes,
+            merged,
+        }
+    }
+
+    /// Updates every surface of a chain with a path that it explains.
+    fn take<const K: usize>(&mut self, seen: &Seen<'_, K>, verdict: &Verdict) {
+        let transmitter_m = seen.sweep.transmitter.position_m;
+        let Some((planes, predicted)) = self.predicted(&verdict.chain, seen) else {
+            return;
+        };
+        let derivatives =
+            Chain::over(&planes).derivatives(&transmitter_m, &predicted, &seen.measured.tangents);
+        let by_surface = joined(&derivatives, &verdict.chain);
+        let covariance = innovation_covariance(
+            &derivatives,
+            &by_surface,
+            &planes,
+            &seen.pose,
+            &seen.measured.noise,
+        );
+        let covariance: Matrix3<f64> = covariance.fixed_view::<3, 3>(0, 0).into_owned();
+        let innovation =
+            seen.measured
+                .innovation(predicted.range_m, &predicted.arrival, &predicted.departure);
+        let innovation: Vector3<f64> = innovation.fixed_rows::<3>(0).into_owned();
+        let sigma = |variance: f64| libm::sqrt(variance.max(0.0));
+        let across_m = predicted.range_m * sigma(covariance.m22.max(covariance.m33));
+        let sighting = Sighting {
+            transmitter_m: transmitter_m.map(|c| c as f32),
+            network_log_ratio: network_log_ratio(seen, verdict.chain.len()),
+            source_sigma_m: sigma(covariance.m11).max(across_m) as f32,
+            chi_square: verdict.chi_square,
+            sweep: seen.sweep.sweep,
+        };
+        let config = *self.config();
+        for id in &each_once(&verdict.chain) {
+            let first = verdict.chain.iter().position(|other| other == id).unwrap_or(0);
+            let (Some(of), Some(plane), Some(surface)) =
+                (by_surface.get(first), planes.get(first), self.get_mut(*id))
+            else {
+                continue;
+            };
+            let met = verdict
+                .chain
+                .iter()
+                .zip(&predicted.points)
+                .filter(|(other, _)| *other == id);
+            // A wall is only known where it was seen: nothing is learnt far from there.
+            if met
+                .clone()
+                .any(|(_, point)| surface.outside_m(point) > config.reach_m)
+            {
+                continue;
+            }
+            if let Some(plane) = updated(plane, of, &innovation, &covariance) {
+                surface.plane = plane;
+                surface.floor_covariance(&config);
+            }
+            for (_, point) in met {
+                surface.extend(point);
+            }
+            if !seen.measured.neighbourhood.may_be_artefact {
+                let odds = surface.evidence.take(&sighting, &config);
+                surface.add_log_odds(odds, &config);
+            }
+        }
+    }
+
+    /// The planes of a chain and the path over them.
+    fn predicted<const K: usize>(
+        &self,
+        chain: &SurfaceIds,
+        seen: &Seen<'_, K>,
+    ) -> Option<(Vec<Plane<f64>, MOST_REFLECTIONS>, Prediction)> {
+        let mut planes = Vec::new();
+        for id in chain {
+            planes.push(self.get(*id)?.plane.to_f64()).ok()?;
+        }
+        let transmitter_m = &seen.sweep.transmitter.position_m;
+        let predicted = Chain::over(&planes).predict(transmitter_m, &seen.pose.position_m)?;
+        Some((planes, predicted))
+    }
+
+    /// Hands the points of an explained path over, or lets it wait for its surfaces.
+    fn wait<const K: usize>(
+        &mut self,
+        seen: &Seen<'_, K>,
+        verdict: &Verdict,
+        points: &mut Vec<SurfacePoint, POINTS>,
+    ) {
+        let Some((_, predicted)) = self.predicted(&verdict.chain, seen) else {
+            return;
+        };
+        let held = verdict.departure_held > 0.5;
+        let third = verdict.chain.len() == MOST_REFLECTIONS;
+        let upwards = seen
+            .sweep
+            .transmitter
+            .attitude
+            .inverse()
+            .apply_vector(&predicted.departure)
+            .z;
+        let outlier = seen.measured.departure.is_some() && is_in_beams(upwards) && !held;
+        // So many threes fit by chance that one without its departure is no point.
+        if verdict.chain.is_empty() || outlier || (third && !held) {
+            return;
+        }
+        let path = seen.waiting(verdict.chain.clone());
+        if !self.are_confirmed(&path.chain) {
+            self.enqueue(path);
+        } else if let Some(found) = points_of(self, &path) {
+            append(points, &found);
+        }
+    }
+
+    pub(super) fn enqueue(&mut self, path: Waiting) {
+        if self.waiting.push(path) {
+            crate::surfaces::count(&mut self.counters.forgotten);
+        }
+    }
+
+    /// Hands the points over that waited for surfaces which are confirmed now, as far as there is room.
+    fn release(&mut self, points: &mut Vec<SurfacePoint, POINTS>) {
+        while points.capacity() - points.len() >= MOST_REFLECTIONS {
+            let ready = |path: &Waiting| self.are_confirmed(&path.chain);
+            let ready = self.waiting.paths().iter().position(ready);
+            let Some(path) = ready.and_then(|index| self.waiting.remove(index)) else {
+                break;
+            };
+            match points_of(self, &path) {
+                Some(found) => append(points, &found),
+                None => crate::surfaces::count(&mut self.counters.forgotten),
+            }
+        }
+    }
+}
+
+impl<const K: usize> Seen<'_, K> {
+    pub(super) fn waiting(&self, chain: SurfaceIds) -> Waiting {
+        Waiting {
+            sweep: self.sweep.sweep,
+            path: u8::try_from(self.index).unwrap_or(u8::MAX),
+            chain,
+            transmitter_m: self.sweep.transmitter.position_m.map(|c| c as f32),
+            uav_m: self.pose.position_m.map(|c| c as f32),
+            uav_covariance_m2: self.position_covariance_m2().map(|c| c as f32),
+        }
+    }
+
+    fn position_covariance_m2(&self) -> Matrix3<f64> {
+        self.pose.covariance.fixed_view::<3, 3>(0, 0).into_owned()
+    }
+
+    pub(super) fn birth_path(&self) -> BirthPath {
+        BirthPath {
+            transmitter_m: self.sweep.transmitter.position_m,
+            uav_m: self.pose.position_m,
+            length_m: self.measured.path.c_tau_m,
+            arrival: self.measured.path.aoa,
+            path_covariance: self.measured.path.covariance,
+            uav_covariance_m2: self.position_covariance_m2(),
+        }
+    }
+}
+
+/// What the network says for the order of a chain, against one reflection where it has several, and the reverse. The surfaces of a chain
+/// share it.
+fn network_log_ratio<const K: usize>(seen: &Seen<'_, K>, order: usize) -> f32 {
+    let probability = |order| probability_of_order(seen.probabilities.as_ref(), order, seen.config);
+    let ratio = libm::log(probability(1) / probability(2)) as f32;
+    match order {
+        1 => ratio,
+        2 => -ratio / 2.0,
+        _ => -ratio / 3.0,
+    }
+}
+
+/// A plane after delay and arrival of a path, all else that they depend on being noise: Joseph's form.
+fn updated(
+    plane: &Plane<f64>,
+    derivatives: &SMatrix<f64, 3, 5>,
+    innovation: &Vector3<f64>,
+    covariance: &Matrix3<f64>,
+) -> Option<Plane> {
+    // The innovation changes by this times the plane's error, so the correction is the error that explains it, with the other sign.
+    let by: Matrix3<f64> = derivatives.fixed_columns::<3>(0).into_owned();
+    let h = -by.transpose();
+    let before = plane.covariance;
+    let gain = before * h.transpose() * covariance.try_inverse()?;
+    let noise = covariance - h * before * h.transpose();
+    let rest = Matrix3::identity() - gain * h;
+    let after = rest * before * rest.transpose() + gain * noise * gain.transpose();
+    let after = (after + after.transpose()) * 0.5;
+    let change = gain * innovation;
+    let corrected = plane.corrected([change.x, change.y, change.z], after)?;
+    Some(Plane {
+        normal: crate::geometry::Direction::from_vector(corrected.normal.vector().map(|c| c as f32)).ok()?,
+        centre: crate::geometry::Position::from_vector(corrected.centre.vector().map(|c| c as f32)).ok()?,
+        covariance: after.map(|c| c as f32),
+    })
+}
+
+/// Adds the points of a path, all or none.
+fn append(points: &mut Vec<SurfacePoint, POINTS>, found: &PathPoints) {
+    let _fits = points.extend_from_slice(found);
+}

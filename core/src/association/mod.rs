@@ -1,0 +1,124 @@
+//! Data association: which surfaces made this path?
+//!
+//! One question, asked in one place. Hypotheses of a path are the line of sight, chains of one to three known surfaces, one reflection off an
+//! unknown surface (N), and anything else (U). Each is weighed by how likely the path is over it ([`Likelihood`]) and by what is known
+//! beforehand: the network, existence and reach of the surfaces, walls in the way. The posterior is the verdict; what it says of the surfaces goes
+//! back into the store ([`Surfaces::learn`]).
+//!
+//! Once a sweep: [`associate`], then [`Surfaces::learn`] with what it returned. It may be asked twice, with the pose that is expected and
+//! with the corrected one; only the second is learnt from.
+//!
+//! Bounds: chains that are weighed are capped ([`AssociationConfig::weighings`]), third orders are made of confirmed surfaces only
+//! ([`SURFACES_OF_THREES`]); what was left out is counted ([`LeftOut`]).
+
+mod against;
+mod births;
+pub mod chain;
+mod clutter;
+mod config;
+mod hypotheses;
+mod joint;
+mod learn;
+mod likelihood;
+mod points;
+mod pose;
+mod prior;
+mod received;
+#[cfg(test)]
+mod tests;
+mod verdict;
+
+pub use config::{AssociationConfig, PathErrors};
+pub use hypotheses::{LeftOut, SURFACES_OF_THREES};
+pub use learn::{Learned, POINTS, SweepPaths};
+pub use likelihood::Likelihood;
+pub use points::SurfacePoint;
+pub use pose::PoseEstimate;
+pub use received::{
+    Measurement, Neighbourhood, ReceivedPath, departure_outliers, is_in_beams, neighbourhood,
+};
+pub use verdict::{Association, Decision, Verdict};
+
+use heapless::Vec;
+
+use self::clutter::clutter;
+use self::hypotheses::{Scene, weigh_all};
+use self::joint::Joint;
+use self::prior::known;
+use self::verdict::claim_once;
+use crate::localization::filter::Transmitter;
+use crate::lscn::Probabilities;
+use crate::surfaces::Surfaces;
+
+/// Which surfaces made these paths? `paths`: those of one sweep, strongest first; `transmitter`: where it is and how its mast stands, its error
+/// counts as the UAV's does.
+#[must_use]
+pub fn associate<const N: usize, const K: usize>(
+    paths: &Vec<ReceivedPath, K>,
+    pose: &PoseEstimate,
+    transmitter: &Transmitter,
+    surfaces: &Surfaces<N>,
+    config: &AssociationConfig,
+) -> Association<K> {
+    let scene = Scene {
+        known: known(surfaces),
+        transmitter_m: transmitter.position_m,
+        mast: transmitter.attitude,
+        pose: pose.relative_to(transmitter.sigma_m),
+        config,
+    };
+    let measured: Vec<(Measurement, Option<Probabilities>), K> = measurements(paths, &scene);
+    let (weighed, left_out) = weigh_all(&scene, &measured);
+    let mut verdicts = Vec::<Verdict, K>::new();
+    for ((path, probabilities), weighed) in measured.iter().zip(&weighed) {
+        let clutter = clutter(&scene, path, probabilities.as_ref());
+        let verdict = Verdict::of(weighed, &clutter, path.neighbourhood, config);
+        let _fits = verdicts.push(verdict);
+    }
+    claim_once(&mut verdicts);
+    let joint = joint_of(&scene, &measured, &verdicts);
+    let consistent = joint.is_consistent(config);
+    for verdict in verdicts
+        .iter_mut()
+        .filter(|verdict| !consistent && verdict.is_explained())
+    {
+        verdict.decision = Decision::Ambiguous;
+    }
+    Association {
+        verdicts,
+        consistent,
+        chi_square: joint.chi_square as f32,
+        degrees: joint.degrees,
+        left_out,
+    }
+}
+
+/// The paths as measurements, with what stands beside each.
+fn measurements<const N: usize, const K: usize>(
+    paths: &Vec<ReceivedPath, K>,
+    scene: &Scene<'_, N>,
+) -> Vec<(Measurement, Option<Probabilities>), K> {
+    let errors = &scene.config.errors;
+    crate::bounded::gather(paths.iter().enumerate().map(|(index, path)| {
+        let around = neighbourhood(paths, index, errors);
+        (
+            Measurement::of(path, around, &scene.pose, errors),
+            path.probabilities,
+        )
+    }))
+}
+
+/// All explained paths together.
+fn joint_of<const N: usize, const K: usize>(
+    scene: &Scene<'_, N>,
+    measured: &Vec<(Measurement, Option<Probabilities>), K>,
+    verdicts: &Vec<Verdict, K>,
+) -> Joint {
+    let mut joint = Joint::new(scene);
+    for ((path, _), verdict) in measured.iter().zip(verdicts) {
+        if verdict.decision == Decision::Explained {
+            let _exists = joint.take(scene, path, &verdict.chain);
+        }
+    }
+    joint
+}

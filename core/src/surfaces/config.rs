@@ -1,0 +1,96 @@
+//! Every tuned number of the surfaces.
+
+/// What makes, confirms and ends a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceConfig {
+    /// Existence from which a tentative surface is confirmed: the precision that is wanted of the map. From its log-odds follow, by
+    /// symmetry, those at which a surface dies, and the most that are kept (twice them).
+    pub confirmed_probability: f32,
+    /// Standard deviation of the shift that a confirmed surface, and a new one, has at most, m: a surface that is known worse
+    /// says nothing of which of two paths is its own.
+    pub most_shift_m: f32,
+    /// Standard deviation of the lean of a wall and of the slope of a floor, rad: builders' plumb lines.
+    pub lean_rad: f32,
+    /// Log-odds that a surface starts below even with when a path shows it less directly: as the other one of a pair, or
+    /// neither upright nor level. Tuned.
+    pub doubtful_log_odds: f32,
+    /// A new surface is not born this near to a parallel one, m: that one was merely off. Within half of it two are merged. Tuned.
+    pub same_m: f32,
+    /// Angle between normals of parallel surfaces, rad. Tuned (3.6 degrees).
+    pub same_rad: f32,
+    /// Nothing is learnt of a surface further than this outside what was seen of it, m: a wall is only known where it was seen. Tuned.
+    pub reach_m: f32,
+    /// Motion of the transmitter that makes what the network says of a path independent, m. Tuned.
+    pub independent_m: f32,
+    /// Probability that a reflection that should be seen is among the paths. The confirmed walls of flights would allow more, but
+    /// windows and strips between them reflect elsewhere. Tuned.
+    pub detection: f32,
+    /// Log-odds that a contradiction takes: a line of sight through the surface, or its path through a confirmed one. Tuned.
+    pub contradiction_log_odds: f32,
+    /// Least standard deviations, shift in m: what errors of pose, clock and calibration, shared by all sightings, leave.
+    pub least_shift_m: f32,
+    /// The same of tilts, rad.
+    pub least_tilt_rad: f32,
+    /// Standard deviation of the ground's height at the start, m: where the UAV stood.
+    pub ground_shift_m: f32,
+    /// The same of its slope, rad.
+    pub ground_tilt_rad: f32,
+    /// A point that is known worse than this (norm of the standard deviations) does not reach the map, m.
+    pub most_point_m: f32,
+}
+
+impl Default for SurfaceConfig {
+    fn default() -> Self {
+        Self {
+            confirmed_probability: 0.95,
+            most_shift_m: 0.3,
+            lean_rad: 0.005,
+            doubtful_log_odds: 1.5,
+            same_m: 0.4,
+            same_rad: 0.063,
+            reach_m: 6.0,
+            independent_m: 1.0,
+            detection: 0.1,
+            contradiction_log_odds: 1.0,
+            least_shift_m: 0.015,
+            least_tilt_rad: 0.7e-3,
+            ground_shift_m: 0.5,
+            ground_tilt_rad: 0.02,
+            most_point_m: 0.5,
+        }
+    }
+}
+
+impl SurfaceConfig {
+    /// Log-odds from which a surface is confirmed.
+    #[must_use]
+    pub fn confirmed_log_odds(&self) -> f32 {
+        let p = self.confirmed_probability;
+        libm::logf(p / (1.0 - p))
+    }
+
+    /// Log-odds below which it dies: as sure that it is not as a confirmed one is that it is.
+    #[must_use]
+    pub fn dead_log_odds(&self) -> f32 {
+        -self.confirmed_log_odds()
+    }
+
+    /// Most log-odds that are kept, so that a surface can still be refuted.
+    #[must_use]
+    pub fn most_log_odds(&self) -> f32 {
+        2.0 * self.confirmed_log_odds()
+    }
+
+    /// Log-odds of a sweep that should have shown the surface and did not.
+    #[must_use]
+    pub fn missed_log_odds(&self) -> f32 {
+        libm::logf(1.0 - self.detection)
+    }
+
+    /// Lean up to which a normal is that of a wall or floor, rad: eight standard deviations, the plumb prior and what one path
+    /// errs by.
+    #[must_use]
+    pub fn upright_rad(&self) -> f32 {
+        8.0 * self.lean_rad
+    }
+}

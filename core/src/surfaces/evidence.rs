@@ -1,0 +1,143 @@
+//! Evidence for a surface, counted in the transmitter's motion.
+//!
+//! While the transmitter stands, the source of any path stands, whatever chain of surfaces it met, and with it every plane that the
+//! path suggests: ten sweeps are one observation. When the transmitter moves by `delta`, the source of any chain of planes moves
+//! by `delta` as well (reflections change no length), but where to is told by the chain. So there is one likelihood ratio for each
+//! position of the transmitter:
+//!
+//! - what the network says of the path, worth the whole of it once the transmitter has moved by [`SurfaceConfig::independent_m`];
+//! - that the source went where the surface says ([`displacement_log_ratio`]).
+
+use super::SurfaceConfig;
+use crate::geometry::Vector3;
+
+/// Log-odds of a surface from paths, position by position of the transmitter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Evidence {
+    /// Where the transmitter was when the last position was closed; at birth, where it was then, m.
+    anchor_m: Vector3<f32>,
+    /// What the position in hand has been worth so far.
+    counted: f32,
+    /// Mean log ratio of the network over the sweeps of this position, and how many they are.
+    network: f32,
+    sweeps: u16,
+    /// Sweep of the last path that it explained.
+    pub last_sweep: u32,
+}
+
+/// One path that a surface explained.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sighting {
+    /// Where the transmitter is, m.
+    pub transmitter_m: Vector3<f32>,
+    /// Log ratio of what the network says: that the path is of this order, to that it is not.
+    pub network_log_ratio: f32,
+    /// Standard deviation of the source's place, m, the larger one of along and across the way.
+    pub source_sigma_m: f32,
+    /// Normalised innovation squared of delay and arrival.
+    pub chi_square: f32,
+    /// Number of the sweep.
+    pub sweep: u32,
+}
+
+/// `log (1 + sqrt(2 pi) delta / sigma exp(-chi2 / 2))`: how much likelier the source's place is when the surface is there than when another
+/// chain made the path, the transmitter having moved by `delta`. The other chain's source is anywhere on the circle of that
+/// radius (walls are upright), a density of `1 / (2 pi delta)` along it; the surface's is where the innovation says, a Gaussian of `sigma`. The 1 is
+/// what a transmitter that stands says: nothing.
+#[must_use]
+pub fn displacement_log_ratio(moved_m: f32, source_sigma_m: f32, chi_square: f32) -> f32 {
+    /// `sqrt(2 pi)`.
+    const ROOT_TWO_PI: f32 = 2.506_628_3;
+    let sigma_m = source_sigma_m.max(f32::MIN_POSITIVE);
+    libm::log1pf((ROOT_TWO_PI * moved_m / sigma_m).min(1e6) * libm::expf(-0.5 * chi_square))
+}
+
+impl Evidence {
+    /// Of a surface that was born with the transmitter there.
+    #[must_use]
+    pub fn begun(transmitter_m: &Vector3<f32>) -> Self {
+        Self {
+            anchor_m: *transmitter_m,
+            counted: 0.0,
+            network: 0.0,
+            sweeps: 0,
+            last_sweep: 0,
+        }
+    }
+
+    /// Takes in a path that the surface explained: by how much its log-odds change.
+    pub fn take(&mut self, seen: &Sighting, config: &SurfaceConfig) -> f32 {
+        self.last_sweep = seen.sweep;
+        self.sweeps = self.sweeps.saturating_add(1);
+        self.network += (seen.network_log_ratio - self.network) / f32::from(self.sweeps);
+        let moved_m = (seen.transmitter_m - self.anchor_m).norm();
+        let independent = (moved_m / config.independent_m).min(1.0);
+        let worth = independent * self.network
+            + displacement_log_ratio(moved_m, seen.source_sigma_m, seen.chi_square);
+        let change = worth - self.counted;
+        self.counted = worth;
+        if moved_m >= config.independent_m {
+            *self = Self {
+                last_sweep: seen.sweep,
+                ..Self::begun(&seen.transmitter_m)
+            };
+        }
+        change
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seen(x_m: f32, network_log_ratio: f32) -> Sighting {
+        Sighting {
+            transmitter_m: Vector3::new(x_m, 0.0, 0.0),
+            network_log_ratio,
+            source_sigma_m: 0.15,
+            chi_square: 2.0,
+            sweep: 7,
+        }
+    }
+
+    fn all(places_m: impl Iterator<Item = f32>, network: f32) -> f32 {
+        let config = SurfaceConfig::default();
+        let mut evidence = Evidence::begun(&Vector3::zeros());
+        places_m.map(|x| evidence.take(&seen(x, network), &config)).sum()
+    }
+
+    #[test]
+    fn a_transmitter_that_stands_proves_nothing() {
+        assert!(all((0..100).map(|_| 0.0), 3.4).abs() < 1e-5);
+        let [once, often] = [1, 100].map(|sweeps| all((0..sweeps).map(|_| 0.3), 2.0));
+        assert!(once > 0.5 && (once - often).abs() < 1e-3, "{once} {often}");
+    }
+
+    #[test]
+    fn evidence_is_counted_by_metres_and_not_by_sweeps() {
+        let [slow, fast] = [100_u16, 10].map(|sweeps| {
+            let step = 2.001 / f32::from(sweeps);
+            all((1..=sweeps).map(|k| f32::from(k) * step), 2.0)
+        });
+        assert!((slow / fast - 1.0).abs() < 0.15, "{slow} {fast}");
+        let metre = all([1.001].into_iter(), 2.0);
+        assert!((fast / (2.0 * metre) - 1.0).abs() < 0.15, "{fast} {metre}");
+    }
+
+    #[test]
+    fn a_network_that_says_otherwise_takes_odds_away() {
+        assert!(all([1.0].into_iter(), -3.4) < 0.0);
+        assert!(
+            all([1.0].into_iter(), 0.0) > 0.0,
+            "the source went where it should"
+        );
+    }
+
+    #[test]
+    fn a_source_that_is_known_better_tells_more() {
+        let at = |sigma_m, chi2| displacement_log_ratio(0.25, sigma_m, chi2);
+        assert!(at(0.05, 1.0) > at(0.2, 1.0) && at(0.05, 1.0) > at(0.05, 9.0));
+        assert!(at(0.05, 1.0) < libm::logf(1.0 + 2.51 * 5.0));
+        assert_eq!(displacement_log_ratio(0.0, 0.1, 0.0), 0.0);
+    }
+}
