@@ -16,6 +16,7 @@
 
 mod clock;
 mod config;
+mod estimated;
 mod gain;
 mod higher_order;
 mod known;
@@ -91,7 +92,7 @@ pub struct Counters {
     pub sweeps: u32,
     /// Sweeps that never ended: the next one began before.
     pub abandoned: u32,
-    /// Blocks that came without a sweep, or after its paths had been taken.
+    /// Blocks, and path lists, that came without a sweep or after its paths had been taken.
     pub stray_blocks: u32,
     /// Beacons of another sweep than the one in hand.
     pub stray_beacons: u32,
