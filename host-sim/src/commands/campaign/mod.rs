@@ -276,7 +276,7 @@ fn heard(
     let mut told = config.receiver.clone();
     told.mode = mode;
     let (header, site) = described(&told, &flight.scene, world, flight.seed, planned);
-    let (mut log, _) = fly(&told, header, &site, listener, interrupted, || {}, |_, _| {})?;
+    let (mut log, _) = fly(&told, header, &site, listener, interrupted, |_| {}, |_, _| {})?;
     if log.interrupted() {
         return Ok(None);
     }
