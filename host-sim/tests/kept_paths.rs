@@ -182,3 +182,71 @@ fn damaged_paths_are_refused_with_file_and_line_or_counted() {
     let said = refused(at, &fly);
     assert!(said.contains("estimated_paths.jsonl"), "{said}");
 }
+
+#[test]
+fn paths_are_left_out_as_planned() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let at = directory.path();
+    keep(at, &["--scene", "outdoor", "--steps", "24"]);
+    let fly = |out: &str, extra: &[&str]| {
+        let args = ["fly", "--recording", "kept", "--out", out];
+        let said = good(at, &[&args[..], extra].concat());
+        (report(&at.join(out)), said)
+    };
+    // All of them kept, and an outage when nothing is heard: nothing changes.
+    fly("whole", &["--path-share", "1", "--path-seed", "9"]);
+    same(&at.join("direct"), &at.join("whole"), "a share of one");
+    fly("after", &["--without-sight", "100..200"]);
+    same(&at.join("direct"), &at.join("after"), "an outage after the end");
+
+    let (whole, _) = fly("whole", &[]);
+    let (outage, said) = fly(
+        "outage",
+        &["--without-sight", "6..9", "--without-sight", "10..11"],
+    );
+    let cut = outage["counters"]["lines of sight left out"]
+        .as_u64()
+        .expect("counted");
+    // Sweeps 11 to 16, 19 and 20, as far as their line of sight was heard.
+    assert!((1..=8).contains(&cut), "{cut}");
+    assert!(
+        said.contains(&format!("lines of sight left out: {cut}")),
+        "{said}"
+    );
+    let measured = |report: &Value| report["measurements"].as_u64().expect("counted");
+    assert_eq!(measured(&outage) + cut, measured(&whole));
+
+    let half = ["--path-share", "0.5", "--path-seed", "3"];
+    let (thin, _) = fly("thin", &half);
+    let left_out = thin["counters"]["paths left out by --path-share"].as_u64();
+    assert_eq!(measured(&thin) + left_out.expect("counted"), measured(&whole));
+    fly("again", &half);
+    same(&at.join("thin"), &at.join("again"), "the same draw");
+
+    for (args, expected) in [
+        (&["--path-share", "1.5"][..], "expected 0 to 1"),
+        (&["--without-sight", "9..6"], "expected FROM..TO"),
+    ] {
+        let fly = ["fly", "--recording", "kept", "--out", "no"];
+        let output = cslam(at, &[&fly[..], args].concat());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(
+            output.status.code() == Some(2) && said.contains(expected),
+            "{args:?}: {said}"
+        );
+    }
+    for name in ["truth.csv", "truth_paths.jsonl"] {
+        fs::remove_file(at.join("kept").join(name)).expect("kept");
+    }
+    let blind = [
+        "fly",
+        "--recording",
+        "kept",
+        "--without-sight",
+        "6..9",
+        "--out",
+        "no",
+    ];
+    let said = refused(at, &blind);
+    assert!(said.contains("truth_paths.jsonl"), "{said}");
+}

@@ -24,6 +24,7 @@ mod estimated;
 mod flight;
 mod keeper;
 mod read;
+mod thinned;
 mod truth;
 mod write;
 
@@ -41,6 +42,7 @@ pub use estimated::{Estimates, read_estimated, write_estimated};
 pub use flight::RecordedFlight;
 pub use keeper::Keeper;
 pub use read::{Recording, read, read_with};
+pub use thinned::{Span, Thinned, Thinning};
 pub use truth::{check_truth, write_links};
 pub use write::{check, write, write_events};
 

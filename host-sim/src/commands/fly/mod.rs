@@ -6,6 +6,7 @@ mod list;
 mod live;
 pub(crate) mod raw;
 pub(crate) mod recorded;
+mod thinning;
 
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -51,6 +52,8 @@ pub(crate) struct Args {
     /// Count what is missing or damaged in a recording and fly on, instead of refusing it
     #[arg(long, requires = "recording")]
     keep_going: bool,
+    #[command(flatten)]
+    thinning: thinning::LeftOut,
     /// Configuration file (TOML), of which [world], [path_errors] and [receiver] count; `cslam config` shows what it may hold
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -112,6 +115,7 @@ impl Default for Args {
             recording: None,
             keep_paths: None,
             keep_going: false,
+            thinning: thinning::LeftOut::default(),
             config: None,
             world: None,
             print_config: false,

@@ -10,8 +10,12 @@ use crate::flight_log::Header;
 use crate::input::InputError;
 use crate::progress;
 use crate::raw_flight::{Source, UNHEARD};
-use crate::recording::{Damage, Manifest, RecordedFlight};
+use crate::recording::{Damage, Manifest, RecordedFlight, Thinned};
 use crate::scene::Scene;
+
+/// What the log counts of paths that were left out on purpose.
+const LINES_OF_SIGHT_CUT: &str = "lines of sight left out";
+const PATHS_CUT: &str = "paths left out by --path-share";
 
 /// Flies over the recording in a directory until `interrupted`. `sent` gets what goes to the ground as it goes, with the UAV's time,
 /// ns.
@@ -31,6 +35,7 @@ pub(super) fn run(
         Damage::refused()
     };
     let flight = RecordedFlight::open(directory, damage)?;
+    let thinning = args.thinning.of(flight.is_of_paths())?;
     let out = super::result_directory(args)?;
     let manifest = flight.manifest();
     if let Some(estimates) = manifest.estimated.as_ref().filter(|_| flight.is_of_paths()) {
@@ -40,12 +45,13 @@ pub(super) fn run(
     let planned = usize::try_from(flight.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
     let named = named(args, manifest, directory);
     let (header, site) = described(manifest, &config.receiver, named, planned);
+    let thinned = Thinned::new(&flight, thinning);
     let bar = progress::bar(planned as u64, "flying");
     let (mut log, packets) = raw::fly(
         &config.receiver,
         header,
         &site,
-        &flight,
+        &thinned,
         interrupted,
         |_| bar.inc(1),
         sent,
@@ -58,6 +64,15 @@ pub(super) fn run(
     for (part, records) in damage.gaps() {
         log.counters
             .insert(format!("recording damaged: {part}"), *records);
+    }
+    for (what, paths) in [LINES_OF_SIGHT_CUT, PATHS_CUT]
+        .into_iter()
+        .zip(thinned.left_out())
+    {
+        if paths > 0 {
+            log.counters.insert(what.to_owned(), paths);
+            progress::note(format_args!("{what}: {paths}"));
+        }
     }
     if let Some(sweeps) = log.counters.get(UNHEARD) {
         progress::note(format_args!("{sweeps} sweeps {UNHEARD}"));
