@@ -62,6 +62,92 @@ fn a_campaign_goes_on_where_it_was_and_is_compared() {
     );
 }
 
+/// The report of a flight without what depends on the machine.
+fn report(directory: &Path, name: &str) -> serde_json::Value {
+    let shard = fs::read(directory.join(name)).expect("flown");
+    let shard: serde_json::Value = serde_json::from_slice(&shard).expect("JSON");
+    shard["report"].clone()
+}
+
+#[test]
+fn a_campaign_from_kept_paths_is_that_through_the_world() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let [first, again, kept] = ["first", "again", "kept"].map(|name| directory.path().join(name));
+    let kept_text = kept.to_str().expect("text");
+    let fly = |out: &Path, extra: &[&str]| {
+        let out = out.to_str().expect("text");
+        let args = [
+            "campaign",
+            "--out",
+            out,
+            "--seeds",
+            "1",
+            "2",
+            "--keep-paths",
+            kept_text,
+        ];
+        cslam(&[&args[..], extra].concat())
+    };
+    let both = ["--modes", "best", "paper", "--steps", "14"];
+    let (code, _, errors) = fly(&first, &both);
+    assert_eq!(code, Some(0), "{errors}");
+    let names = |directory: &Path| -> Vec<String> {
+        let entries = fs::read_dir(directory).expect("there");
+        let mut names: Vec<_> = entries
+            .map(|entry| {
+                entry
+                    .expect("an entry")
+                    .file_name()
+                    .to_string_lossy()
+                    .into_owned()
+            })
+            .collect();
+        names.sort();
+        names
+    };
+    let flights = names(&kept);
+    assert_eq!(flights.len(), 4, "{flights:?}");
+    assert!(flights[0].starts_with("budget-") && flights[0].contains(".best-fit.outdoor.1"));
+    let before = changed(&kept.join(&flights[0]).join("flight.json"));
+
+    let (code, _, errors) = fly(&again, &both);
+    assert_eq!(code, Some(0), "{errors}");
+    assert_eq!(names(&kept), flights);
+    assert_eq!(
+        changed(&kept.join(&flights[0]).join("flight.json")),
+        before,
+        "kept again"
+    );
+    for name in names(&first).iter().filter(|name| *name != "summary.json") {
+        let [a, b] = [&first, &again].map(|out| report(out, name));
+        assert!(a["measurements"].as_u64() > Some(10), "{name}");
+        for key in ["measurements", "verdicts", "counters", "health", "map", "sweeps"] {
+            assert_eq!(a[key], b[key], "{name}: {key}");
+        }
+    }
+
+    // Fewer sweeps are a part of it, more are not there, and of a damaged one the file is named.
+    let few = directory.path().join("few");
+    let (code, _, errors) = fly(&few, &["--steps", "6"]);
+    assert_eq!(code, Some(0), "{errors}");
+    assert_eq!(report(&few, "budget.best.outdoor.1.json")["sweeps"], 6);
+    fs::write(kept.join(&flights[0]).join("estimated_paths.jsonl"), "").expect("writable");
+    let more = directory.path().join("more");
+    let (code, _, errors) = fly(&more, &["--steps", "15"]);
+    assert_eq!(code, Some(0), "{errors}");
+    let error = |seed: u32| {
+        let shard = fs::read_to_string(more.join(format!("budget.best.outdoor.{seed}.json"))).expect("there");
+        let shard: serde_json::Value = serde_json::from_str(&shard).expect("JSON");
+        shard["error"].as_str().expect("not flown").to_owned()
+    };
+    assert!(error(1).contains("estimated_paths.jsonl"), "{}", error(1));
+    assert!(
+        error(2).contains("holds 14 sweeps of the flight, expected 15"),
+        "{}",
+        error(2)
+    );
+}
+
 #[test]
 fn what_makes_no_campaign_is_refused_in_one_line() {
     let directory = tempfile::tempdir().expect("a directory");

@@ -249,8 +249,8 @@ fn the_samples_have_an_exponent_of_each_beam() {
 fn the_recorded_flight_is_replayed() {
     let at = directory();
     let part = section("Recorded flights");
-    let [description, beacons] = examples(part, "json")[..] else {
-        panic!("two examples");
+    let [description, beacons, estimated] = examples(part, "json")[..] else {
+        panic!("three examples");
     };
     let [magnetometer, timing, sweeps, truth] = examples(part, "csv")[..] else {
         panic!("four examples");
@@ -258,12 +258,17 @@ fn the_recorded_flight_is_replayed() {
     write(&at, "imu.bin", "");
     write(&at, "flight.json", description);
     write(&at, "beacons.jsonl", beacons);
+    write(&at, "estimated_paths.jsonl", estimated);
     write(&at, "truth.csv", truth);
     write(&at, "magnetometer.csv", magnetometer);
     write(&at, "timing.csv", timing);
     write(&at, "sweeps.csv", sweeps);
     let counts = parse(&good(&at, &["replay", ".", "--json"]));
-    assert_eq!(counts["sweeps"], 1, "{counts}");
+    assert_eq!(
+        (&counts["sweeps"], &counts["estimated_paths"]),
+        (&json!(1), &json!(1)),
+        "{counts}"
+    );
     let mut keys: BTreeSet<String> = [magnetometer, timing, sweeps, truth]
         .iter()
         .flat_map(|table| table.lines().next().expect("a header").split(','))
@@ -277,20 +282,32 @@ fn the_recorded_flight_is_replayed() {
         "/scene_as",
         "/scene_as/placement",
         "/scene_as/surfaces",
+        "/estimated",
     ] {
         with_none(&at, "flight.json", &described, pointer);
         keys.append(&mut known(&at, &["replay", "."]));
     }
-    for pointer in ["", "/beacon"] {
-        with_none(&at, "beacons.jsonl", &parse(beacons), pointer);
-        let bytes = fs::read(at.path().join("beacons.jsonl")).expect("written");
-        let mut described = described.clone();
-        described["files"][4]["bytes"] = bytes.len().into();
-        described["files"][4]["crc32"] = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC)
-            .checksum(&bytes)
-            .into();
-        write(&at, "flight.json", described.to_string());
-        keys.append(&mut known(&at, &["replay", "."]));
+    for (file, line, entry, pointers) in [
+        (
+            "estimated_paths.jsonl",
+            estimated,
+            "/estimated/file",
+            &["", "/paths/0", "/sighted", "/sighted/bearing"][..],
+        ),
+        ("beacons.jsonl", beacons, "/files/4", &["", "/beacon"]),
+    ] {
+        for pointer in pointers {
+            with_none(&at, file, &parse(line), pointer);
+            let bytes = fs::read(at.path().join(file)).expect("written");
+            let mut described = described.clone();
+            let entry = described.pointer_mut(entry).expect("the example has it");
+            entry["bytes"] = bytes.len().into();
+            entry["crc32"] = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC)
+                .checksum(&bytes)
+                .into();
+            write(&at, "flight.json", described.to_string());
+            keys.append(&mut known(&at, &["replay", "."]));
+        }
     }
     assert_eq!(listed(part), keys);
     // A recording of this program's has no other columns.

@@ -20,6 +20,10 @@ fn the_page_lists_every_limit() {
         ("samples (`.sigmf-meta`)", limits::SAMPLES_METADATA),
         ("recorded flight: `flight.json`", limits::FLIGHT_DESCRIPTION),
         ("recorded flight: the files", limits::FLIGHT_EVENTS),
+        (
+            "recorded flight: `estimated_paths.jsonl`",
+            limits::ESTIMATED_PATHS,
+        ),
         ("packets", limits::PACKETS),
         ("key", limits::KEY),
         ("model that flies", limits::MODEL),

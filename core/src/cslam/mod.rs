@@ -15,6 +15,7 @@
 //! [`Config`].
 
 mod config;
+mod estimated;
 mod gain;
 mod higher_order;
 mod known;
@@ -85,7 +86,7 @@ pub struct Counters {
     pub sweeps: u32,
     /// Sweeps that never ended: the next one began before.
     pub abandoned: u32,
-    /// Blocks that came without a sweep, or after its paths had been taken.
+    /// Blocks, and path lists, that came without a sweep or after its paths had been taken.
     pub stray_blocks: u32,
     /// Beacons of another sweep than the one in hand.
     pub stray_beacons: u32,

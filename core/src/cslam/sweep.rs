@@ -50,8 +50,8 @@ pub(super) struct Open {
     pub(super) paths: Option<Vec<EstimatedPath, PATHS>>,
     /// Path that is listened to in the squint symbols.
     pub(super) sighted: Option<usize>,
-    /// Whether beam squint took it.
-    pub(super) squint: Result<(), Refusal>,
+    /// Whether beam squint took it, with the bearing where somebody else has read one.
+    pub(super) squint: Result<Option<Bearing>, Refusal>,
 }
 
 impl Open {
@@ -78,6 +78,11 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             return;
         }
         let paths = self.memory.estimator.finish();
+        self.close_with(paths);
+    }
+
+    /// The same with these paths.
+    pub(super) fn close_with(&mut self, paths: Vec<EstimatedPath, PATHS>) {
         let time_ns = self.open.as_ref().map_or(0, |open| open.time_ns);
         let heard = self.heard(&paths);
         let judged = match (self.localizer.present(), self.transmitter(time_ns)) {
@@ -89,7 +94,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let sighted = self.line_of_sight(&heard, judged.as_deref(), time_ns);
         let squint = match sighted.map(|index| self.sighting(&heard, index, time_ns)) {
             Some(Some(sighting)) if self.config.departures != Departures::Beams => {
-                self.memory.squint.begin(&sighting)
+                self.memory.squint.begin(&sighting).map(|()| None)
             }
             Some(_) => Err(Refusal::NotBegun),
             None => Err(Refusal::NotLineOfSight),
@@ -110,7 +115,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             count(&mut self.counters.beacons_missing);
         }
         let heard = self.heard(open.paths.as_deref().unwrap_or(&[]));
-        let bearing = open.squint.and_then(|()| self.bearing());
+        let bearing = open
+            .squint
+            .and_then(|given| given.map_or_else(|| self.read_squint(), Ok));
         let gmt = self.transmitter(open.time_ns);
 
         let localized = match &gmt {
@@ -176,7 +183,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         })
     }
 
-    fn bearing(&self) -> Result<Bearing, Refusal> {
+    fn read_squint(&self) -> Result<Bearing, Refusal> {
         match self.config.departures {
             Departures::SquintFit => self.memory.squint.fit(),
             Departures::SquintParabola => self.memory.squint.parabola(),

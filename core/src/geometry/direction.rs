@@ -63,6 +63,24 @@ impl<F: Frame, T: Real> Direction<F, T> {
         })
     }
 
+    /// A vector of unit length, such as a [`Self::vector`] that was kept: taken as it is, where [`Self::from_vector`] would round its
+    /// components again.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotFinite`] for NaN or infinity, [`GeometryError::NotUnit`] for a length more than 1e-4 off 1: no sequence of
+    /// rotations in single precision strays so far.
+    pub fn from_unit_vector(unit: Vector3<T>) -> Result<Self, GeometryError> {
+        if !unit.iter().all(|c| c.is_finite()) {
+            return Err(GeometryError::NotFinite);
+        }
+        // To first order the square is off by twice as much. One that overflows is no unit either.
+        let off = unit.norm_squared() - T::one();
+        if !(off < T::of(2e-4) && -off < T::of(2e-4)) {
+            return Err(GeometryError::NotUnit);
+        }
+        Ok(Self::from_unit(unit))
+    }
+
     /// A vector that is already of unit length, such as a rotated direction.
     pub(super) fn from_unit(unit: Vector3<T>) -> Self {
         Self {
@@ -125,6 +143,26 @@ mod tests {
 
     fn direction(zenith_rad: f64, azimuth_rad: f64) -> Direction<World, f64> {
         Direction::from_zenith_azimuth(zenith_rad, azimuth_rad).expect("valid angles")
+    }
+
+    #[test]
+    fn a_kept_unit_vector_has_the_same_bits() {
+        // Normalised again, some component of these is another number.
+        let mut moved = 0;
+        for k in 0..200_u8 {
+            let angle = f32::from(k) * 0.015;
+            let kept: Direction<World, f32> =
+                Direction::from_zenith_azimuth(angle, 2.0 * angle).expect("valid");
+            let again = Direction::<World>::from_unit_vector(*kept.vector()).expect("of unit length");
+            assert_eq!(again.vector().map(f32::to_bits), kept.vector().map(f32::to_bits));
+            moved += u32::from(Direction::<World>::from_vector(*kept.vector()).expect("a direction") != kept);
+        }
+        assert!(moved > 0);
+        let tried = |x: f32| Direction::<World>::from_unit_vector(Vector3::new(x, 0.0, 0.0));
+        assert_eq!(tried(f32::NAN), Err(GeometryError::NotFinite));
+        for length in [0.0, 0.999, 1.001, f32::MAX] {
+            assert_eq!(tried(length), Err(GeometryError::NotUnit));
+        }
     }
 
     #[test]

@@ -13,6 +13,8 @@ pub enum GeometryError {
     ZeroLength,
     /// A zenith angle lies outside 0..=pi.
     ZenithOutOfRange,
+    /// A vector that should be of unit length is not.
+    NotUnit,
 }
 
 impl fmt::Display for GeometryError {
@@ -21,6 +23,7 @@ impl fmt::Display for GeometryError {
             Self::NotFinite => "a number is not finite",
             Self::ZeroLength => "a vector of zero length has no direction",
             Self::ZenithOutOfRange => "the zenith angle lies outside 0..pi",
+            Self::NotUnit => "a vector is not of unit length",
         })
     }
 }

@@ -63,7 +63,7 @@ impl From<crate::geometry::GeometryError> for InputError {
         match error {
             GeometryError::NotFinite => Self::NotFinite,
             GeometryError::ZeroLength => Self::NoLength,
-            GeometryError::ZenithOutOfRange => Self::AngleOutOfRange,
+            GeometryError::ZenithOutOfRange | GeometryError::NotUnit => Self::AngleOutOfRange,
         }
     }
 }

@@ -18,6 +18,9 @@ pub struct Counters {
     pub blocks: u32,
     /// Blocks of a sweep that had ended.
     pub late_blocks: u32,
+    /// Sweeps with paths that were estimated elsewhere, in which beam squint wanted to hear another path than it did there: they have no
+    /// bearing.
+    pub sightings_unheard: u32,
     /// Sweeps that ended.
     pub sweeps: u32,
     /// Paths that became points.

@@ -16,6 +16,7 @@
 mod board;
 mod counters;
 mod downlink;
+mod estimated;
 mod feed;
 mod lines;
 mod observer;
@@ -38,6 +39,7 @@ use crate::front_end::{
 pub use board::{Best, BoardEstimatorConfig, Map, VOXELS};
 pub use counters::Counters;
 pub use downlink::{Downlink, QUEUE};
+pub use estimated::Estimated;
 pub use feed::Fed;
 pub use lines::{PointLine, SweepLine};
 pub use observer::{Observer, Stage};
@@ -304,6 +306,9 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             return;
         }
         observer.stage(Stage::Paths, || self.cslam.close_beams());
+        if let Some((paths, sighted)) = self.cslam.estimated() {
+            observer.estimated(paths, sighted);
+        }
         if let Some(report) = observer.stage(Stage::Sweep, || self.cslam.end_sweep()) {
             counters::count(&mut self.counters.sweeps);
             observer.swept(&report);

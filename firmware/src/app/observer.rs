@@ -1,6 +1,7 @@
 //! What someone beside the application sees of its work: to count it, to log it, to know where it hangs.
 
 use cslam_core::cslam::{PATHS, SweepReport};
+use cslam_core::ltd::EstimatedPath;
 
 /// A kind of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,6 +65,10 @@ pub trait Observer {
     fn stage<R>(&mut self, _stage: Stage, work: impl FnOnce() -> R) -> R {
         work()
     }
+
+    /// A sweep is about to end: its paths as they were estimated, angles of departure in the axes of the GMT's arrays, and the index of
+    /// the one that beam squint listened to. Its report follows.
+    fn estimated(&mut self, _paths: &[EstimatedPath], _sighted: Option<usize>) {}
 
     /// A sweep has ended.
     fn swept(&mut self, _report: &SweepReport<PATHS>) {}

@@ -69,20 +69,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let sweeps = world.sweeps().min(args.steps.unwrap_or(u32::MAX));
     let manifest = Manifest {
         samples: !args.no_samples,
-        scene_as: Some(config.world.scene).filter(|told| *told != SceneConfig::default()),
-        ..Manifest::of(
-            &args.scene,
-            Some(world.profile().name().to_owned()),
-            world.flight(),
-            sweeps,
-        )
-    };
-    let setup = &config.receiver;
-    let manifest = Manifest {
-        gmt_setup_position_m: setup.gmt_setup.position_m.or(manifest.gmt_setup_position_m),
-        magnetic_field: setup.magnetic_field.or(manifest.magnetic_field),
-        ground_z_m: Some(setup.ground_z_m.unwrap_or(world.ground_z_m())).filter(|z_m| *z_m != 0.0),
-        ..manifest
+        ..manifest(&config, &args.scene, &world, sweeps)
     };
     let manifest = write(&world, sweeps, manifest, &args.out)?;
     if args.json {
@@ -94,6 +81,20 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         args.out.display()
     ));
     Ok(())
+}
+
+/// What a recording of the first `sweeps` sweeps of a world says about itself, without samples.
+pub(crate) fn manifest(config: &Config, scene: &str, world: &World<'_>, sweeps: u32) -> Manifest {
+    let profile = Some(world.profile().name().to_owned());
+    let manifest = Manifest::of(scene, profile, world.flight(), sweeps);
+    let setup = &config.receiver;
+    Manifest {
+        scene_as: Some(config.world.scene).filter(|told| *told != SceneConfig::default()),
+        gmt_setup_position_m: setup.gmt_setup.position_m.or(manifest.gmt_setup_position_m),
+        magnetic_field: setup.magnetic_field.or(manifest.magnetic_field),
+        ground_z_m: Some(setup.ground_z_m.unwrap_or(world.ground_z_m())).filter(|z_m| *z_m != 0.0),
+        ..manifest
+    }
 }
 
 fn write(world: &World<'_>, sweeps: u32, manifest: Manifest, out: &Path) -> anyhow::Result<Manifest> {
@@ -116,7 +117,7 @@ fn write(world: &World<'_>, sweeps: u32, manifest: Manifest, out: &Path) -> anyh
             })
             .collect::<anyhow::Result<_>>()?;
         bar.finish_and_clear();
-        write_links(&out.path().join(recording::TRUTH_PATHS), &links)?;
+        recording::write_links(out.path(), &links)?;
     }
     let manifest = recording::write(out.path(), manifest, world.flight(), sweeps)?;
     out.commit()?;
@@ -137,13 +138,4 @@ fn write_samples(directory: &Path, sweep: u32, heard: &HeardSweep) -> Result<(),
     sigmf::write(&recording::sweep_base(directory, sweep), &beams)?;
     let squint = recording(Codebook::SquintSequential, &heard.squint);
     sigmf::write(&recording::squint_base(directory, sweep), &squint)
-}
-
-fn write_links(file: &Path, links: &[Link]) -> anyhow::Result<()> {
-    let mut text = String::new();
-    for link in links {
-        text += &serde_json::to_string(link)?;
-        text.push('\n');
-    }
-    std::fs::write(file, text).map_err(|e| InputError::unwritable(file, "cannot be written", &e).into())
 }

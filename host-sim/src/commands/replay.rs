@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::input::InputError;
 use crate::progress;
-use crate::recording;
+use crate::recording::{self, Damage};
 use crate::result_directory::ResultDirectory;
 use crate::sensors::Event;
 use crate::sigmf::{self, Codebook};
@@ -40,16 +40,23 @@ struct Counts {
     sweeps: u64,
     beam_blocks: u64,
     squint_blocks: u64,
+    estimated_paths: u64,
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let recording = recording::read(&args.directory)?;
+    let estimated = recording::read_estimated(&args.directory, recording.manifest(), &mut Damage::refused())?;
     recording::check_truth(&args.directory)?;
     let manifest = recording.manifest();
     let mut counts = Counts {
         scene: manifest.scene.clone(),
         seed: manifest.seed,
         duration_s: manifest.duration_s,
+        estimated_paths: estimated
+            .iter()
+            .flatten()
+            .map(|sweep| sweep.paths.len() as u64)
+            .sum(),
         ..Counts::default()
     };
     let out = args.out.as_deref();
@@ -76,6 +83,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     }
     bar.finish_and_clear();
     if let Some(out) = out {
+        if let Some(estimated) = &estimated {
+            recording::write_estimated(out.path(), estimated)?;
+        }
         recording::write_events(out.path(), manifest.clone(), recording.events().iter().copied())?;
         out.commit()?;
     }
@@ -124,6 +134,7 @@ fn table(counts: &Counts) -> Table {
         ("sweeps", counts.sweeps),
         ("blocks of transmit beams", counts.beam_blocks),
         ("blocks of beam squint symbols", counts.squint_blocks),
+        ("estimated paths", counts.estimated_paths),
     ] {
         table.row([what.to_owned(), count.to_string()]);
     }

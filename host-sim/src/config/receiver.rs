@@ -135,6 +135,18 @@ pub enum DepartureChoice {
     Beams,
 }
 
+impl DepartureChoice {
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fit => "fit",
+            Self::Parabola => "parabola",
+            Self::Pick => "pick",
+            Self::Beams => "beams",
+        }
+    }
+}
+
 /// Which paths may become points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -10,8 +10,8 @@ use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::assignment::assign;
-use crate::flight_log::{FlightLog, MeasuredPath, SweepRecord};
-use crate::paths::LinkPath;
+use crate::flight_log::{FlightLog, MeasuredPath, PoseTruth, SweepRecord};
+use crate::paths::{Link, LinkPath};
 
 /// How far a measured path may be from the true one behind it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,9 +43,20 @@ pub fn match_paths(log: &mut FlightLog, gates: &MatchGates) {
 
 /// Index of the true path behind every measured one of a sweep; empty when the truth is not known.
 fn match_sweep(sweep: &SweepRecord, gates: &MatchGates, cycle_m: Option<f64>) -> Vec<Option<usize>> {
-    let (Some(link), Some(pose)) = (&sweep.truth.link, &sweep.truth.pose) else {
-        return Vec::new();
-    };
+    match (&sweep.truth.link, &sweep.truth.pose) {
+        (Some(link), Some(pose)) => matches(&sweep.estimate.paths, link, pose, gates, cycle_m),
+        _ => Vec::new(),
+    }
+}
+
+/// Index of the true path of a link behind each measured path; delays are cyclic over `cycle_m`, if they are.
+pub fn matches(
+    measured: &[MeasuredPath],
+    link: &Link,
+    pose: &PoseTruth,
+    gates: &MatchGates,
+    cycle_m: Option<f64>,
+) -> Vec<Option<usize>> {
     let [w, x, y, z] = pose.quaternion_wb;
     let to_body = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).inverse();
     let clock_m = pose.clock_offset_s * SPEED_OF_LIGHT_M_PER_S;
@@ -54,7 +65,6 @@ fn match_sweep(sweep: &SweepRecord, gates: &MatchGates, cycle_m: Option<f64>) ->
         .iter()
         .map(|path| apparent(path, &to_body, clock_m))
         .collect();
-    let measured = &sweep.estimate.paths;
     let cost = |row: usize, column: usize| {
         let path: &MeasuredPath = &measured[row];
         let (c_tau_m, direction) = &seen[column];

@@ -40,7 +40,14 @@ impl Logbook {
     }
 
     pub(super) fn count(&mut self, what: &str) {
-        *self.log.counters.entry(what.to_owned()).or_default() += 1;
+        self.add(what, 1);
+    }
+
+    /// Adds to a counter that is there only when something was counted.
+    pub(super) fn add(&mut self, what: &str, count: u64) {
+        if count > 0 {
+            *self.log.counters.entry(what.to_owned()).or_default() += count;
+        }
     }
 
     /// Enters the pose between sweeps, at a time of the UAV's clock.

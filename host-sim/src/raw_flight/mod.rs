@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use cslam_core::cslam::{CHANNELS, PATHS, SweepReport};
-use cslam_core::ltd::PathEstimator;
+use cslam_core::ltd::{EstimatedPath, PathEstimator};
 use cslam_firmware::app::{Application, Capture, Downlink, Observer, Symbol, VOXELS};
 
 use crate::flight_log::{FlightLog, Header};
@@ -35,17 +35,40 @@ pub use source::{Given, Source};
 /// Time between two poses in the log, ns: 20 Hz.
 const POSE_INTERVAL_NS: u64 = 50_000_000;
 
+/// What the log counts of sweeps that have no bearing because estimated paths are flown.
+pub(crate) const UNHEARD: &str = "sighted another path than was kept: no bearing";
+
+/// A sweep that has ended.
+#[derive(Clone, Copy, Debug)]
+pub struct Swept<'a> {
+    /// What the receiver made of it.
+    pub report: &'a SweepReport<PATHS>,
+    /// Its paths as they were estimated, angles of departure in the axes of the GMT's arrays.
+    pub paths: &'a [EstimatedPath],
+    /// Index of the path that beam squint listened to.
+    pub sighted: Option<usize>,
+}
+
 /// What the receiver reports of a sweep, until it has been entered into the log.
 #[derive(Default)]
-struct Reports(Option<SweepReport<PATHS>>);
+struct Reports {
+    report: Option<SweepReport<PATHS>>,
+    paths: Vec<EstimatedPath>,
+    sighted: Option<usize>,
+}
 
 impl Observer for Reports {
+    fn estimated(&mut self, paths: &[EstimatedPath], sighted: Option<usize>) {
+        self.paths = paths.to_vec();
+        self.sighted = sighted;
+    }
+
     fn swept(&mut self, report: &SweepReport<PATHS>) {
-        self.0 = Some(report.clone());
+        self.report = Some(report.clone());
     }
 }
 
-/// Flies through what `source` gives until its end, or until `interrupted`. `swept` sees the report of each sweep, `sent` what goes to the
+/// Flies through what `source` gives until its end, or until `interrupted`. `swept` sees each sweep that has ended, `sent` what goes to the
 /// ground as it goes, with the UAV's time, ns.
 ///
 /// # Errors
@@ -57,7 +80,7 @@ pub fn fly<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     receiver: &mut Application<'_, E, VOXELS, STATES>,
     header: Header,
     interrupted: &AtomicBool,
-    mut swept: impl FnMut(&SweepReport<PATHS>),
+    mut swept: impl FnMut(&Swept<'_>),
     sent: impl FnMut(u64, &[u8]),
 ) -> Result<(FlightLog, Vec<u8>), InputError> {
     let sweeps = u32::try_from(header.planned_sweeps)
@@ -66,8 +89,8 @@ pub fn fly<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     let stop = AtomicBool::new(false);
     thread::scope(|scope| {
         let ready = Ahead::begin(scope, source, sweeps, &stop);
-        let go_on = |report: &_| {
-            swept(report);
+        let go_on = |ended: &Swept<'_>| {
+            swept(ended);
             !interrupted.load(Ordering::Relaxed)
         };
         let result = receive(source, receiver, header, sweeps, &ready, go_on, sent);
@@ -85,7 +108,7 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     header: Header,
     sweeps: u32,
     ready: &Ahead,
-    mut go_on: impl FnMut(&SweepReport<PATHS>) -> bool,
+    mut go_on: impl FnMut(&Swept<'_>) -> bool,
     mut sent: impl FnMut(u64, &[u8]),
 ) -> Result<(FlightLog, Vec<u8>), InputError> {
     let mut logbook = Logbook::new(header, receiver.cslam().map().edge_m());
@@ -97,13 +120,17 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     let mut next_sweep = 0;
     // Enters a sweep that has ended; whether to go on.
     let mut enter = |reports: &mut Reports, hand: &mut Option<Given>, logbook: &mut Logbook| {
-        let Some(report) = reports.0.take() else {
+        let Some(report) = reports.report.take() else {
             return true;
         };
         if let Some(heard) = hand.take() {
             logbook.sweep(&report, heard.truth);
         }
-        go_on(&report)
+        go_on(&Swept {
+            report: &report,
+            paths: &reports.paths,
+            sighted: reports.sighted,
+        })
     };
     let mut recorder = Recorder::default();
     let mut packets = Vec::new();
@@ -155,6 +182,7 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     enter(&mut reports, &mut hand, &mut logbook);
     receiver.close();
     sent(now_ns, drain(receiver.downlink(), &mut packets));
+    logbook.add(UNHEARD, receiver.counters().sightings_unheard.into());
     let log = logbook.close(receiver.cslam().map(), &packets);
     Ok((log, packets))
 }
@@ -167,7 +195,7 @@ pub fn drain<'a>(downlink: &mut Downlink, packets: &'a mut Vec<u8>) -> &'a [u8] 
     &packets[before..]
 }
 
-/// Hands over all blocks of a sweep.
+/// Hands over all blocks of a sweep, or what was made of them.
 pub(crate) fn hear<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     receiver: &mut Application<'_, E, VOXELS, STATES>,
     heard: &mut Given,
@@ -175,6 +203,14 @@ pub(crate) fn hear<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     sweep_ns: u64,
     observer: &mut impl Observer,
 ) {
+    // A sweep of which no block was there has not begun.
+    if let Some(estimated) = heard
+        .estimated
+        .take()
+        .filter(|it| it.beams > 0 || it.squint_symbols > 0)
+    {
+        let _used = receiver.estimated(sweep, sweep_ns, estimated, observer);
+    }
     let beams = heard.beams.blocks.iter_mut().map(|block| (false, block));
     let squint = heard.squint.blocks.iter_mut().map(|block| (true, block));
     for (of_squint, block) in beams.chain(squint) {

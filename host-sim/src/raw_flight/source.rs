@@ -2,6 +2,8 @@
 
 use std::thread;
 
+use cslam_firmware::app::Estimated;
+
 use crate::channel::Sweep;
 use crate::flight_log::PoseTruth;
 use crate::input::InputError;
@@ -19,6 +21,8 @@ pub struct Given {
     pub beams: Sweep,
     /// Blocks of the beam squint symbols that follow them.
     pub squint: Sweep,
+    /// What was made of all of these blocks, where that is kept instead of them.
+    pub estimated: Option<Estimated>,
     /// Where the UAV was at the first beam, and the true paths, where both are known: not for the receiver.
     pub truth: Option<(PoseTruth, Link)>,
 }
@@ -66,6 +70,7 @@ impl Source for World<'_> {
         Ok(Given {
             beams: heard.beams,
             squint: heard.squint,
+            estimated: None,
             truth: Some((pose(&heard.truth), heard.link)),
         })
     }

@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use super::truth::TruthTrack;
-use super::{Damage, Manifest, Recording, TRUTH_PATHS, read_with, squint_base, sweep_base};
+use cslam_firmware::app::Estimated;
+
+use super::truth::{TRUTH_PATHS, TruthTrack};
+use super::{Damage, Manifest, Recording, read_estimated, read_with, squint_base, sweep_base};
 use crate::channel::Sweep;
 use crate::flight_log::PoseTruth;
 use crate::input::InputError;
@@ -14,7 +16,7 @@ use crate::raw_flight::{Given, Source};
 use crate::sensors::{Event, Stamped};
 use crate::sigmf::{self, Codebook};
 
-/// A recording with samples, ready to be flown.
+/// A recording with samples or estimated paths, ready to be flown. Where both are there, samples are.
 #[derive(Debug)]
 pub struct RecordedFlight {
     directory: PathBuf,
@@ -24,6 +26,8 @@ pub struct RecordedFlight {
     truth: Option<TruthTrack>,
     /// The true paths, a link a sweep; empty when nobody knows.
     links: Vec<Link>,
+    /// The estimated paths of sweeps 0, 1, 2 ...; `None` where samples are flown.
+    estimated: Option<Vec<Estimated>>,
     damage: Mutex<Damage>,
 }
 
@@ -32,13 +36,18 @@ impl RecordedFlight {
     ///
     /// # Errors
     /// [`InputError`] naming the file and the place of what is missing or damaged, unless `damage` is to be counted; always when
-    /// the description of the recording cannot be read, or says that there are no samples.
+    /// the description of the recording cannot be read, or says that there are neither samples nor estimated paths.
     pub fn open(directory: &Path, mut damage: Damage) -> Result<Self, InputError> {
         let recording = read_with(directory, &mut damage)?;
-        if !recording.manifest().samples {
-            let message = "has no samples to fly: it was recorded without";
-            return Err(InputError::in_file(directory, message));
-        }
+        let estimated = if recording.manifest().samples {
+            None
+        } else {
+            let Some(estimated) = read_estimated(directory, recording.manifest(), &mut damage)? else {
+                let message = "has no samples to fly, and no estimated paths: it was recorded without";
+                return Err(InputError::in_file(directory, message));
+            };
+            Some(estimated)
+        };
         let starts_ns = recording
             .events()
             .iter()
@@ -57,6 +66,7 @@ impl RecordedFlight {
             starts_ns: starts_ns.collect(),
             truth: TruthTrack::read(directory)?,
             links,
+            estimated,
             recording,
             damage: Mutex::new(damage),
         })
@@ -65,6 +75,11 @@ impl RecordedFlight {
     /// What the recording says about itself.
     pub fn manifest(&self) -> &Manifest {
         self.recording.manifest()
+    }
+
+    /// Whether estimated paths are flown, and no samples.
+    pub fn is_of_paths(&self) -> bool {
+        self.estimated.is_some()
     }
 
     /// What was found damaged or missing so far.
@@ -116,6 +131,14 @@ impl Source for RecordedFlight {
             return Ok(Given::default());
         };
         let truth = self.truth(start_ns);
+        let truth = truth.zip(self.links.get(sweep as usize).cloned());
+        if let Some(estimated) = &self.estimated {
+            return Ok(Given {
+                estimated: estimated.get(sweep as usize).cloned(),
+                truth,
+                ..Given::default()
+            });
+        }
         Ok(Given {
             beams: self.blocks(&sweep_base(&self.directory, sweep), Codebook::Beams, "sweeps")?,
             squint: self.blocks(
@@ -123,7 +146,8 @@ impl Source for RecordedFlight {
                 Codebook::SquintSequential,
                 "beam squint symbols",
             )?,
-            truth: truth.zip(self.links.get(sweep as usize).cloned()),
+            truth,
+            ..Given::default()
         })
     }
 

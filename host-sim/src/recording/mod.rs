@@ -12,6 +12,7 @@
 //! | `beacons.jsonl` | `{"uav_time_ns":..,"beacon":{..}}`, a beacon a line |
 //! | `truth.csv` | the world at every sweep and every 10 ms: never read by [`read`], checked by [`check_truth`] |
 //! | `truth_paths.jsonl` | the true paths of every sweep, a link a line, beside samples |
+//! | `estimated_paths.jsonl` | what path estimation and beam squint made of the samples, a sweep a line, where they were kept instead |
 //! | `sweep-NNNN.sigmf-meta`, `.sigmf-data` | sample blocks of each sweep, when they were recorded ([`sweep_base`]) |
 //! | `squint-NNNN.sigmf-meta`, `.sigmf-data` | the beam squint symbols after each sweep, beside samples ([`squint_base`]) |
 //!
@@ -19,8 +20,11 @@
 //! the same bytes. A file that is cut short, longer or changed is refused with the reason.
 
 mod damage;
+mod estimated;
 mod flight;
+mod keeper;
 mod read;
+mod thinned;
 mod truth;
 mod write;
 
@@ -34,9 +38,12 @@ use crate::sensors::SensedFlight;
 use crate::world::SceneConfig;
 
 pub use damage::Damage;
+pub use estimated::{Estimates, read_estimated, write_estimated};
 pub use flight::RecordedFlight;
+pub use keeper::Keeper;
 pub use read::{Recording, read, read_with};
-pub use truth::{TRUTH_PATHS, check_truth};
+pub use thinned::{Span, Thinned, Thinning};
+pub use truth::{check_truth, write_links};
 pub use write::{check, write, write_events};
 
 /// Value of `format` in `flight.json`.
@@ -103,6 +110,9 @@ pub struct Manifest {
     pub imu_rate_hz: u32,
     /// Whether each sweep's sample blocks lie beside.
     pub samples: bool,
+    /// Estimated paths that lie beside; absent: there are none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub estimated: Option<Estimates>,
     /// The files of the receiver's events, in the order of [`Manifest::files`].
     pub files: Vec<FileEntry>,
 }
@@ -131,6 +141,7 @@ impl Manifest {
             ground_z_m: None,
             imu_rate_hz: flight.config().imu.rate_hz,
             samples: false,
+            estimated: None,
             files: Vec::new(),
         }
     }
@@ -172,6 +183,7 @@ fn is_name(name: &str) -> bool {
     name == MANIFEST
         || EVENT_FILES.contains(&name)
         || TRUTH_FILES.contains(&name)
+        || name == estimated::ESTIMATED
         || samples("sweep-")
         || samples("squint-")
 }

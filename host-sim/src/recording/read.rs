@@ -105,16 +105,7 @@ pub fn read_with(directory: &Path, damage: &mut Damage) -> Result<Recording, Inp
     let mut events = Vec::new();
     for (rank, entry) in manifest.files.iter().enumerate() {
         let file = directory.join(&entry.name);
-        let bytes = match read_exactly(&file, entry.bytes, &format!("as {MANIFEST} says")) {
-            Ok(bytes) => bytes,
-            Err(error) => {
-                damage.found(&entry.name, 0, error)?;
-                std::fs::read(&file).unwrap_or_default()
-            }
-        };
-        if let Err(error) = unchanged(&file, &bytes, entry) {
-            damage.found(&entry.name, 0, error)?;
-        }
+        let bytes = content(directory, entry, damage)?;
         let mut part = Part {
             file: &file,
             name: &entry.name,
@@ -143,6 +134,26 @@ pub fn read_with(directory: &Path, damage: &mut Damage) -> Result<Recording, Inp
     events.sort_by_key(|stamped| (stamped.uav_time_ns, stamped.event.rank()));
     sweeps(directory, &manifest, &mut events, damage)?;
     Ok(Recording { manifest, events })
+}
+
+/// The bytes of a file that is described.
+pub(super) fn content(
+    directory: &Path,
+    entry: &FileEntry,
+    damage: &mut Damage,
+) -> Result<Vec<u8>, InputError> {
+    let file = directory.join(&entry.name);
+    let bytes = match read_exactly(&file, entry.bytes, &format!("as {MANIFEST} says")) {
+        Ok(bytes) => bytes,
+        Err(error) => {
+            damage.found(&entry.name, 0, error)?;
+            std::fs::read(&file).unwrap_or_default()
+        }
+    };
+    if let Err(error) = unchanged(&file, &bytes, entry) {
+        damage.found(&entry.name, 0, error)?;
+    }
+    Ok(bytes)
 }
 
 /// Whether the bytes of a file have the checksum that is described.

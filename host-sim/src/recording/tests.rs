@@ -146,7 +146,11 @@ fn truth_that_does_not_parse_is_named() {
         assert!(error.contains(expected), "{error} instead of {expected}");
     }
     fs::remove_file(&file).expect("there");
-    fs::write(directory.path().join(super::TRUTH_PATHS), "{\"tx\":[0,0,0]}\n").expect("writable");
+    fs::write(
+        directory.path().join(super::truth::TRUTH_PATHS),
+        "{\"tx\":[0,0,0]}\n",
+    )
+    .expect("writable");
     let error = check_truth(directory.path()).expect_err("no paths").to_string();
     assert!(
         error.contains("truth_paths.jsonl:1: not a link of the paths format: missing field"),

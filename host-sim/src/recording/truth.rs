@@ -7,13 +7,13 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use crate::flight_log::PoseTruth;
 use crate::input::limits::FLIGHT_EVENTS;
 use crate::input::{InputError, lines, read_text};
-use crate::paths;
+use crate::paths::{self, Link};
 use crate::sensors::SensedFlight;
 
 /// Poses and clocks.
 pub(super) const TRUTH: &str = "truth.csv";
 /// Paths of every sweep.
-pub const TRUTH_PATHS: &str = "truth_paths.jsonl";
+pub(super) const TRUTH_PATHS: &str = "truth_paths.jsonl";
 /// Columns of `truth.csv`. Quaternion Hamilton, body to world; clock: UAV less GMT.
 const TRUTH_HEADER: &str = "time_s,sweep,x_m,y_m,z_m,vx_m_per_s,vy_m_per_s,vz_m_per_s,qw,qx,qy,qz,\
                             rate_x_rad_per_s,rate_y_rad_per_s,rate_z_rad_per_s,gmt_x_m,gmt_y_m,gmt_z_m,\
@@ -37,6 +37,20 @@ pub fn check_truth(directory: &Path) -> Result<(), InputError> {
         paths::read(&file)?;
     }
     Ok(())
+}
+
+/// Writes the true paths of sweeps 0, 1, 2 ... beside a recording.
+///
+/// # Errors
+/// [`InputError`] naming the file that cannot be written.
+pub fn write_links(directory: &Path, links: &[Link]) -> Result<(), InputError> {
+    let file = directory.join(TRUTH_PATHS);
+    let mut text = String::new();
+    for link in links {
+        text += &serde_json::to_string(link).map_err(|e| InputError::in_file(&file, e.to_string()))?;
+        text.push('\n');
+    }
+    std::fs::write(&file, text).map_err(|e| InputError::unwritable(&file, "cannot be written", &e))
 }
 
 /// `truth.csv` in memory.

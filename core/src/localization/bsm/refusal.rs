@@ -27,6 +27,21 @@ pub enum Refusal {
     Unsettled,
 }
 
+impl Refusal {
+    /// Every reason.
+    pub const ALL: [Self; 9] = [
+        Self::NotLineOfSight,
+        Self::NotFinite,
+        Self::Masked,
+        Self::NotBegun,
+        Self::SymbolsMissing,
+        Self::TooWeak,
+        Self::NoPeak,
+        Self::Ambiguous,
+        Self::Unsettled,
+    ];
+}
+
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {

@@ -1,31 +1,30 @@
 //! `cslam campaign`: many flights in one command, and two campaigns side by side.
 
+mod flown;
+mod kept;
 mod worlds;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
+use std::sync::atomic::Ordering;
 
 use clap::ValueEnum;
 use rayon::prelude::*;
 
+use flown::flown;
+use kept::Kept;
 use worlds::Named;
 
 use crate::campaign::{EffectsTable, Flight, Lists, Purpose, Shard, Summary, compare, read_shards};
-use crate::commands::fly::raw::{described, fly};
 use crate::commands::seeds::AnySeed;
 use crate::commands::threads::Threads;
-use crate::config::{Config, Mode};
-use crate::evaluation::evaluate;
+use crate::config::Mode;
 use crate::input::InputError;
 use crate::interrupt;
 use crate::progress;
-use crate::raw_flight::{Shared, Source};
-use crate::report::Report;
 use crate::scene::Scene;
-use crate::world::{Profile, World};
+use crate::world::Profile;
 
 /// Arguments of `cslam campaign`.
 #[derive(clap::Args, Debug)]
@@ -60,6 +59,10 @@ pub(crate) struct Args {
     /// Fly at most this many sweeps of each
     #[arg(long, value_name = "N")]
     steps: Option<usize>,
+    /// Keep what path estimation makes of each flight in this directory (`cslam fly --keep-paths`). A flight whose paths lie there
+    /// already is flown from them, in a second: for receivers that are changed behind path estimation
+    #[arg(long, value_name = "DIR")]
+    keep_paths: Option<PathBuf>,
     #[command(flatten)]
     threads: Threads,
     /// Print the summary as one JSON object on standard output
@@ -128,12 +131,13 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let count = missing.iter().map(|flights| flights.modes.len()).sum::<usize>();
     let bar = progress::bar(count as u64, "flying");
     let failed = Mutex::new(None);
+    let kept = args.keep_paths.as_deref().map(Kept::new);
     args.threads.install(|| {
         missing.par_iter().for_each(|flights| {
             if interrupted.load(Ordering::Relaxed) {
                 return;
             }
-            flown(args, flights, &interrupted, |flight, report| {
+            flown(args, kept.as_ref(), flights, &interrupted, |flight, report| {
                 let (report, error) = match report {
                     Ok(Some(report)) => (Some(report), None),
                     // Half a flight is none.
@@ -219,70 +223,6 @@ fn is_flown(out: &Path, flight: &Flight, world: &Named) -> Result<bool, InputErr
             "was flown by another build or configuration: expected a directory of this campaign, or a new one",
         )),
     }
-}
-
-/// Flies the receivers of all modes through one world and hands on each report: `None` when it was interrupted, the reason when it
-/// could not be flown.
-fn flown(
-    args: &Args,
-    flights: &Together<'_>,
-    interrupted: &AtomicBool,
-    done: impl Fn(&Flight, Result<Option<serde_json::Value>, String>) + Sync,
-) {
-    let config = &flights.world.config;
-    let in_world = || -> anyhow::Result<()> {
-        let scene = config.world.scene(flights.scene)?;
-        let world = World::new(&scene, config.world.clone(), flights.seed)?;
-        let shared = Shared::new(&world);
-        let listeners = shared.listeners(flights.modes.len());
-        thread::scope(|scope| {
-            for (listener, (flight, mode)) in listeners.into_iter().zip(&flights.modes) {
-                let (world, scene, done) = (&world, &scene, &done);
-                scope.spawn(move || {
-                    let report = heard(
-                        args,
-                        config,
-                        *mode,
-                        (scene, flight),
-                        world,
-                        &listener,
-                        interrupted,
-                    );
-                    done(flight, report.map_err(|error| format!("{error:#}")));
-                });
-            }
-        });
-        Ok(())
-    };
-    if let Err(error) = in_world() {
-        for (flight, _) in &flights.modes {
-            done(flight, Err(format!("{error:#}")));
-        }
-    }
-}
-
-/// What the receiver of one mode makes of a world that others may hear too.
-fn heard(
-    args: &Args,
-    config: &Config,
-    mode: Mode,
-    (scene, flight): (&Scene, &Flight),
-    world: &World<'_>,
-    listener: &impl Source,
-    interrupted: &AtomicBool,
-) -> anyhow::Result<Option<serde_json::Value>> {
-    let start = std::time::Instant::now();
-    let planned = usize::try_from(world.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
-    let mut told = config.receiver.clone();
-    told.mode = mode;
-    let (header, site) = described(&told, &flight.scene, world, flight.seed, planned);
-    let (mut log, _) = fly(&told, header, &site, listener, interrupted, || {}, |_, _| {})?;
-    if log.interrupted() {
-        return Ok(None);
-    }
-    let evaluation = evaluate(&mut log, Some(scene));
-    let report = Report::new(&log, &evaluation, start.elapsed().as_secs_f64());
-    Ok(Some(serde_json::to_value(&report)?))
 }
 
 /// The flights that are asked for, scene and seed.

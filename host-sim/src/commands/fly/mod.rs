@@ -1,10 +1,12 @@
 //! `cslam fly`: one whole flight, from raw samples to the map, or over a path list.
 
+pub(crate) mod keep;
 mod list;
 #[cfg(feature = "ground")]
 mod live;
 pub(crate) mod raw;
-mod recorded;
+pub(crate) mod recorded;
+mod thinning;
 
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -39,13 +41,19 @@ pub(crate) struct Args {
     /// covariances or "measured": true is taken as it is; to a traced one errors of stated size are added
     #[arg(long, value_name = "FILE|bundled")]
     paths: Option<PathBuf>,
-    /// Fly over a recording (`cslam record`): its samples and events instead of a simulated world. With --scene: the scene to compare
+    /// Fly over a recording (`cslam record`, or --keep-paths): its samples or paths, and its events, instead of a simulated world. With --scene: the scene to compare
     /// the map with, if not the recorded one
     #[arg(long, value_name = "DIR", conflicts_with_all = ["paths", "world", "seed"])]
     recording: Option<PathBuf>,
+    /// Keep what path estimation makes of the flight in this directory, as a recording with paths instead of samples: flown with
+    /// --recording, it gives the same flight in a second, and a receiver that is changed behind path estimation flies it too
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["paths", "recording"])]
+    keep_paths: Option<PathBuf>,
     /// Count what is missing or damaged in a recording and fly on, instead of refusing it
     #[arg(long, requires = "recording")]
     keep_going: bool,
+    #[command(flatten)]
+    thinning: thinning::LeftOut,
     /// Configuration file (TOML), of which [world], [path_errors] and [receiver] count; `cslam config` shows what it may hold
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -105,7 +113,9 @@ impl Default for Args {
             scene: None,
             paths: None,
             recording: None,
+            keep_paths: None,
             keep_going: false,
+            thinning: thinning::LeftOut::default(),
             config: None,
             world: None,
             print_config: false,

@@ -14,7 +14,7 @@ use cslam_firmware::app::{AppConfig, Application, Map, VOXELS};
 use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
 use cslam_firmware::sensor_stream::SESSION;
 
-use super::{Args, Flown};
+use super::{Args, Flown, keep};
 use crate::config::{
     Config, DepartureChoice, EarthField, LinkStateChoice, LocalizationChoice, MappedChoice, Mode,
     ReceiverConfig,
@@ -23,7 +23,8 @@ use crate::estimate;
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::progress;
-use crate::raw_flight::{self, Source};
+use crate::raw_flight::{self, Source, Swept};
+use crate::recording::Keeper;
 use crate::world::World;
 
 /// Heading of the options below in the help text.
@@ -74,20 +75,28 @@ pub(super) fn run(
     }
     let out = super::result_directory(args)?;
     let world = World::new(&scene, config.world.clone(), args.seed)?;
+    let kept = args
+        .keep_paths
+        .as_deref()
+        .map(|kept| keep::open(kept, &world))
+        .transpose()?;
     let planned = usize::try_from(world.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
     let bar = progress::bar(planned as u64, "flying");
-    let swept = || bar.inc(1);
-    let (log, packets) = fly_world(
-        &config.receiver,
-        name,
-        &world,
-        args.seed,
-        planned,
-        interrupted,
-        swept,
-        sent,
-    )?;
+    let keeper = Keeper::new(&world);
+    let swept = |swept: &Swept<'_>| {
+        keeper.swept(swept);
+        bar.inc(1);
+    };
+    let (header, site) = described(&config.receiver, name, &world, args.seed, planned);
+    let (log, packets) = fly(&config.receiver, header, &site, &keeper, interrupted, swept, sent)?;
     bar.finish_and_clear();
+    if let Some(kept) = kept {
+        if log.interrupted() {
+            progress::note("interrupted: no paths were kept");
+        } else {
+            keep::write(kept, &keeper, config, name, &world)?;
+        }
+    }
     Ok(Flown {
         log,
         scene: Some(scene),
@@ -116,11 +125,11 @@ pub(crate) fn fly_world(
     seed: u64,
     planned: usize,
     interrupted: &AtomicBool,
-    swept: impl FnMut(),
+    mut swept: impl FnMut(),
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<(FlightLog, Vec<u8>)> {
     let (header, site) = described(told, scene, world, seed, planned);
-    fly(told, header, &site, world, interrupted, swept, sent)
+    fly(told, header, &site, world, interrupted, |_| swept(), sent)
 }
 
 /// The head of the log of a flight through a world, and what is known of the place.
@@ -149,14 +158,14 @@ pub(crate) fn described(
     (header, site)
 }
 
-/// Flies a receiver through what `source` gives; the rest as in [`fly_world`].
+/// Flies a receiver through what `source` gives; `swept` sees each sweep that has ended, the rest as in [`fly_world`].
 pub(crate) fn fly(
     told: &ReceiverConfig,
     header: Header,
     site: &Site,
     source: &impl Source,
     interrupted: &AtomicBool,
-    swept: impl FnMut(),
+    swept: impl FnMut(&Swept<'_>),
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<(FlightLog, Vec<u8>)> {
     let field = told.magnetic_field.or(site.magnetic_field);
@@ -169,11 +178,7 @@ pub(crate) fn fly(
         *ground_z_m = told.ground_z_m.unwrap_or(site.ground_z_m) as f32;
     }
     let estimation = EstimatorConfig::default();
-    let of_mode = match told.mode {
-        Mode::Best => estimate::Mode::Best,
-        Mode::Paper => estimate::Mode::Paper,
-    };
-    let delays = match told.estimator.unwrap_or(of_mode) {
+    let delays = match estimator(told) {
         estimate::Mode::Best => {
             let estimator = Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&estimation);
             return fly_with(receiver, estimator, source, header, interrupted, swept, sent);
@@ -191,7 +196,7 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
     source: &impl Source,
     header: Header,
     interrupted: &AtomicBool,
-    mut swept: impl FnMut(),
+    swept: impl FnMut(&Swept<'_>),
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<(FlightLog, Vec<u8>)> {
     let mut estimator = Box::new(estimator);
@@ -214,11 +219,27 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
         &mut receiver,
         header,
         interrupted,
-        |_| {
-            swept();
-        },
+        swept,
         sent,
     )?)
+}
+
+/// Who estimates the paths: the mode's estimator, or the one that was asked for.
+pub(crate) fn estimator(told: &ReceiverConfig) -> estimate::Mode {
+    told.estimator.unwrap_or(match told.mode {
+        Mode::Best => estimate::Mode::Best,
+        Mode::Paper => estimate::Mode::Paper,
+    })
+}
+
+/// How departures of the line of sight are read: as the mode has it, or as was asked for.
+pub(crate) fn departures(told: &ReceiverConfig) -> anyhow::Result<DepartureChoice> {
+    Ok(match methods(told, None)?.departures {
+        Departures::SquintFit => DepartureChoice::Fit,
+        Departures::SquintParabola => DepartureChoice::Parabola,
+        Departures::SquintPick => DepartureChoice::Pick,
+        Departures::Beams => DepartureChoice::Beams,
+    })
 }
 
 /// The methods of a mode, with the stages that were asked to differ, beside a GMT that was set up there, if somebody says.

@@ -4,14 +4,18 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use super::raw::{self, Site};
-use super::{Args, Flown};
-use crate::config::Config;
+use super::{Args, Flown, keep};
+use crate::config::{Config, ReceiverConfig};
 use crate::flight_log::Header;
 use crate::input::InputError;
 use crate::progress;
-use crate::raw_flight::Source;
-use crate::recording::{Damage, Manifest, RecordedFlight};
+use crate::raw_flight::{Source, UNHEARD};
+use crate::recording::{Damage, Manifest, RecordedFlight, Thinned};
 use crate::scene::Scene;
+
+/// What the log counts of paths that were left out on purpose.
+const LINES_OF_SIGHT_CUT: &str = "lines of sight left out";
+const PATHS_CUT: &str = "paths left out by --path-share";
 
 /// Flies over the recording in a directory until `interrupted`. `sent` gets what goes to the ground as it goes, with the UAV's time,
 /// ns.
@@ -31,33 +35,25 @@ pub(super) fn run(
         Damage::refused()
     };
     let flight = RecordedFlight::open(directory, damage)?;
+    let thinning = args.thinning.of(flight.is_of_paths())?;
     let out = super::result_directory(args)?;
     let manifest = flight.manifest();
+    if let Some(estimates) = manifest.estimated.as_ref().filter(|_| flight.is_of_paths()) {
+        keep::check_receiver(estimates, &config.receiver).map_err(|error| error.within(directory))?;
+    }
     let scene = scene(args, manifest)?;
     let planned = usize::try_from(flight.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
-    let header = Header {
-        mode: config.receiver.mode.name().into(),
-        scene: named(args, manifest, directory),
-        world: manifest.world.clone(),
-        // The report's key is a count: what was not drawn has none.
-        seed: manifest.seed.unwrap_or(0),
-        planned_sweeps: planned,
-        sweep_period_s: manifest.sweep_period_s,
-        delay_cycle_m: Some(cslam_core::localization::filter::DELAY_PERIOD_M),
-    };
-    let site = Site {
-        magnetic_field: manifest.magnetic_field,
-        gmt_m: manifest.gmt_setup_position_m,
-        ground_z_m: manifest.ground_z_m.unwrap_or(0.0),
-    };
+    let named = named(args, manifest, directory);
+    let (header, site) = described(manifest, &config.receiver, named, planned);
+    let thinned = Thinned::new(&flight, thinning);
     let bar = progress::bar(planned as u64, "flying");
     let (mut log, packets) = raw::fly(
         &config.receiver,
         header,
         &site,
-        &flight,
+        &thinned,
         interrupted,
-        || bar.inc(1),
+        |_| bar.inc(1),
         sent,
     )?;
     bar.finish_and_clear();
@@ -69,12 +65,49 @@ pub(super) fn run(
         log.counters
             .insert(format!("recording damaged: {part}"), *records);
     }
+    for (what, paths) in [LINES_OF_SIGHT_CUT, PATHS_CUT]
+        .into_iter()
+        .zip(thinned.left_out())
+    {
+        if paths > 0 {
+            log.counters.insert(what.to_owned(), paths);
+            progress::note(format_args!("{what}: {paths}"));
+        }
+    }
+    if let Some(sweeps) = log.counters.get(UNHEARD) {
+        progress::note(format_args!("{sweeps} sweeps {UNHEARD}"));
+    }
     Ok(Flown {
         log,
         scene,
         packets,
         out,
     })
+}
+
+/// The head of the log of a recorded flight, and what is known of the place.
+pub(crate) fn described(
+    manifest: &Manifest,
+    told: &ReceiverConfig,
+    scene: String,
+    planned_sweeps: usize,
+) -> (Header, Site) {
+    let header = Header {
+        mode: told.mode.name().into(),
+        scene,
+        world: manifest.world.clone(),
+        // The report's key is a count: what was not drawn has none.
+        seed: manifest.seed.unwrap_or(0),
+        planned_sweeps,
+        sweep_period_s: manifest.sweep_period_s,
+        delay_cycle_m: Some(cslam_core::localization::filter::DELAY_PERIOD_M),
+    };
+    let site = Site {
+        magnetic_field: manifest.magnetic_field,
+        gmt_m: manifest.gmt_setup_position_m,
+        ground_z_m: manifest.ground_z_m.unwrap_or(0.0),
+    };
+    (header, site)
 }
 
 /// What the report calls the scene: as the recording says, else the one that was asked for, else the recording itself.

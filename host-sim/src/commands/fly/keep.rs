@@ -1,0 +1,72 @@
+//! The paths of a flight, kept so that the receiver behind path estimation can be flown again.
+
+use std::path::Path;
+
+use super::raw;
+use crate::commands::record;
+use crate::config::{Config, DepartureChoice, ReceiverConfig};
+use crate::input::InputError;
+use crate::raw_flight::Source;
+use crate::recording::{self, Estimates, Keeper, Manifest};
+use crate::result_directory::ResultDirectory;
+use crate::world::{World, WorldConfig};
+
+/// Makes room for the paths of a flight through a world. Before the flight: a directory that cannot be used must not cost one.
+pub(crate) fn open(directory: &Path, world: &World<'_>) -> Result<ResultDirectory, InputError> {
+    recording::check(world.flight())?;
+    ResultDirectory::open(directory, recording::KIND)
+}
+
+/// Writes the paths of a whole flight through a world.
+pub(crate) fn write<S: Source>(
+    directory: ResultDirectory,
+    keeper: &Keeper<'_, S>,
+    config: &Config,
+    scene: &str,
+    world: &World<'_>,
+) -> anyhow::Result<()> {
+    let (file, sweeps) = keeper.write(directory.path())?;
+    let manifest = Manifest {
+        estimated: Some(Estimates {
+            estimator: raw::estimator(&config.receiver),
+            departures: raw::departures(&config.receiver)?,
+            world_crc32: world_crc32(&config.world)?,
+            file,
+        }),
+        ..record::manifest(config, scene, world, sweeps)
+    };
+    recording::write(directory.path(), manifest, world.flight(), sweeps)?;
+    directory.commit()
+}
+
+/// What tells the configuration of one simulated world from that of another.
+pub(crate) fn world_crc32(world: &WorldConfig) -> anyhow::Result<u32> {
+    Ok(crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(toml::to_string(world)?.as_bytes()))
+}
+
+/// Whether a receiver can fly paths that were kept.
+///
+/// # Errors
+/// [`InputError`] when it estimates paths, or reads bearings, in another way: that wants samples.
+pub(crate) fn check_receiver(kept: &Estimates, told: &ReceiverConfig) -> Result<(), InputError> {
+    let estimator = raw::estimator(told);
+    if kept.estimator != estimator {
+        return Err(InputError::new(format!(
+            "its paths were estimated by {}, not by {}: expected samples, or --estimator {}",
+            kept.estimator.name(),
+            estimator.name(),
+            kept.estimator.name(),
+        )));
+    }
+    let departures = raw::departures(told).map_err(|error| InputError::new(error.to_string()))?;
+    // A receiver without beam squint needs no bearing.
+    if kept.departures != departures && departures != DepartureChoice::Beams {
+        return Err(InputError::new(format!(
+            "its bearings were read by {}, not by {}: expected samples, or --departures {}",
+            kept.departures.name(),
+            departures.name(),
+            kept.departures.name(),
+        )));
+    }
+    Ok(())
+}
