@@ -28,6 +28,8 @@ pub(super) struct Heard {
 pub(super) struct Judged {
     pub(super) path: Path<World>,
     pub(super) probabilities: Option<Probabilities>,
+    /// What the network alone says.
+    pub(super) network: Option<Probabilities>,
     /// Its length and direction are those of the ground's reflection.
     pub(super) off_ground: bool,
 }
@@ -88,6 +90,7 @@ impl Judged {
         Self {
             path: received.path,
             probabilities,
+            network: probabilities,
             off_ground: false,
         }
     }

@@ -3,9 +3,10 @@
 use heapless::Vec;
 
 use super::higher_order::MAX_REFLECTIONS;
+use crate::association::ReceivedPath;
 use crate::localization::Pose;
 use crate::localization::bsm::{Bearing, Refusal};
-use crate::localization::filter::{Health, SweepVerdict};
+use crate::localization::filter::{Health, SweepVerdict, Transmitter};
 use crate::lscn::{LinkState, Probabilities};
 use crate::ltd::EstimatedPath;
 use crate::map::Insertion;
@@ -46,6 +47,8 @@ pub enum Outcome {
 pub struct PathReport {
     /// As estimated: body axes, clock offset included.
     pub estimated: EstimatedPath,
+    /// As data association takes it.
+    pub received: ReceivedPath,
     /// Path gain between dipoles, dB, see [`super::LinkBudget::path_gain_db`].
     pub gain_db: Option<f32>,
     /// Line of sight, first-order, higher-order; `None` when it could not be classified.
@@ -115,6 +118,8 @@ pub struct SweepReport<const K: usize> {
     pub innovations: Vec<Innovation, 3>,
     /// Direction of departure by beam squint, or why there is none.
     pub bearing: Result<Bearing, Refusal>,
+    /// The GMT as it was taken; `None` before its first beacon.
+    pub transmitter: Option<Transmitter>,
     /// Pose at the start of the sweep, with the sweep taken in.
     pub pose: Option<Pose>,
     /// The pose's clock offset with the whole delay periods that two-way timing tells, m; `None` without either.

@@ -11,6 +11,7 @@ use super::paths::Heard;
 use super::receive::ends;
 use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
 use super::{CHANNELS, Cslam, LinkStates, PATHS, count};
+use crate::association::ReceivedPath;
 use crate::bounded::gather;
 use crate::localization::bsm::{Bearing, Refusal};
 use crate::localization::filter::{Counters, FaceDirection, SweepMeasurement, SweepVerdict, Transmitter};
@@ -152,6 +153,12 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             };
             let _fits = paths.push(PathReport {
                 estimated: path.estimated,
+                received: ReceivedPath::of(
+                    &path.estimated,
+                    self.localizer.corrected(&path.estimated.path.aoa),
+                    path.estimated.path.aod,
+                    judged.and_then(|judged| judged.network),
+                ),
                 gain_db: path.gain_db,
                 probabilities: judged.and_then(|j| j.probabilities),
                 outcome,
@@ -178,6 +185,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             innovations: localized.innovations,
             bearing,
             clock_offset_m: pose.as_ref().and_then(|pose| self.clock_offset_m(pose)),
+            transmitter: gmt.map(|(gmt, _)| gmt),
             pose,
             health: self.localizer.pose_health(),
         })

@@ -33,17 +33,22 @@ pub(super) fn judge(log: &FlightLog, surfaces: &Surfaces<'_>) -> ByFaces {
     let (mut known, mut right, mut far) = (0, 0, 0);
     for point in &log.points {
         far += usize::from(is_far(point, surfaces));
-        let Some(truth) = log.truth_of(point) else {
-            continue;
-        };
-        known += 1;
-        let of_order = truth.filter(|path| path.order == Some(point.order) && !path.is_off_mover());
-        right += usize::from(of_order.is_some_and(|path| is_on_face(path, point, surfaces)));
+        if let Some(is_right) = is_right(log, point, surfaces) {
+            known += 1;
+            right += usize::from(is_right);
+        }
     }
     ByFaces {
         precision: share(right, known),
         far: (!log.points.is_empty()).then_some(far),
     }
+}
+
+/// Whether a point is of the order that it presumes and lies on the surface that reflected its path; `None` when the truth is not known.
+pub(super) fn is_right(log: &FlightLog, point: &PointRecord, surfaces: &Surfaces<'_>) -> Option<bool> {
+    let truth = log.truth_of(point)?;
+    let of_order = truth.filter(|path| path.order == Some(point.order) && !path.is_off_mover());
+    Some(of_order.is_some_and(|path| is_on_face(path, point, surfaces)))
 }
 
 /// Whether a point lies on the surface where its true path was reflected. Of three reflections the truth names only the outer two: the

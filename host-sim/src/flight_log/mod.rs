@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use cslam_core::telemetry::Message;
 use serde::{Deserialize, Serialize};
 
-pub use point::{MapVoxel, PointRecord};
+pub use point::{MapVoxel, PointRecord, ShadowLog};
 pub use pose::{PoseEstimate, PoseRecord, PoseTruth};
 pub use sweep::{
     Innovation, LinkEstimate, MeasuredPath, Measurement, SweepEstimate, SweepRecord, SweepTruth,
@@ -93,6 +93,9 @@ pub struct FlightLog {
     pub health: BTreeMap<String, u32>,
     /// What went to the ground.
     pub downlink: Downlink,
+    /// What a second data association made of it; `None` when none was flown beside.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shadow: Option<ShadowLog>,
 }
 
 impl FlightLog {
@@ -108,6 +111,7 @@ impl FlightLog {
             counters: BTreeMap::new(),
             health: BTreeMap::new(),
             downlink: Downlink::default(),
+            shadow: None,
         }
     }
 

@@ -49,3 +49,14 @@ impl From<&MapPoint> for MapVoxel {
         }
     }
 }
+
+/// What a second data association made of the same paths and poses.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ShadowLog {
+    /// Its points, in the order of their sweeps.
+    pub points: Vec<PointRecord>,
+    /// The map made of them.
+    pub map: Vec<MapVoxel>,
+    /// Points that it took back.
+    pub withdrawn: u64,
+}
