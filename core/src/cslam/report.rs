@@ -135,18 +135,21 @@ mod tests {
     use crate::path::Path;
 
     fn report(outcome: Outcome) -> PathReport {
-        PathReport {
-            estimated: EstimatedPath {
-                path: Path {
-                    c_tau_m: 30.0,
-                    aoa: Direction::from_vector(Vector3::x()).expect("unit"),
-                    aod: None,
-                    covariance: Matrix3::identity(),
-                },
-                beam: 0,
-                snr_db: 30.0,
-                energy: 1.0,
+        let aoa = Direction::from_vector(Vector3::x()).expect("unit");
+        let estimated = EstimatedPath {
+            path: Path {
+                c_tau_m: 30.0,
+                aoa,
+                aod: None,
+                covariance: Matrix3::identity(),
             },
+            beam: 0,
+            snr_db: 30.0,
+            energy: 1.0,
+        };
+        PathReport {
+            estimated,
+            received: ReceivedPath::of(&estimated, aoa, None, None),
             gain_db: None,
             probabilities: Some(Probabilities {
                 los: 0.1,

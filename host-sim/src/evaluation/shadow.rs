@@ -103,7 +103,14 @@ mod tests {
                 .collect::<BTreeMap<_, _>>()
         };
         let flown = of(&[(0, true), (1, true), (2, false), (3, false), (4, true)]);
-        let shadow = of(&[(0, true), (1, false), (2, false), (5, true), (6, false), (7, true)]);
+        let shadow = of(&[
+            (0, true),
+            (1, false),
+            (2, false),
+            (5, true),
+            (6, false),
+            (7, true),
+        ]);
         let expected = Differences {
             both_right: 1,
             both_wrong: 2,

@@ -2,7 +2,9 @@
 //!
 //! It sees what the receiver reports of each sweep, and changes nothing.
 
-use cslam_core::association::{AssociationConfig, Learned, PoseEstimate, ReceivedPath, SweepPaths, associate};
+use cslam_core::association::{
+    AssociationConfig, Learned, PoseEstimate, ReceivedPath, SweepPaths, associate,
+};
 use cslam_core::cslam::{PATHS, SweepReport};
 use cslam_core::geometry::Position;
 use cslam_core::map::PointCloud;

@@ -8,7 +8,8 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::evaluation::{
-    ClockFigures, Consistency, Evaluation, Fate, LinkStateFigures, MapFigures, ShadowFigures, TrajectoryFigures,
+    ClockFigures, Consistency, Evaluation, Fate, LinkStateFigures, MapFigures, ShadowFigures,
+    TrajectoryFigures,
 };
 use crate::flight_log::{FlightLog, MeasuredPath};
 

@@ -16,7 +16,9 @@ use flown::flown;
 use kept::Kept;
 use worlds::Named;
 
-use crate::campaign::{EffectsTable, Flight, Lists, Purpose, Shard, Summary, compare, read_shards};
+use crate::campaign::{
+    EffectsTable, Flight, Lists, Purpose, Shard, Summary, beside, compare, differences, read_shards,
+};
 use crate::commands::seeds::AnySeed;
 use crate::commands::threads::Threads;
 use crate::config::Mode;
@@ -178,7 +180,14 @@ fn report(args: &Args, out: &Path, worlds: &[Named]) -> anyhow::Result<()> {
                 .iter()
                 .filter(|shard| shard.flight.world == world.name && shard.flight.mode == mode.name())
                 .collect();
-            summaries.push((format!("{}, {}", world.name, mode.name()), Summary::of(&own)));
+            let name = format!("{}, {}", world.name, mode.name());
+            summaries.push((name.clone(), Summary::of(&own)));
+            let other = beside(&own);
+            if !other.is_empty() {
+                let other: Vec<&Shard> = other.iter().collect();
+                summaries.push((format!("{name}, association beside"), Summary::of(&other)));
+                progress::note(differences(&own));
+            }
         }
     }
     let object: serde_json::Map<String, serde_json::Value> = summaries

@@ -23,7 +23,7 @@ use crate::estimate;
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::progress;
-use crate::raw_flight::{self, Source, Swept};
+use crate::raw_flight::{self, Shadow, Source, Swept};
 use crate::recording::Keeper;
 use crate::world::World;
 
@@ -169,34 +169,56 @@ pub(crate) fn fly(
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<(FlightLog, Vec<u8>)> {
     let field = told.magnetic_field.or(site.magnetic_field);
+    let ground_z_m = told.ground_z_m.unwrap_or(site.ground_z_m);
+    let shadow = told.shadow.then(|| Shadow::new(ground_z_m));
     let mut receiver = Receiver {
         magnetic_field: field.map(|field| field.config()),
         residuals: told.residuals.config(),
         ..methods(told, told.gmt_setup.or_at(site.gmt_m))?
     };
-    if let Some(ground_z_m) = &mut receiver.accept.point.ground_z_m {
-        *ground_z_m = told.ground_z_m.unwrap_or(site.ground_z_m) as f32;
+    if let Some(height_m) = &mut receiver.accept.point.ground_z_m {
+        *height_m = ground_z_m as f32;
     }
     let estimation = EstimatorConfig::default();
     let delays = match estimator(told) {
         estimate::Mode::Best => {
             let estimator = Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&estimation);
-            return fly_with(receiver, estimator, source, header, interrupted, swept, sent);
+            return fly_with(
+                receiver,
+                estimator,
+                source,
+                header,
+                shadow,
+                interrupted,
+                swept,
+                sent,
+            );
         }
         estimate::Mode::Paper => TapDelays::Whole,
         estimate::Mode::PaperInterpolated => TapDelays::Interpolated,
     };
     let estimator = PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation).with_delays(delays);
-    fly_with(receiver, estimator, source, header, interrupted, swept, sent)
+    fly_with(
+        receiver,
+        estimator,
+        source,
+        header,
+        shadow,
+        interrupted,
+        swept,
+        sent,
+    )
 }
 
+#[allow(clippy::too_many_arguments, reason = "each argument is of another kind")]
 fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
     config: Receiver<'_>,
     estimator: E,
     source: &impl Source,
     header: Header,
+    mut shadow: Option<Shadow>,
     interrupted: &AtomicBool,
-    swept: impl FnMut(&Swept<'_>),
+    mut swept: impl FnMut(&Swept<'_>),
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<(FlightLog, Vec<u8>)> {
     let mut estimator = Box::new(estimator);
@@ -214,14 +236,21 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
         raw_flight::ground(),
         cslam,
     );
-    Ok(raw_flight::fly(
+    let (mut log, packets) = raw_flight::fly(
         source,
         &mut receiver,
         header,
         interrupted,
-        swept,
+        |sweep| {
+            if let Some(shadow) = &mut shadow {
+                shadow.sweep(sweep.report);
+            }
+            swept(sweep);
+        },
         sent,
-    )?)
+    )?;
+    log.shadow = shadow.map(|shadow| shadow.close(&log));
+    Ok((log, packets))
 }
 
 /// Who estimates the paths: the mode's estimator, or the one that was asked for.
