@@ -121,6 +121,7 @@ impl<const N: usize> Surfaces<N> {
         let across_m = predicted.range_m * sigma(covariance.m22.max(covariance.m33));
         let sighting = Sighting {
             transmitter_m: transmitter_m.map(|c| c as f32),
+            alone: verdict.chain.len() == 1,
             network_log_ratio: network_log_ratio(seen, verdict.chain.len()),
             source_sigma_m: sigma(covariance.m11).max(across_m) as f32,
             chi_square: verdict.chi_square,

@@ -6,7 +6,8 @@
 //! position of the transmitter:
 //!
 //! - what the network says of the path, worth the whole of it once the transmitter has moved by [`SurfaceConfig::independent_m`];
-//! - that the source went where the surface says ([`displacement_log_ratio`]).
+//! - that the source went where the surface says ([`displacement_log_ratio`]). Three parallel walls are one plane to every
+//!   position, so displacements say no more than how rare such chains are ([`SurfaceConfig::indistinct_shares`]).
 
 use super::SurfaceConfig;
 use crate::geometry::Vector3;
@@ -16,8 +17,11 @@ use crate::geometry::Vector3;
 pub struct Evidence {
     /// Where the transmitter was when the last position was closed; at birth, where it was then, m.
     anchor_m: Vector3<f32>,
-    /// What the position in hand has been worth so far.
+    /// What was counted so far of the position in hand, and of all displacements.
     counted: f32,
+    /// Log ratios of displacements, of single reflections and of chains: of the positions before, and of the one in hand.
+    displaced: [f32; 2],
+    displacing: [f32; 2],
     /// Mean log ratio of the network over the sweeps of this position, and how many they are.
     network: f32,
     sweeps: u16,
@@ -30,6 +34,8 @@ pub struct Evidence {
 pub struct Sighting {
     /// Where the transmitter is, m.
     pub transmitter_m: Vector3<f32>,
+    /// Whether the surface made the path alone, and not a chain that it is one of.
+    pub alone: bool,
     /// Log ratio of what the network says: that the path is of this order, to that it is not.
     pub network_log_ratio: f32,
     /// Standard deviation of the source's place, m, the larger one of along and across the way.
@@ -59,10 +65,32 @@ impl Evidence {
         Self {
             anchor_m: *transmitter_m,
             counted: 0.0,
+            displaced: [0.0; 2],
+            displacing: [0.0; 2],
             network: 0.0,
             sweeps: 0,
             last_sweep: 0,
         }
+    }
+
+    /// What all displacements together say. They cannot tell a surface from chains whose image moves just as its own does, however many
+    /// they are: `log (L / (1 - share + share L))`.
+    fn displaced_log_odds(&self, config: &SurfaceConfig) -> f32 {
+        let of = |((closed, open), share): ((f32, f32), f32)| {
+            let log = closed + open;
+            // `L` may be beyond any number; then the limit is reached.
+            if log > 40.0 {
+                -libm::logf(share)
+            } else {
+                log - libm::logf(1.0 - share + share * libm::expf(log))
+            }
+        };
+        self.displaced
+            .into_iter()
+            .zip(self.displacing)
+            .zip(config.indistinct_shares)
+            .map(of)
+            .sum()
     }
 
     /// Takes in a path that the surface explained: by how much its log-odds change.
@@ -72,13 +100,23 @@ impl Evidence {
         self.network += (seen.network_log_ratio - self.network) / f32::from(self.sweeps);
         let moved_m = (seen.transmitter_m - self.anchor_m).norm();
         let independent = (moved_m / config.independent_m).min(1.0);
-        let worth = independent * self.network
-            + displacement_log_ratio(moved_m, seen.source_sigma_m, seen.chi_square);
+        let ratio = displacement_log_ratio(moved_m, seen.source_sigma_m, seen.chi_square);
+        let [alone, chain] = &mut self.displacing;
+        *if seen.alone { alone } else { chain } = ratio;
+        let displaced = self.displaced_log_odds(config);
+        let worth = independent * self.network + displaced;
         let change = worth - self.counted;
         self.counted = worth;
         if moved_m >= config.independent_m {
+            let [closed, open] = [self.displaced, self.displacing];
+            let mut displaced_now = [0.0; 2];
+            for ((sum, closed), open) in displaced_now.iter_mut().zip(closed).zip(open) {
+                *sum = closed + open;
+            }
             *self = Self {
                 last_sweep: seen.sweep,
+                displaced: displaced_now,
+                counted: displaced,
                 ..Self::begun(&seen.transmitter_m)
             };
         }
@@ -93,6 +131,7 @@ mod tests {
     fn seen(x_m: f32, network_log_ratio: f32) -> Sighting {
         Sighting {
             transmitter_m: Vector3::new(x_m, 0.0, 0.0),
+            alone: true,
             network_log_ratio,
             source_sigma_m: 0.15,
             chi_square: 2.0,
@@ -131,6 +170,31 @@ mod tests {
             all([1.0].into_iter(), 0.0) > 0.0,
             "the source went where it should"
         );
+    }
+
+    #[test]
+    fn displacements_alone_tell_a_wall_from_no_three_parallel_ones() {
+        let config = SurfaceConfig::default();
+        let after = |alone: bool, network: f32| {
+            let mut evidence = Evidence::begun(&Vector3::zeros());
+            let path = |k: u16| Sighting {
+                alone,
+                ..seen(f32::from(k) * 0.3, network)
+            };
+            (1..200).map(|k| evidence.take(&path(k), &config)).sum::<f32>()
+        };
+        let [single, chain] = [true, false].map(|alone| after(alone, 0.0));
+        let most = |share: f32| -libm::logf(share);
+        assert!(
+            (single - most(config.indistinct_shares[0])).abs() < 1e-3,
+            "{single}"
+        );
+        assert!(
+            (chain - most(config.indistinct_shares[1])).abs() < 1e-3,
+            "{chain}"
+        );
+        // What the network says is counted metre by metre, whatever the displacements say.
+        assert!(after(true, -1.0) < -40.0);
     }
 
     #[test]
