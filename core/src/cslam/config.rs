@@ -4,15 +4,17 @@
 //! field. [`Config::best`] and [`Config::paper`] are the two whole modes of docs/signal-model.md, "Default configuration"; path estimation
 //! itself is chosen by type, see [`super::Cslam`].
 
+use core::num::NonZeroU32;
+
 use super::gain::LinkBudget;
 use super::receive::Residuals;
 use super::rules::Rules;
 use crate::array::{Codebook, SquintConfig, SquintScheme, UavArrays};
 use crate::localization::bsm::{BeamSquint, BsmConfig};
 use crate::localization::filter::{self, FilterConfig};
+use crate::localization::hpc;
 use crate::localization::imu::{ImuConfig, MagneticField, RestConfig};
 use crate::localization::planes::PlaneConfig;
-use crate::localization::{HpcConfig, LocalizerConfig, Method};
 use crate::lscn::{AcceptGate, Classifier, PaperClassifier};
 use crate::reflection::{Form, Gates};
 use crate::waveform::Waveform;
@@ -32,18 +34,36 @@ pub enum Localization<'m> {
 }
 
 impl Localization<'_> {
-    fn method(&self) -> Method {
-        match self {
-            Self::Filter(config) => Method::Filter(*config),
-            Self::Hpc(config, _) => Method::Hpc(*config),
-        }
-    }
-
     /// The filter's gates.
     pub(super) fn gates(&self) -> Option<filter::Gates> {
         match self {
             Self::Filter(config) => Some(config.gates),
             Self::Hpc(..) => None,
+        }
+    }
+}
+
+/// Figures of the paper's localization.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HpcConfig {
+    /// Where the velocity between fixes comes from.
+    pub mode: hpc::Mode,
+    /// Sweeps between fixes: the paper's T_c.
+    pub interval_sweeps: NonZeroU32,
+    /// Standard deviation that is claimed for its position, m per axis: HPC has none of its own, the gates need one.
+    pub position_sigma_m: f32,
+    /// The same of its attitude, rad per axis.
+    pub attitude_sigma_rad: f32,
+}
+
+impl Default for HpcConfig {
+    /// A fix every second sweep (docs/signal-model.md, "Default configuration"); 0.3 m and 0.5 degrees.
+    fn default() -> Self {
+        Self {
+            mode: hpc::Mode::default(),
+            interval_sweeps: NonZeroU32::new(2).unwrap_or(NonZeroU32::MIN),
+            position_sigma_m: 0.3,
+            attitude_sigma_rad: 0.009,
         }
     }
 }
@@ -194,16 +214,6 @@ impl<'m> Config<'m> {
             &self.waveform,
         )
         .ok_or(ConfigError::Squint)
-    }
-
-    /// What localization needs to know.
-    pub(super) fn localizer(&self) -> LocalizerConfig {
-        LocalizerConfig {
-            imu: self.imu,
-            rest: self.rest,
-            method: self.localization.method(),
-            magnetic: self.magnetic_field,
-        }
     }
 
     /// Our methods throughout.

@@ -177,7 +177,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         gmt: &Transmitter,
         time_ns: u64,
     ) -> Option<(usize, Stand)> {
-        let offset_m = self.localizer.two_way_offset_m(time_ns)?;
+        let offset_m = self.clock.offset_m(time_ns)?;
         let length = |path: &Heard| length_m(path.estimated.path.c_tau_m, offset_m);
         let seen = |path: &Heard| level * path.estimated.path.aoa.vector().map(f64::from);
         let first = first_of(heard.iter().map(length), heard)?;

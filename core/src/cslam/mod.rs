@@ -14,12 +14,14 @@
 //! Path estimation is chosen by the type `E` ([`crate::ltd::Estimator`] or [`crate::ltd::PaperEstimator`]), everything else by
 //! [`Config`].
 
+mod clock;
 mod config;
 mod estimated;
 mod gain;
 mod higher_order;
 mod known;
 mod level;
+mod localizer;
 mod mirrors;
 mod outcome;
 mod paths;
@@ -33,7 +35,7 @@ mod specular;
 mod supposed;
 mod sweep;
 
-pub use config::{Config, ConfigError, Departures, LinkStates, Localization, Mapped, Mirrored};
+pub use config::{Config, ConfigError, Departures, HpcConfig, LinkStates, Localization, Mapped, Mirrored};
 pub use gain::LinkBudget;
 pub use higher_order::MAX_REFLECTIONS;
 pub use receive::Residuals;
@@ -42,17 +44,19 @@ pub use rules::Rules;
 
 use nalgebra::Vector3;
 
+use self::clock::TwoWayClock;
 use self::level::Stand;
+use self::localizer::Localizer;
 use self::mirrors::{MIRRORS, Mirrors, SUPPOSED};
 use self::sweep::Open;
 use crate::block::BeamBlock;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
-use crate::geometry::{Gmt, Rotation, World};
+use crate::geometry::{Gmt, Real, Rotation, World};
 use crate::localization::bsm::BeamSquint;
 use crate::localization::filter::{Counters as FilterCounters, Health, states, wrap_delay_m};
-use crate::localization::imu::ImuHealth;
+use crate::localization::imu::{Imu, ImuHealth, RestAlignment, RestStatus};
 use crate::localization::planes::PlaneMap;
-use crate::localization::{ImuSample, Localizer, Pose};
+use crate::localization::{ImuSample, Pose};
 use crate::ltd::{BeamReport, PathEstimator};
 use crate::map::PointCloud;
 
@@ -63,6 +67,8 @@ pub const CHANNELS: usize = 32;
 
 /// Planes of the map that are looked for.
 pub const PLANES: usize = 24;
+/// Headings are no more frequent than this, ns: their error hardly changes in between.
+const HEADING_INTERVAL_NS: u64 = 1_000_000_000;
 
 /// What the GMT says about itself after a sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,13 +124,17 @@ pub struct Memory<'m, E, const VOXELS: usize> {
 pub struct Cslam<'m, E, const VOXELS: usize, const STATES: usize = { states(2) }> {
     config: Config<'m>,
     memory: Memory<'m, E, VOXELS>,
-    localizer: Localizer<f32, STATES>,
+    imu: Imu,
+    rest: Option<RestAlignment>,
+    last_heading_ns: u64,
+    localizer: Localizer<STATES>,
     planes: PlaneMap<PLANES>,
     mirrors: Mirrors<MIRRORS>,
     supposed: Mirrors<SUPPOSED>,
     stand: Option<Stand>,
     open: Option<Open>,
     last_beacon: Option<(u64, Beacon)>,
+    clock: TwoWayClock,
     counters: Counters,
 }
 
@@ -137,13 +147,17 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         memory.map.clear();
         Self {
             memory,
+            imu: Imu::new(config.imu),
+            rest: Some(RestAlignment::new(config.rest)),
+            last_heading_ns: 0,
             planes: PlaneMap::new(config.planes),
             mirrors: Mirrors::single(),
             supposed: Mirrors::supposed(),
             stand: None,
-            localizer: Localizer::new(&config.localizer(), 0),
+            localizer: Localizer::new(&config.localization),
             open: None,
             last_beacon: None,
+            clock: TwoWayClock::default(),
             counters: Counters::default(),
             config,
         }
@@ -151,32 +165,66 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
 
     /// A sample of the inertial sensor.
     pub fn imu(&mut self, sample: &ImuSample) {
-        self.localizer.sample(sample);
+        if let Some(rest) = &mut self.rest
+            && let RestStatus::Aligned(alignment) = rest.push(sample)
+        {
+            self.localizer.aligned(&alignment);
+            self.imu.set_errors(self.localizer.imu_errors());
+            self.rest = None;
+        }
+        if let Some(step) = self.imu.push(sample) {
+            self.localizer.step(&step);
+        }
     }
 
     /// A sample of the magnetometer, uT in body axes. Its heading must agree with a start; a running
     /// filter uses it only after a while without line of sight.
     pub fn magnetometer(&mut self, time_ns: u64, field_ut: &Vector3<f32>) {
+        self.elapse(time_ns);
+        let Some(field) = &self.config.magnetic_field else {
+            return;
+        };
+        self.localizer.magnetic(time_ns, field, field_ut);
+        let Some(pose) = self.localizer.expected() else {
+            return;
+        };
+        let tilt_sigma_rad = libm::sqrtf(
+            0.5 * (pose.attitude_covariance_rad2.m11 + pose.attitude_covariance_rad2.m22).max(0.0),
+        );
+        let since_ns = time_ns.saturating_sub(self.last_heading_ns);
         // A disturbed field gives no heading: iron is near.
-        let _refused = self.localizer.magnetic(time_ns, field_ut);
+        if since_ns >= HEADING_INTERVAL_NS
+            && let Ok(heading) = field.heading(field_ut, &pose.attitude, tilt_sigma_rad)
+        {
+            self.last_heading_ns = time_ns;
+            let r = pose.attitude.matrix();
+            let yaw_rad = r.m21.atan2_libm(r.m11) + heading.yaw_error_rad;
+            self.localizer.heading(time_ns, yaw_rad, heading.sigma_rad);
+        }
     }
 
     /// A two-way timing exchange: UAV clock less GMT clock, s.
     pub fn timing(&mut self, time_ns: u64, clock_offset_s: f64) {
-        if !clock_offset_s.is_finite() {
-            self.localizer.tick(time_ns);
+        self.elapse(time_ns);
+        if clock_offset_s.is_finite() {
+            let offset_m = clock_offset_s * SPEED_OF_LIGHT_M_PER_S;
+            if !self.clock.exchange(time_ns, offset_m) {
+                count(&mut self.counters.timing_refused);
+            }
+            // The filter judges for itself: it knows what the sweeps say.
+            self.localizer.two_way(time_ns, offset_m);
+        } else {
             count(&mut self.counters.timing_invalid);
-        } else if !self
-            .localizer
-            .two_way(time_ns, clock_offset_s * SPEED_OF_LIGHT_M_PER_S)
-        {
-            count(&mut self.counters.timing_refused);
         }
     }
 
     /// A sweep begins. One that has not ended is given up.
     pub fn sweep(&mut self, time_ns: u64, sweep: u32) {
-        self.localizer.begin_sweep(time_ns);
+        self.elapse(time_ns);
+        // The pose of the sweep needs the motion up to here, not up to the end of some step before.
+        if let Some(step) = self.imu.finish_step_at(time_ns) {
+            self.localizer.step(&step);
+        }
         if self.open.is_some() {
             count(&mut self.counters.abandoned);
             let _forgotten = self.memory.estimator.finish();
@@ -211,7 +259,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
 
     /// What the GMT says about the sweep in hand.
     pub fn beacon(&mut self, time_ns: u64, beacon: &Beacon) {
-        self.localizer.tick(time_ns);
+        self.elapse(time_ns);
         match &mut self.open {
             Some(open) if open.sweep == beacon.sweep => {
                 open.beacon_heard = true;
@@ -246,26 +294,26 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
 
     /// Pose by the newest inertial data; `None` before there is one.
     pub fn pose(&self) -> Option<Pose> {
-        self.localizer.present()
+        self.localizer.expected()
     }
 
     /// Clock offset of a pose with the whole delay periods that two-way timing tells, m: the UAV's clock less the GMT's.
     /// `None` before two exchanges.
     pub fn clock_offset_m(&self, pose: &Pose) -> Option<f64> {
         let offset_m = pose.clock.offset_m;
-        let beyond_m = self.localizer.two_way_offset_m(pose.time_ns)? - offset_m;
+        let beyond_m = self.clock.offset_m(pose.time_ns)? - offset_m;
         // What is left beside a whole number of periods is the timing's error.
         Some(offset_m + beyond_m - wrap_delay_m(beyond_m))
     }
 
     /// Flags of the filter.
     pub fn health(&self) -> Health {
-        self.localizer.pose_health()
+        self.localizer.health()
     }
 
     /// Faults of the inertial sensor.
     pub fn imu_health(&self, now_ns: u64) -> ImuHealth {
-        self.localizer.imu().health(now_ns)
+        self.imu.health(now_ns)
     }
 
     /// What happened to the filter so far.
@@ -276,6 +324,14 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     /// What happened so far.
     pub fn counters(&self) -> Counters {
         self.counters
+    }
+
+    /// Tells the time to a sensor that may have fallen silent.
+    fn elapse(&mut self, now_ns: u64) {
+        // A gap of an hour ends the loop too: every step takes the sensor's time forward to now.
+        while let Some(step) = self.imu.elapse(now_ns) {
+            self.localizer.step(&step);
+        }
     }
 }
 

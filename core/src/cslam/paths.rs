@@ -3,6 +3,7 @@
 use heapless::Vec;
 
 use super::config::LinkStates;
+use super::localizer::left;
 use super::receive::{ends, length_m, to_world};
 use super::rules::FIRST_ORDER;
 use super::{CHANNELS, Cslam, PATHS};
@@ -252,10 +253,10 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     ) -> Option<PathMeasurement> {
         let mut measured = self.measurement(heard, squint, gmt)?;
         let ground_z_m = self.config.accept.point.ground_z_m;
-        let offset_m = self.localizer.two_way_offset_m(time_ns);
+        let offset_m = self.clock.offset_m(time_ns);
         if let (Some(ground_z_m), Some(offset_m), Some(departure)) =
             (ground_z_m, offset_m, measured.departure)
-            && let Some(left) = departure.in_world(&GmtArrays::default(), &gmt.attitude)
+            && let Some(left) = left(&GmtArrays::default(), &departure, gmt)
         {
             let range_m = length_m(heard.estimated.path.c_tau_m, offset_m).max(1.0);
             let uav_m = gmt.position_m + left.vector() * range_m;

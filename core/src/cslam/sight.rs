@@ -10,6 +10,7 @@
 //! does not know when it has drifted, and one that has drifted would refuse every fix that could bring it back.
 
 use super::config::Localization;
+use super::localizer::left;
 use super::paths::{Heard, Judged, Straight};
 use super::receive::length_m;
 use super::{CHANNELS, Cslam, PATHS};
@@ -54,7 +55,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         judged: Option<&[Judged]>,
         time_ns: u64,
     ) -> Option<usize> {
-        let pose = self.localizer.present();
+        let pose = self.localizer.expected();
         // Before its first fix nobody knows how the body is turned, which the network must: it begins as ours does.
         if let (Localization::Hpc(_, network), Some(pose)) = (&self.config.localization, &pose) {
             return self.classified(network, heard, pose);
@@ -87,13 +88,13 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     /// Index of the path that speaks against the pose, of a sweep without line of sight: the first one, when it came as strong as
     /// through free space.
     pub(super) fn contrary(&self, heard: &[Heard], time_ns: u64) -> Option<usize> {
-        self.localizer.present()?;
+        self.localizer.expected()?;
         self.first_unreflected(heard, time_ns)
     }
 
     /// Index of the first path, when it came as strong as through free space.
     fn first_unreflected(&self, heard: &[Heard], time_ns: u64) -> Option<usize> {
-        let offset_m = self.localizer.two_way_offset_m(time_ns)?;
+        let offset_m = self.clock.offset_m(time_ns)?;
         let length_m = |path: &Heard| length_m(path.estimated.path.c_tau_m, offset_m);
         let first = first_of(heard.iter().map(length_m), heard)?;
         let path = heard.get(first)?;
@@ -124,9 +125,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         time_ns: u64,
     ) -> bool {
         let (Some(pose), Some(offset_m), Some(left)) = (
-            self.localizer.present(),
-            self.localizer.two_way_offset_m(time_ns),
-            departure.in_world(&GmtArrays::default(), &gmt.attitude),
+            self.localizer.expected(),
+            self.clock.offset_m(time_ns),
+            left(&GmtArrays::default(), departure, gmt),
         ) else {
             return false;
         };
@@ -150,7 +151,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let paths: heapless::Vec<_, PATHS> = gather(heard.iter().map(|heard| heard.estimated));
         let mut sighting = Sighting::new(true, &paths, index, &self.config.codebook)?;
         // Without a pose it may be anywhere: of a GMT that stands low or high the sweep's beams know only the sidelobes.
-        let Some((pose, (gmt, _))) = self.localizer.present().zip(self.transmitter(time_ns)) else {
+        let Some((pose, (gmt, _))) = self.localizer.expected().zip(self.transmitter(time_ns)) else {
             return Some(sighting);
         };
         let from_gmt = pose.position.vector() - gmt.position_m;
@@ -160,7 +161,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         } else {
             // The paper's calibration does not know how far it has drifted; the path does not drift.
             let c_tau_m = heard.get(index)?.estimated.path.c_tau_m;
-            length_m(c_tau_m, self.localizer.two_way_offset_m(time_ns)?) as f32
+            length_m(c_tau_m, self.clock.offset_m(time_ns)?) as f32
         };
         // Through a sidelobe any face is heard: the pose knows better which one looks here.
         if filtered

@@ -86,7 +86,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     pub(super) fn close_with(&mut self, paths: Vec<EstimatedPath, PATHS>) {
         let time_ns = self.open.as_ref().map_or(0, |open| open.time_ns);
         let heard = self.heard(&paths);
-        let judged = match (self.localizer.present(), self.transmitter(time_ns)) {
+        let judged = match (self.localizer.expected(), self.transmitter(time_ns)) {
             (Some(pose), Some((gmt, _))) => {
                 Some(self.judge(&heard, &pose, &self.localizer.plausible(time_ns, &gmt)))
             }
@@ -135,7 +135,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         // A pose that is lost would only put points where there is nothing, and so would a GMT of which nobody knows where it is.
         let ends = match (&pose, &gmt) {
             (Some(pose), Some((gmt, _)))
-                if !self.localizer.pose_health().lost && gmt.sigma_m < MOST_GMT_SIGMA_M =>
+                if !self.localizer.health().lost && gmt.sigma_m < MOST_GMT_SIGMA_M =>
             {
                 ends(pose, &gmt.position_m).ok()
             }
@@ -187,7 +187,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             clock_offset_m: pose.as_ref().and_then(|pose| self.clock_offset_m(pose)),
             transmitter: gmt.map(|(gmt, _)| gmt),
             pose,
-            health: self.localizer.pose_health(),
+            health: self.localizer.health(),
         })
     }
 
@@ -211,7 +211,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     ) -> Localized {
         let judged = self
             .localizer
-            .present()
+            .expected()
             .map(|pose| self.judge(heard, &pose, &self.localizer.plausible(open.time_ns, gmt)));
         let level = self.level_sight(heard, gmt, open.time_ns);
         let line = self
@@ -274,6 +274,13 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 planes: &planes,
             },
         );
+        self.imu.set_errors(self.localizer.imu_errors());
+        let after = self.localizer.counters();
+        if after.clock_steps != before.clock_steps {
+            self.clock.confirm();
+        } else if after.timing_refuted != before.timing_refuted {
+            self.clock.refute();
+        }
         if verdict == SweepVerdict::Refixed && line.is_none() && !confirmed {
             // Whatever that pose has put into the map lies elsewhere.
             self.clear_map();

@@ -10,7 +10,6 @@
 //! error-state filter. [`bsm`]: direction and delay from beam squint symbols. [`planes`]: walls of the map as mirrors.
 //! [`hpc`]: the paper's localization, the baseline.
 
-mod baseline;
 pub mod bsm;
 pub mod filter;
 pub mod hpc;
@@ -19,9 +18,7 @@ mod inertial;
 mod localizer;
 pub mod planes;
 mod pose;
-mod two_way_clock;
 
-pub use baseline::HpcConfig;
 pub use inertial::{ImuErrors, ImuIncrement, ImuSample};
-pub use localizer::{Localizer, LocalizerConfig, LocalizerHealth, Method};
+pub use localizer::{Localizer, LocalizerConfig, LocalizerHealth};
 pub use pose::{ClockEstimate, Pose};

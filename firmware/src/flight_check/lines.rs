@@ -58,8 +58,7 @@ pub(super) struct Line<'a, T: Real, const N: usize> {
 
 impl<T: Real, const N: usize> fmt::Display for Line<'_, T, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // A check flies the filter; a line without one says nothing, so it is an error like one that cannot be written.
-        let filter = self.localizer.filter().ok_or(fmt::Error)?;
+        let filter = self.localizer.filter();
         let state = filter.nominal();
         write!(
             f,

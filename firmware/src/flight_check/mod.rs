@@ -10,7 +10,7 @@ mod lines;
 use core::fmt;
 
 use cslam_core::geometry::Real;
-use cslam_core::localization::filter::{MappedPlane, SweepMeasurement, SweepVerdict};
+use cslam_core::localization::filter::{MappedPlane, SweepMeasurement, SweepVerdict, TimingVerdict};
 use cslam_core::localization::imu::{HeadingRefusal, ImuStep, MagneticField};
 use cslam_core::localization::{Localizer, LocalizerConfig};
 use embedded_io::{Read, ReadExactError};
@@ -60,8 +60,8 @@ pub trait Observer {
     fn sweep(&mut self, work: impl FnOnce() -> SweepVerdict) -> SweepVerdict {
         work()
     }
-    /// Wraps a two-way exchange: whether it agrees with those before.
-    fn two_way(&mut self, work: impl FnOnce() -> bool) -> bool {
+    /// Wraps a two-way exchange.
+    fn two_way(&mut self, work: impl FnOnce() -> TimingVerdict) -> TimingVerdict {
         work()
     }
     /// Wraps a sample of the magnetometer.
@@ -112,10 +112,7 @@ pub fn run<R: Read, T: Real, const N: usize>(
             }
             Event::Plane(plane) => planes.push(plane).map_err(|_| FlightCheckError::Planes)?,
             Event::Begin { time_ns } => {
-                observer.advance(steps, || {
-                    localizer.begin_sweep(time_ns);
-                    localizer.advance(time_ns);
-                });
+                observer.advance(steps, || localizer.announce_sweep(time_ns));
                 steps = 0;
             }
             Event::Sweep(sweep) => {
@@ -132,7 +129,7 @@ pub fn run<R: Read, T: Real, const N: usize>(
                     heard: &[],
                     planes: &planes,
                 };
-                let verdict = observer.sweep(|| localizer.sweep(sweeps, &measurement));
+                let verdict = observer.sweep(|| localizer.sweep(&measurement));
                 let line = Line {
                     sweep: sweeps,
                     verdict,

@@ -2,11 +2,11 @@
 //!
 //! The structures below only tell the names. Were one of the flight code's fields missing here, this would not compile.
 
-use cslam_core::cslam::Residuals;
+use cslam_core::cslam::{HpcConfig, Residuals};
 use cslam_core::localization::filter::{
     BeaconLimits, FilterConfig, Gates, Priors, ProcessNoise, RadioNoise, Setup,
 };
-use cslam_core::localization::{HpcConfig, hpc};
+use cslam_core::localization::hpc;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 

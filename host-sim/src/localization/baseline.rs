@@ -142,10 +142,14 @@ fn begin(mode: Mode, time_ns: u64, truth: &TrueSweep, fix: Position<World, f64>)
     ))
 }
 
-/// The paper's fix: direction and range from the GMT, of which it knows no attitude but upright and facing along the axes.
+/// The paper's fix: direction and range from the GMT.
 fn position(gmt_m: &Vector3<f64>, range_m: f64, departure: &FaceDirection) -> Option<Position<World, f64>> {
-    let direction = departure.in_world(&GmtArrays::default(), &Rotation::identity())?;
-    Position::from_vector(gmt_m + direction.vector() * range_m).ok()
+    let faces = GmtArrays::<f64>::default();
+    let face = faces.faces().get(departure.face)?;
+    let [sx, sz] = departure.cosines;
+    let forward = (1.0 - sx * sx - sz * sz).max(0.0).sqrt();
+    let direction = face.normal * forward + face.tangent * sx + Vector3::z() * sz;
+    Position::from_vector(gmt_m + direction * range_m).ok()
 }
 
 fn record(state: &Hpc, truth: &TrueSweep, sweep: u32) -> Record {

@@ -4,12 +4,11 @@ use core::f64::consts::PI;
 
 use cslam_core::geometry::{Direction, Position, Real, Rotation};
 use cslam_core::localization::filter::{
-    CLOCK_OFFSET, FilterConfig, MappedPlane, PathMeasurement, SweepMeasurement, SweepVerdict, Transmitter,
-    wrap_delay_m,
+    CLOCK_OFFSET, Filter, FilterConfig, MappedPlane, PathMeasurement, SweepMeasurement, SweepVerdict,
+    Transmitter, wrap_delay_m,
 };
-use cslam_core::localization::imu::{Alignment, RestAlignment, RestConfig, RestStatus};
+use cslam_core::localization::imu::{Alignment, Imu, ImuConfig, RestAlignment, RestConfig, RestStatus};
 use cslam_core::localization::planes::Plane;
-use cslam_core::localization::{Localizer, LocalizerConfig, Method};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::flights::{Heard, Prepared, TruePath, TrueSweep};
@@ -118,7 +117,8 @@ pub(super) const PROCESSING_NS: u64 = 200_000_000;
 
 /// Flies a filter of `N` states whose covariance is in `T` over a flight, with `planes` as its map; a record a sweep.
 ///
-/// What flies is the receiver's own [`Localizer`]. Sweeps are handed over 0.2 s late.
+/// Everything that flies is in use: monitor and integration of the inertial samples, alignment at rest, the filter with its
+/// history. Sweeps are handed over 0.2 s late.
 pub fn fly<T: Real, const N: usize>(
     flight: &Prepared,
     planes: &[(Vector3<f64>, Vector3<f64>)],
@@ -129,34 +129,40 @@ pub fn fly<T: Real, const N: usize>(
         Start::Rest => 0,
         Start::Flight(at_s) | Start::FlightAligned(at_s) => (at_s * 1e9) as u64,
     };
-    let config = LocalizerConfig {
-        method: Method::Filter(scenario.filter),
-        ..LocalizerConfig::default()
+    let rest = match scenario.start {
+        Start::Flight(_) => None,
+        Start::Rest | Start::FlightAligned(_) => align(flight),
     };
-    let mut localizer = Localizer::<T, N>::new(&config, begin_ns);
-    if matches!(scenario.start, Start::FlightAligned(_))
-        && let Some(found) = align(flight)
-    {
-        localizer.align(&found);
-    }
+    let mut filter = Filter::<T, N>::new(scenario.filter, begin_ns);
+    let mut imu = Imu::new(ImuConfig::default());
+    let mut aligned = false;
     let (mut records, mut begun, mut waiting) = (Vec::new(), None, None);
     for &(at, heard) in flight.heard.iter().filter(|(at, _)| *at > begin_ns) {
-        if let Some((time_ns, beacon)) = waiting.take_if(|(time_ns, _)| at >= *time_ns + PROCESSING_NS) {
-            records.push(sweep(&mut localizer, &mut receiver, time_ns, &beacon));
+        if !aligned && let Some(rest) = rest.filter(|rest| rest.time_ns <= at) {
+            filter.aligned(&rest);
+            imu.set_errors(filter.imu_errors());
+            aligned = true;
+        }
+        if waiting
+            .as_ref()
+            .is_some_and(|(time_ns, _)| at >= time_ns + PROCESSING_NS)
+            && let Some((time_ns, beacon)) = waiting.take()
+        {
+            records.push(sweep(&mut filter, &mut receiver, time_ns, &beacon));
+            imu.set_errors(filter.imu_errors());
         }
         match heard {
             Heard::Inertial(sample) => {
-                localizer.sample(&sample);
+                if let Some(step) = imu.push(&sample) {
+                    filter.step(&step);
+                }
             }
             Heard::Timing(offset_m) => {
                 if !receiver.timing_lost(at) {
-                    localizer.two_way(at, offset_m);
+                    let _ = filter.two_way(at, offset_m);
                 }
             }
-            Heard::Sweep(sweep) => {
-                localizer.begin_sweep(at);
-                begun = Some((at, sweep));
-            }
+            Heard::Sweep(sweep) => begun = Some((at, sweep)),
             Heard::Beacon(beacon) => {
                 if let Some((time_ns, _)) = begun.take().filter(|(_, sweep)| *sweep == beacon.sweep) {
                     waiting = Some((time_ns, beacon));
@@ -168,7 +174,7 @@ pub fn fly<T: Real, const N: usize>(
 }
 
 fn sweep<T: Real, const N: usize>(
-    localizer: &mut Localizer<T, N>,
+    filter: &mut Filter<T, N>,
     receiver: &mut Receiver<'_>,
     time_ns: u64,
     beacon: &Beacon,
@@ -188,8 +194,8 @@ fn sweep<T: Real, const N: usize>(
         heard: &[],
         planes: &receiver.map,
     };
-    let verdict = localizer.sweep(beacon.sweep, &measurement);
-    record(localizer, truth, beacon.sweep, &seen, verdict)
+    let verdict = filter.sweep(&measurement);
+    record(filter, truth, beacon.sweep, &seen, verdict)
 }
 
 /// What the rest before the flight shows.
@@ -215,13 +221,12 @@ pub(super) fn transmitter(beacon: &Beacon) -> Transmitter {
 }
 
 fn record<T: Real, const N: usize>(
-    localizer: &Localizer<T, N>,
+    filter: &Filter<T, N>,
     truth: &TrueSweep,
     sweep: u32,
     seen: &Seen,
     verdict: SweepVerdict,
 ) -> Record {
-    let filter = localizer.filter().expect("the method is the filter");
     let state = filter.nominal();
     let position_m = state.position_m - truth.motion.position_m;
     let turn = Rotation3::from_matrix_unchecked(truth.motion.attitude.matrix() * state.attitude.transpose());

@@ -1,8 +1,8 @@
 //! Flights in which the GMT lies: a beacon that tells another place, two-way timing that tells another offset. Both are signed, so
 //! nothing but the measurements themselves can tell.
 
-use cslam_core::localization::filter::{FilterConfig, Setup, SweepMeasurement};
-use cslam_core::localization::{Localizer, LocalizerConfig, Method};
+use cslam_core::localization::filter::{Setup, SweepMeasurement};
+use cslam_core::localization::{Localizer, LocalizerConfig};
 use cslam_firmware::flight_check::{Event, config};
 
 use super::{RecordedFlight, Scenario};
@@ -50,21 +50,17 @@ pub fn fly_lie(
         ..SensorsConfig::default()
     };
     let recorded = RecordedFlight::new(scene, flight, &sensors, &Scenario::default(), seed)?;
-    let mut filter = FilterConfig::default();
-    filter.beacon.setup = setup_within_m.map(|within_m| Setup {
+    let mut localizer_config: LocalizerConfig = config();
+    localizer_config.filter.beacon.setup = setup_within_m.map(|within_m| Setup {
         position_m: recorded
             .truth
             .first()
             .map_or_else(Default::default, |sweep| sweep.gmt_m),
         within_m,
     });
-    let localizer_config = LocalizerConfig {
-        method: Method::Filter(filter),
-        ..config()
-    };
     let mut localizer = Box::new(Localizer::<f32, 58>::new(&localizer_config, 0));
     let mut figures = LieFigures::default();
-    let mut truth = (0..).zip(&recorded.truth);
+    let mut truth = recorded.truth.iter();
     for event in &recorded.events {
         let sweep = match event {
             Event::Imu(sample) => {
@@ -80,13 +76,13 @@ pub fn fly_lie(
                 continue;
             }
             Event::Begin { time_ns } => {
-                localizer.begin_sweep(*time_ns);
+                localizer.announce_sweep(*time_ns);
                 continue;
             }
             Event::Plane(_) => continue,
             Event::Sweep(sweep) => sweep,
         };
-        let measurement = SweepMeasurement {
+        localizer.sweep(&SweepMeasurement {
             time_ns: sweep.time_ns,
             gmt: sweep.gmt,
             stop: sweep.stop,
@@ -98,21 +94,18 @@ pub fn fly_lie(
             double_reflections: &sweep.double_reflections,
             heard: &[],
             planes: &[],
-        };
-        let Some((number, truth)) = truth.next() else {
-            break;
-        };
-        localizer.sweep(number, &measurement);
+        });
+        let Some(truth) = truth.next() else { break };
         let time_s = sweep.time_ns as f64 * 1e-9;
         if time_s < onset_s {
             continue;
         }
-        let health = localizer.pose_health();
+        let health = localizer.filter().health();
         let flagged = health.beacon_implausible || health.clock_contested;
         if flagged {
             figures.flagged_after_s.get_or_insert(time_s - onset_s);
         }
-        let Some(pose) = localizer.pose() else {
+        let Some(pose) = localizer.filter().pose() else {
             continue;
         };
         let error_m = (pose.position.vector().map(f64::from) - truth.motion.position_m).norm();

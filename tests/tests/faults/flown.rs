@@ -139,11 +139,11 @@ pub(crate) fn fly(faults: &str, flagged: impl Fn(&LocalizerHealth) -> bool) -> F
             Event::Plane(plane) => planes.push(*plane),
             Event::Begin { time_ns } => {
                 now_ns = now_ns.max(*time_ns);
-                localizer.begin_sweep(*time_ns);
+                localizer.announce_sweep(*time_ns);
             }
             Event::Sweep(sweep) => {
                 now_ns = now_ns.max(sweep.time_ns);
-                let measurement = SweepMeasurement {
+                localizer.sweep(&SweepMeasurement {
                     time_ns: sweep.time_ns,
                     gmt: sweep.gmt,
                     stop: sweep.stop,
@@ -155,11 +155,10 @@ pub(crate) fn fly(faults: &str, flagged: impl Fn(&LocalizerHealth) -> bool) -> F
                     double_reflections: &sweep.double_reflections,
                     heard: &[],
                     planes: &planes,
-                };
+                });
                 let time_s = sweep.time_ns as f64 * 1e-9;
                 // The clock is off by microseconds only.
                 let number = (time_s * 2.0 - 0.5) as usize;
-                localizer.sweep(number as u32, &measurement);
                 let figures = figures(&localizer, &recorded.truth[number]);
                 flown.finite &=
                     figures.is_none_or(|f| (f.position_m + f.attitude_deg + f.clock_ns).is_finite());
@@ -190,7 +189,7 @@ pub(crate) fn fly(faults: &str, flagged: impl Fn(&LocalizerHealth) -> bool) -> F
 
 /// Errors at the horizon, which is the sweep just taken; `None` without a pose.
 fn figures(localizer: &Localizer<f32, 58>, truth: &TrueSweep) -> Option<Figures> {
-    let filter = localizer.filter()?;
+    let filter = localizer.filter();
     if !filter.is_running() {
         return None;
     }

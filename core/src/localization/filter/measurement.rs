@@ -25,22 +25,6 @@ pub struct FaceDirection {
     pub sigma: [f64; 2],
 }
 
-impl FaceDirection {
-    /// World direction of the departure from a mast of this attitude, faces without bias; `None` when there is no such face.
-    pub fn in_world(
-        &self,
-        faces: &GmtArrays<f64>,
-        mast: &Rotation<Gmt, World, f64>,
-    ) -> Option<Direction<World, f64>> {
-        let face = faces.faces().get(self.face)?;
-        let [x, z] = self.cosines;
-        let ahead = libm::sqrt((1.0 - x * x - z * z).max(0.0));
-        let up = face.normal.cross(&face.tangent);
-        let left = Direction::from_vector(face.normal * ahead + face.tangent * x + up * z).ok()?;
-        Some(mast.apply(left))
-    }
-}
-
 /// One measured path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathMeasurement {

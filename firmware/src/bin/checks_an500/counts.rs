@@ -1,6 +1,6 @@
 //! Instructions of each kind of work: mean and most.
 
-use cslam_core::localization::filter::SweepVerdict;
+use cslam_core::localization::filter::{SweepVerdict, TimingVerdict};
 use cslam_core::localization::imu::{HeadingRefusal, ImuStep};
 use cslam_firmware::flight_check::Observer;
 
@@ -88,7 +88,7 @@ impl Observer for Counts {
         verdict
     }
 
-    fn two_way(&mut self, work: impl FnOnce() -> bool) -> bool {
+    fn two_way(&mut self, work: impl FnOnce() -> TimingVerdict) -> TimingVerdict {
         let (verdict, instructions) = measure(work);
         self.two_way.add(instructions);
         verdict

@@ -33,8 +33,7 @@ pub(crate) fn fly(localizer: &mut Localizer<f32, STATES>) {
                 .magnetic(black_box(0), &black_box(Vector3::zeros()))
                 .is_ok(),
         );
-        localizer.begin_sweep(black_box(0));
-        localizer.advance(black_box(0));
+        localizer.announce_sweep(black_box(0));
         black_box(sweep(localizer).is_some());
         black_box((localizer.present(), localizer.health(black_box(0))));
         if let Some(found) = localizer.alignment().copied() {
@@ -94,6 +93,6 @@ fn sweep(localizer: &mut Localizer<f32, STATES>) -> Option<()> {
         heard: black_box(&paths),
         planes: black_box(&planes),
     };
-    black_box(localizer.sweep(black_box(0), &measurement));
+    black_box(localizer.sweep(&measurement));
     Some(())
 }
