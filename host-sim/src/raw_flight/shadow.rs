@@ -114,19 +114,23 @@ impl Shadow {
         let mut points = Vec::new();
         for kept in &self.kept {
             let _beyond = map.insert(&kept.point);
-            let sweep = log.sweeps.iter().find(|sweep| sweep.sweep == kept.sweep);
-            points.push(PointRecord {
+            let mut point = PointRecord {
                 sweep: kept.sweep,
                 path: kept.path,
                 order: kept.order,
                 reflection: kept.reflection,
-                time_s: sweep.map_or(0.0, |sweep| sweep.time_s),
-                gmt_index: sweep.map_or(0, |sweep| sweep.estimate.gmt_index),
+                time_s: 0.0,
+                gmt_index: 0,
                 position_m: kept.point.position.to_array().map(f64::from),
                 covariance_trace_m2: f64::from(kept.point.covariance.trace()),
                 probability: None,
                 snr_db: None,
-            });
+            };
+            if let Some(sweep) = log.sweep_of(&point) {
+                point.time_s = sweep.time_s;
+                point.gmt_index = sweep.estimate.gmt_index;
+            }
+            points.push(point);
         }
         ShadowLog {
             points,

@@ -198,7 +198,8 @@ pub fn squint_base(directory: &Path, sweep: u32) -> PathBuf {
     directory.join(format!("squint-{sweep:04}"))
 }
 
-fn crc32(bytes: &[u8]) -> u32 {
+/// CRC-32 as files, configurations and executables are told apart by it.
+pub(crate) fn crc32(bytes: &[u8]) -> u32 {
     crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(bytes)
 }
 

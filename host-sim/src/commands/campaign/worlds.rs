@@ -7,6 +7,7 @@ use super::Args;
 use crate::campaign::{Build, alone, left_out};
 use crate::config::Config;
 use crate::input::InputError;
+use crate::recording::crc32;
 use crate::world::{EFFECTS, Profile};
 
 /// A world that flights are flown in.
@@ -18,8 +19,7 @@ pub(super) struct Named {
 
 /// The worlds that are asked for.
 pub(super) fn of(args: &Args) -> anyhow::Result<Vec<Named>> {
-    let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-    let executable_crc = crc.checksum(&fs::read(std::env::current_exe()?)?);
+    let executable_crc = crc32(&fs::read(std::env::current_exe()?)?);
     let configs = if args.effects {
         with_effects()?
     } else {
@@ -34,7 +34,7 @@ pub(super) fn of(args: &Args) -> anyhow::Result<Vec<Named>> {
             build: Build {
                 version: env!("CARGO_PKG_VERSION").to_owned(),
                 executable_crc,
-                config_crc: crc.checksum(steps.as_bytes()),
+                config_crc: crc32(steps.as_bytes()),
             },
         })
     });

@@ -41,7 +41,7 @@ pub(crate) fn write<S: Source>(
 
 /// What tells the configuration of one simulated world from that of another.
 pub(crate) fn world_crc32(world: &WorldConfig) -> anyhow::Result<u32> {
-    Ok(crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(toml::to_string(world)?.as_bytes()))
+    Ok(recording::crc32(toml::to_string(world)?.as_bytes()))
 }
 
 /// Whether a receiver can fly paths that were kept.

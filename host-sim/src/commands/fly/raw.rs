@@ -165,12 +165,12 @@ pub(crate) fn fly(
     site: &Site,
     source: &impl Source,
     interrupted: &AtomicBool,
-    swept: impl FnMut(&Swept<'_>),
+    mut swept: impl FnMut(&Swept<'_>),
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<(FlightLog, Vec<u8>)> {
     let field = told.magnetic_field.or(site.magnetic_field);
     let ground_z_m = told.ground_z_m.unwrap_or(site.ground_z_m);
-    let shadow = told.shadow.then(|| Shadow::new(ground_z_m));
+    let mut shadow = told.shadow.then(|| Shadow::new(ground_z_m));
     let mut receiver = Receiver {
         magnetic_field: field.map(|field| field.config()),
         residuals: told.residuals.config(),
@@ -179,46 +179,37 @@ pub(crate) fn fly(
     if let Some(height_m) = &mut receiver.accept.point.ground_z_m {
         *height_m = ground_z_m as f32;
     }
-    let estimation = EstimatorConfig::default();
-    let delays = match estimator(told) {
-        estimate::Mode::Best => {
-            let estimator = Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&estimation);
-            return fly_with(
-                receiver,
-                estimator,
-                source,
-                header,
-                shadow,
-                interrupted,
-                swept,
-                sent,
-            );
+    let swept = |sweep: &Swept<'_>| {
+        if let Some(shadow) = &mut shadow {
+            shadow.sweep(sweep.report);
         }
-        estimate::Mode::Paper => TapDelays::Whole,
-        estimate::Mode::PaperInterpolated => TapDelays::Interpolated,
+        swept(sweep);
     };
-    let estimator = PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation).with_delays(delays);
-    fly_with(
-        receiver,
-        estimator,
-        source,
-        header,
-        shadow,
-        interrupted,
-        swept,
-        sent,
-    )
+    let estimation = EstimatorConfig::default();
+    let paper = |delays| PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation).with_delays(delays);
+    let estimator = match estimator(told) {
+        estimate::Mode::Best => None,
+        estimate::Mode::Paper => Some(paper(TapDelays::Whole)),
+        estimate::Mode::PaperInterpolated => Some(paper(TapDelays::Interpolated)),
+    };
+    let (mut log, packets) = match estimator {
+        Some(estimator) => fly_with(receiver, estimator, source, header, interrupted, swept, sent)?,
+        None => {
+            let estimator = Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&estimation);
+            fly_with(receiver, estimator, source, header, interrupted, swept, sent)?
+        }
+    };
+    log.shadow = shadow.map(|shadow| shadow.close(&log));
+    Ok((log, packets))
 }
 
-#[allow(clippy::too_many_arguments, reason = "each argument is of another kind")]
 fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
     config: Receiver<'_>,
     estimator: E,
     source: &impl Source,
     header: Header,
-    mut shadow: Option<Shadow>,
     interrupted: &AtomicBool,
-    mut swept: impl FnMut(&Swept<'_>),
+    swept: impl FnMut(&Swept<'_>),
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<(FlightLog, Vec<u8>)> {
     let mut estimator = Box::new(estimator);
@@ -236,21 +227,14 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
         raw_flight::ground(),
         cslam,
     );
-    let (mut log, packets) = raw_flight::fly(
+    Ok(raw_flight::fly(
         source,
         &mut receiver,
         header,
         interrupted,
-        |sweep| {
-            if let Some(shadow) = &mut shadow {
-                shadow.sweep(sweep.report);
-            }
-            swept(sweep);
-        },
+        swept,
         sent,
-    )?;
-    log.shadow = shadow.map(|shadow| shadow.close(&log));
-    Ok((log, packets))
+    )?)
 }
 
 /// Who estimates the paths: the mode's estimator, or the one that was asked for.
