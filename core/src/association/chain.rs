@@ -13,7 +13,7 @@ use heapless::Vec;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use crate::geometry::Real;
-use crate::localization::planes::Plane;
+use crate::geometry::Plane;
 use crate::surfaces::LEAST_HEIGHT_M;
 pub(super) use crate::surfaces::MOST_REFLECTIONS;
 

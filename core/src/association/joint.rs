@@ -10,7 +10,7 @@ use super::config::AssociationConfig;
 use super::hypotheses::Scene;
 use super::likelihood::{chi_square_of_three, joined};
 use super::received::Measurement;
-use crate::localization::planes::Plane;
+use crate::geometry::Plane;
 use crate::surfaces::{MOST_REFLECTIONS, SurfaceIds};
 
 /// The sum over a sweep.

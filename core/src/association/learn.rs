@@ -12,7 +12,7 @@ use super::prior::probability_of_order;
 use super::received::{Measurement, ReceivedPath, is_in_beams};
 use super::verdict::{Association, Decision, Verdict};
 use crate::localization::filter::Transmitter;
-use crate::localization::planes::Plane;
+use crate::geometry::Plane;
 use crate::lscn::Probabilities;
 use crate::surfaces::birth::BirthPath;
 use crate::surfaces::{MOST_REFLECTIONS, Sighting, StatusChanges, SurfaceIds, Surfaces, Waiting};

@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, SMatrix};
 
 use super::chain::{Derivatives, MOST_REFLECTIONS, ROWS};
 use super::pose::PoseEstimate;
-use crate::localization::planes::Plane;
+use crate::geometry::Plane;
 
 /// Natural logarithm of two pi.
 pub(super) const LOG_TWO_PI: f64 = 1.837_877_066_409_345_5;

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::chain::Chain;
 use crate::geometry::{Position, World};
-use crate::localization::planes::Plane;
+use crate::geometry::Plane;
 use crate::reflection::ReflectionPoint;
 use crate::surfaces::{MOST_REFLECTIONS, SurfaceIds, Surfaces, Waiting};
 
@@ -17,10 +17,14 @@ const STEP: f64 = 1e-5;
 pub struct SurfacePoint {
     /// The surface.
     pub surface: u16,
-    /// Sweep, and index of the path in it.
+    /// Sweep of the path.
     pub sweep: u32,
     /// Index of the path in its sweep.
     pub path: u8,
+    /// Which of the path's reflections it is, the first after the transmitter being 1, and of how many.
+    pub reflection: [u8; 2],
+    /// Probability that every surface of the path's chain exists.
+    pub existence: f32,
     /// Point with covariance: of the UAV's place and of every surface of the chain.
     pub point: ReflectionPoint,
 }
@@ -32,14 +36,18 @@ pub(super) type PathPoints = Vec<SurfacePoint, MOST_REFLECTIONS>;
 /// point would be known worse than [`crate::surfaces::SurfaceConfig::most_point_m`].
 pub(super) fn points_of<const N: usize>(surfaces: &Surfaces<N>, path: &Waiting) -> Option<PathPoints> {
     let mut planes = Vec::<Plane<f64>, MOST_REFLECTIONS>::new();
+    let mut existence = 1.0;
     for id in &path.chain {
-        planes.push(surfaces.get(*id)?.plane.to_f64()).ok()?;
+        let surface = surfaces.get(*id)?;
+        planes.push(surface.plane.to_f64()).ok()?;
+        existence *= surface.existence();
     }
     let [transmitter_m, uav_m] = [path.transmitter_m, path.uav_m].map(|end| end.map(f64::from));
     let covariances = covariances(path, &planes)?;
     let predicted = Chain::over(&planes).predict(&transmitter_m, &uav_m)?;
     let mut points = PathPoints::new();
-    for ((id, at), covariance) in path.chain.iter().zip(&predicted.points).zip(&covariances) {
+    let met = path.chain.iter().zip(&predicted.points).zip(&covariances);
+    for (reflection, ((id, at), covariance)) in (1..).zip(met) {
         let point = ReflectionPoint {
             position: Position::<World>::from_vector(at.map(|c| c as f32)).ok()?,
             covariance: covariance.map(|c| c as f32),
@@ -53,6 +61,8 @@ pub(super) fn points_of<const N: usize>(surfaces: &Surfaces<N>, path: &Waiting) 
             surface: *id,
             sweep: path.sweep,
             path: path.path,
+            reflection: [reflection, path.chain.len() as u8],
+            existence,
             point,
         });
     }

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 
 use super::chain::ChainPoints;
 use super::config::AssociationConfig;
-use crate::localization::planes::Plane;
+use crate::geometry::Plane;
 use crate::lscn::Probabilities;
 use crate::surfaces::{Surface, Surfaces};
 

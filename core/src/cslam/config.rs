@@ -10,13 +10,14 @@ use super::gain::LinkBudget;
 use super::receive::Residuals;
 use super::rules::Rules;
 use crate::array::{Codebook, SquintConfig, SquintScheme, UavArrays};
+use crate::association::AssociationConfig;
 use crate::localization::bsm::{BeamSquint, BsmConfig};
 use crate::localization::filter::{self, FilterConfig};
 use crate::localization::hpc;
 use crate::localization::imu::{ImuConfig, MagneticField, RestConfig};
-use crate::localization::planes::PlaneConfig;
 use crate::lscn::{AcceptGate, Classifier, PaperClassifier};
 use crate::reflection::{Form, Gates};
+use crate::surfaces::SurfaceConfig;
 use crate::waveform::Waveform;
 
 /// How the pose is found, and with it what a path must be to correct it.
@@ -87,38 +88,13 @@ pub enum Departures {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mapped {
-    /// Every path is classified and may become a point, or several where known mirrors explain it.
+    /// Every path that confirmed surfaces explain ([`crate::association`]): a point for each of its reflections.
     #[default]
     Every,
-    /// Every path is classified, those of one reflection may become a point.
+    /// Every path that the network takes for one reflection: the closed form's point.
     FirstOrder,
-    /// The strongest one only, as the paper does.
+    /// The same of the strongest path only, as the paper does.
     Strongest,
-}
-
-/// What is asked of a path whose length and direction of arrival are those that the ground or a known mirror makes between the
-/// ends, and of one that none explains.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mirrored {
-    /// Least probability of first order of one that a mirror explains, and of higher order of one that two or three explain.
-    pub min_probability: f32,
-    /// The same of one that none explains, for a point: of those just below, one in four is wrong.
-    pub min_probability_alone: f32,
-    /// Largest error of a point on the mirror, m, where that is known better than the point that the path alone gives, and of
-    /// every point of a path of several reflections. It
-    /// may be larger than of other points: along the mirror, a point that is off still lies on the surface.
-    pub max_sigma_m: f32,
-}
-
-impl Default for Mirrored {
-    /// 0.5 and 0.85; 1.5 m, of which a tenth shows.
-    fn default() -> Self {
-        Self {
-            min_probability: 0.5,
-            min_probability_alone: 0.85,
-            max_sigma_m: 1.5,
-        }
-    }
 }
 
 /// Everything that is set before a flight.
@@ -152,20 +128,18 @@ pub struct Config<'m> {
     pub bsm: BsmConfig,
     /// What each path is.
     pub link_states: LinkStates<'m>,
-    /// When a path is taken for one reflection.
+    /// When a path alone is taken for one reflection, where data association is not asked; and the ground's height at the start,
+    /// where that is known.
     pub accept: AcceptGate,
-    /// What known mirrors say of a path. `None` asks none of them.
-    pub mirrored: Option<Mirrored>,
-    /// Standard deviation of the angle of departure, along a tangent, up to which a path may become a point, rad; infinite
-    /// takes paths without one too. Without departure one path in eight that looks like one reflection is two.
-    pub max_departure_sigma_rad: f32,
     /// Paths that are used.
     pub mapped: Mapped,
-    /// Closed form of the reflection point.
+    /// Closed form of the reflection point, where data association is not asked.
     pub form: Form,
-    /// Planes that are looked for in the map.
-    pub planes: PlaneConfig,
-    /// Whether reflections off mapped planes hold the pose without line of sight.
+    /// Data association.
+    pub association: AssociationConfig,
+    /// Surfaces that paths are associated with.
+    pub surfaces: SurfaceConfig,
+    /// Whether reflections off confirmed surfaces hold the pose without line of sight.
     pub map_aided: bool,
     /// Whether the growth of paths from sweep to sweep holds the velocity without line of sight.
     pub delta_ranges: bool,
@@ -244,11 +218,10 @@ impl<'m> Config<'m> {
                 },
                 ..AcceptGate::default()
             },
-            mirrored: Some(Mirrored::default()),
-            max_departure_sigma_rad: 0.05,
             mapped: Mapped::Every,
             form: Form::Vector,
-            planes: PlaneConfig::default(),
+            association: AssociationConfig::default(),
+            surfaces: SurfaceConfig::default(),
             map_aided: true,
             delta_ranges: true,
         }
@@ -265,8 +238,6 @@ impl<'m> Config<'m> {
                 min_probability: 0.0,
                 point: Gates::open(),
             },
-            mirrored: None,
-            max_departure_sigma_rad: f32::INFINITY,
             mapped: Mapped::Strongest,
             form: Form::Paper,
             ..Self::best(LinkStates::Paper(network))

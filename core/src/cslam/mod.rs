@@ -18,28 +18,20 @@ mod clock;
 mod config;
 mod estimated;
 mod gain;
-mod higher_order;
-mod known;
 mod level;
 mod localizer;
-mod mirrors;
-mod outcome;
+mod mapping;
 mod paths;
 mod receive;
 mod report;
-#[cfg(test)]
-mod routes;
 mod rules;
 mod sight;
-mod specular;
-mod supposed;
 mod sweep;
 
-pub use config::{Config, ConfigError, Departures, HpcConfig, LinkStates, Localization, Mapped, Mirrored};
+pub use config::{Config, ConfigError, Departures, HpcConfig, LinkStates, Localization, Mapped};
 pub use gain::LinkBudget;
-pub use higher_order::MAX_REFLECTIONS;
 pub use receive::Residuals;
-pub use report::{Innovation, MappedPoint, Measured, Outcome, PathReport, SweepReport};
+pub use report::{Innovation, MappedPoint, Measured, Outcome, PathReport, SurfaceChanges, SweepReport};
 pub use rules::Rules;
 
 use nalgebra::Vector3;
@@ -47,26 +39,25 @@ use nalgebra::Vector3;
 use self::clock::TwoWayClock;
 use self::level::Stand;
 use self::localizer::Localizer;
-use self::mirrors::{MIRRORS, Mirrors, SUPPOSED};
 use self::sweep::Open;
 use crate::block::BeamBlock;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
-use crate::geometry::{Gmt, Real, Rotation, World};
+use crate::geometry::{Gmt, Position, Real, Rotation, World};
 use crate::localization::bsm::BeamSquint;
 use crate::localization::filter::{Counters as FilterCounters, Health, states, wrap_delay_m};
 use crate::localization::imu::{Imu, ImuHealth, RestAlignment, RestStatus};
-use crate::localization::planes::PlaneMap;
 use crate::localization::{ImuSample, Pose};
 use crate::ltd::{BeamReport, PathEstimator};
 use crate::map::PointCloud;
+use crate::surfaces::{SurfaceConfig, Surfaces};
 
 /// Paths of a sweep.
 pub const PATHS: usize = 9;
 /// Receive channels.
 pub const CHANNELS: usize = 32;
 
-/// Planes of the map that are looked for.
-pub const PLANES: usize = 24;
+/// Surfaces that are kept: those of a street are a dozen, and as many may be in doubt.
+pub const SURFACES: usize = 32;
 /// Headings are no more frequent than this, ns: their error hardly changes in between.
 const HEADING_INTERVAL_NS: u64 = 1_000_000_000;
 
@@ -102,8 +93,8 @@ pub struct Counters {
     pub timing_invalid: u32,
     /// Two-way exchanges that contradict those before.
     pub timing_refused: u32,
-    /// Paths of several reflections that there was no time to explain: a sweep's mirrors were too many.
-    pub unexplained: u32,
+    /// Chains of surfaces that were not weighed: a sweep had too many ([`crate::association::LeftOut`]).
+    pub chains_left_out: u32,
 }
 
 /// The large parts of the receiver, which lie where their owner wants them: a board's stack has no room to build them on the
@@ -128,9 +119,7 @@ pub struct Cslam<'m, E, const VOXELS: usize, const STATES: usize = { states(2) }
     rest: Option<RestAlignment>,
     last_heading_ns: u64,
     localizer: Localizer<STATES>,
-    planes: PlaneMap<PLANES>,
-    mirrors: Mirrors<MIRRORS>,
-    supposed: Mirrors<SUPPOSED>,
+    surfaces: Surfaces<SURFACES>,
     stand: Option<Stand>,
     open: Option<Open>,
     last_beacon: Option<(u64, Beacon)>,
@@ -150,9 +139,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             imu: Imu::new(config.imu),
             rest: Some(RestAlignment::new(config.rest)),
             last_heading_ns: 0,
-            planes: PlaneMap::new(config.planes),
-            mirrors: Mirrors::single(),
-            supposed: Mirrors::supposed(),
+            surfaces: surfaces(&config.surfaces, config.accept.point.ground_z_m),
             stand: None,
             localizer: Localizer::new(&config.localization),
             open: None,
@@ -274,12 +261,10 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         self.memory.map
     }
 
-    /// Forgets the map and its planes.
+    /// Forgets the map and its surfaces.
     pub fn clear_map(&mut self) {
         self.memory.map.clear();
-        self.planes = PlaneMap::new(self.config.planes);
-        self.mirrors = Mirrors::single();
-        self.supposed = Mirrors::supposed();
+        self.surfaces.clear();
     }
 
     /// The newest beacon of a sweep that was heard.
@@ -287,9 +272,9 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         self.last_beacon.as_ref().map(|(_, beacon)| beacon)
     }
 
-    /// Planes of the map.
-    pub fn planes(&self) -> &PlaneMap<PLANES> {
-        &self.planes
+    /// Surfaces of the map, and those that are not confirmed yet.
+    pub fn surfaces(&self) -> &Surfaces<SURFACES> {
+        &self.surfaces
     }
 
     /// Pose by the newest inertial data; `None` before there is one.
@@ -333,6 +318,15 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             self.localizer.step(&step);
         }
     }
+}
+
+/// The ground alone, where its height is known.
+fn surfaces(config: &SurfaceConfig, ground_z_m: Option<f32>) -> Surfaces<SURFACES> {
+    let beneath = ground_z_m.and_then(|z_m| Position::new(0.0, 0.0, z_m).ok());
+    beneath.map_or_else(
+        || Surfaces::new(*config),
+        |beneath| Surfaces::with_ground(*config, beneath),
+    )
 }
 
 fn count(counter: &mut u32) {

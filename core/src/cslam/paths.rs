@@ -5,17 +5,15 @@ use heapless::Vec;
 use super::config::LinkStates;
 use super::localizer::left;
 use super::receive::{ends, length_m, to_world};
-use super::rules::FIRST_ORDER;
 use super::{CHANNELS, Cslam, PATHS};
 use crate::array::GmtArrays;
 use crate::bounded::gather;
-use crate::geometry::{Direction, Gmt, Matrix3, Real, Rotation, Vector3, World};
+use crate::geometry::{Direction, Gmt, Matrix3, Rotation, Vector3, World};
 use crate::localization::Pose;
 use crate::localization::filter::{FaceDirection, PathMeasurement, Transmitter};
 use crate::lscn::{LinkGeometry, Probabilities, Received};
 use crate::ltd::{EstimatedPath, PathEstimator};
 use crate::path::Path;
-use crate::reflection::Ends;
 
 /// A path with all that is said of it before there is a pose.
 #[derive(Clone, Copy, Debug)]
@@ -29,10 +27,6 @@ pub(super) struct Heard {
 pub(super) struct Judged {
     pub(super) path: Path<World>,
     pub(super) probabilities: Option<Probabilities>,
-    /// What the network alone says.
-    pub(super) network: Option<Probabilities>,
-    /// Its length and direction are those of the ground's reflection.
-    pub(super) off_ground: bool,
 }
 
 /// A path against the straight way from where it may have come from: the GMT, or an image of it.
@@ -64,57 +58,10 @@ impl Straight {
             across_variance_rad2: position_covariance_m2.trace() / (length_m * length_m),
         })
     }
-
-    /// How far length and direction are off, the worse of both in units of what is allowed: so much, and [`SIGMAS`] standard
-    /// deviations of path and position.
-    pub(super) fn off(&self, path: &Path<World>, length_m: f32, angle_rad: f32) -> f32 {
-        let angle_variance = path.covariance.m22.max(path.covariance.m33) + self.across_variance_rad2;
-        let sigmas = |variance: f32| SIGMAS * libm::sqrtf(variance.max(0.0));
-        let length = self.excess_m.abs() / (length_m + sigmas(self.length_variance_m2));
-        let angle = self.angle_rad / (angle_rad + sigmas(angle_variance));
-        // `max` would pass over a number that is none.
-        if length > angle || length.is_nan() {
-            length
-        } else {
-            angle
-        }
-    }
-}
-
-/// How far a path's length may be off that of the ground's reflection, m, and its direction, rad; beside [`SIGMAS`].
-const GROUND_LENGTH_M: f32 = 0.15;
-const GROUND_ANGLE_RAD: f32 = 0.01;
-const SIGMAS: f32 = 3.0;
-
-impl Judged {
-    fn of(received: &Received, probabilities: Option<Probabilities>) -> Self {
-        Self {
-            path: received.path,
-            probabilities,
-            network: probabilities,
-            off_ground: false,
-        }
-    }
-
-    /// Whether the path is the one that flat ground reflects. It leaves the GMT downwards, where no beam looks, so its
-    /// angle of departure is that of some sidelobe and tells nothing; length and direction of arrival, three numbers without
-    /// a free one, tell all.
-    fn check_ground(&mut self, ends: &Ends, ground_z_m: f32) {
-        let towards = beneath(ends.gmt.vector(), ground_z_m) - ends.uav.vector();
-        let Some(straight) = Straight::against(&self.path, &towards, &ends.uav_covariance) else {
-            return;
-        };
-        let above = ends.uav.vector().z > ground_z_m && ends.gmt.vector().z > ground_z_m;
-        self.off_ground = above && straight.off(&self.path, GROUND_LENGTH_M, GROUND_ANGLE_RAD) < 1.0;
-        if self.off_ground {
-            self.path.aod = None;
-            self.probabilities = Some(FIRST_ORDER);
-        }
-    }
 }
 
 /// Where flat ground shows a point.
-fn beneath<T: Real>(point_m: &Vector3<T>, ground_z_m: T) -> Vector3<T> {
+fn beneath(point_m: &Vector3<f64>, ground_z_m: f64) -> Vector3<f64> {
     Vector3::new(point_m.x, point_m.y, ground_z_m + ground_z_m - point_m.z)
 }
 
@@ -196,31 +143,29 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let Ok(ends) = ends(pose, &gmt.position_m) else {
             return Vec::new();
         };
-        let mut judged: Vec<Judged, PATHS> = match &self.config.link_states {
+        let judged = |path: &Received, probabilities| Judged {
+            path: path.path,
+            probabilities,
+        };
+        match &self.config.link_states {
             LinkStates::Geometric(classifier) => {
                 let link = LinkGeometry::new(&ends, &received).ok();
                 gather(received.iter().map(|path| {
                     let probabilities = link.as_ref().and_then(|link| classifier.path(link, path).ok());
-                    Judged::of(path, probabilities)
+                    judged(path, probabilities)
                 }))
             }
             LinkStates::Rules(rules) => gather(
                 received
                     .iter()
-                    .map(|path| Judged::of(path, Some(rules.path(&ends, &path.path)))),
+                    .map(|path| judged(path, Some(rules.path(&ends, &path.path)))),
             ),
             LinkStates::Paper(classifier) => {
                 let link = classifier.link(&received).ok().flatten();
-                let strongest = |(index, path)| Judged::of(path, link.filter(|_| index == 0));
-                return gather(received.iter().enumerate().map(strongest));
-            }
-        };
-        if let Some(ground_z_m) = self.config.accept.point.ground_z_m {
-            for path in &mut judged {
-                path.check_ground(&ends, ground_z_m);
+                let strongest = |(index, path)| judged(path, link.filter(|_| index == 0));
+                gather(received.iter().enumerate().map(strongest))
             }
         }
-        judged
     }
 
     /// A path as the localizer takes it. Departure: beam squint where it listened to this path, else the sweep's beams.

@@ -2,8 +2,8 @@
 
 use heapless::Vec;
 
-use super::higher_order::MAX_REFLECTIONS;
-use crate::association::ReceivedPath;
+use super::SURFACES;
+use crate::association::{POINTS, ReceivedPath, Verdict};
 use crate::localization::Pose;
 use crate::localization::bsm::{Bearing, Refusal};
 use crate::localization::filter::{Health, SweepVerdict, Transmitter};
@@ -12,9 +12,19 @@ use crate::ltd::EstimatedPath;
 use crate::map::Insertion;
 use crate::reflection::{InputError, ReflectionPoint, Rejection};
 
-/// A reflection point, and what the map did with it.
+/// A point that a sweep put into the map: of one of its own paths, or of one that waited until its surfaces were confirmed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MappedPoint {
+    /// Surface that it lies on; `None` of a path that was taken alone ([`super::Mapped::FirstOrder`], [`super::Mapped::Strongest`]).
+    pub surface: Option<u16>,
+    /// Sweep of its path.
+    pub sweep: u32,
+    /// Index of the path in that sweep.
+    pub path: u8,
+    /// Which of the path's reflections it is, the first after the GMT being 1, and of how many.
+    pub reflection: [u8; 2],
+    /// Probability that the path's surfaces exist, or that a path taken alone is of first order.
+    pub probability: f32,
     /// The point.
     pub point: ReflectionPoint,
     /// `None` when it lies beyond the map's range.
@@ -32,14 +42,23 @@ pub enum Outcome {
     Input(InputError),
     /// Taken for the line of sight.
     LineOfSight,
-    /// Not probable enough to be a first-order reflection, and no two or three known mirrors explain it.
+    /// What data association says of it.
+    Associated(Verdict),
+    /// Taken alone: not probable enough to be a first-order reflection.
     NotFirstOrder,
-    /// Probably a first-order reflection, but its angle of departure, which would prove it, is not known well enough.
-    DepartureUnknown,
-    /// Probably a first-order reflection, or explained by known mirrors, but a gate of the reflection points says no.
+    /// Taken alone: probably a first-order reflection, but a gate of the reflection points says no.
     Rejected(Rejection),
-    /// Points of the map, one for each reflection of the path, from the GMT to the UAV: there is at least one.
-    Points(Vec<MappedPoint, MAX_REFLECTIONS>),
+    /// Taken alone: a point of the map.
+    Point,
+}
+
+/// What a sweep changed of the surfaces that the map's points lie on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SurfaceChanges {
+    /// Surfaces that went into another one: (gone, stays).
+    pub merged: Vec<(u16, u16), SURFACES>,
+    /// Surfaces that are not believed any more: their points left the map.
+    pub withdrawn: Vec<u16, SURFACES>,
 }
 
 /// A path and what was made of it.
@@ -55,21 +74,6 @@ pub struct PathReport {
     pub probabilities: Option<Probabilities>,
     /// What became of it.
     pub outcome: Outcome,
-}
-
-impl PathReport {
-    /// Probability that the path is what its points presume: of first order when there is one, of higher order when there are
-    /// several. Of a path without a point, that of first order. `None` when it could not be classified.
-    #[must_use]
-    pub fn presumed_probability(&self) -> Option<f32> {
-        let several = matches!(&self.outcome, Outcome::Points(points) if points.len() > 1);
-        let probabilities = self.probabilities?;
-        Some(if several {
-            probabilities.higher_order
-        } else {
-            probabilities.first_order
-        })
-    }
 }
 
 /// What an innovation is of.
@@ -110,6 +114,10 @@ pub struct SweepReport<const K: usize> {
     pub beams: u16,
     /// Paths, strongest first.
     pub paths: Vec<PathReport, K>,
+    /// Points that went into the map, of this sweep and of earlier ones.
+    pub points: Vec<MappedPoint, POINTS>,
+    /// What happened to the surfaces of the map's points, after these points.
+    pub surfaces: SurfaceChanges,
     /// State of the link.
     pub link: LinkState,
     /// What the line of sight did to the pose.
@@ -126,65 +134,4 @@ pub struct SweepReport<const K: usize> {
     pub clock_offset_m: Option<f64>,
     /// Flags of the filter.
     pub health: Health,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::geometry::{Direction, Matrix3, Position, Vector3};
-    use crate::path::Path;
-
-    fn report(outcome: Outcome) -> PathReport {
-        let aoa = Direction::from_vector(Vector3::x()).expect("unit");
-        let estimated = EstimatedPath {
-            path: Path {
-                c_tau_m: 30.0,
-                aoa,
-                aod: None,
-                covariance: Matrix3::identity(),
-            },
-            beam: 0,
-            snr_db: 30.0,
-            energy: 1.0,
-        };
-        PathReport {
-            estimated,
-            received: ReceivedPath::of(&estimated, aoa, None, None),
-            gain_db: None,
-            probabilities: Some(Probabilities {
-                los: 0.1,
-                first_order: 0.2,
-                higher_order: 0.7,
-            }),
-            outcome,
-        }
-    }
-
-    fn points(count: usize) -> Outcome {
-        let point = ReflectionPoint {
-            position: Position::new(1.0, 2.0, 3.0).expect("finite"),
-            covariance: Matrix3::identity(),
-            distance_m: 4.0,
-        };
-        let mapped = MappedPoint {
-            point,
-            insertion: None,
-        };
-        Outcome::Points(core::iter::repeat_n(mapped, count).collect())
-    }
-
-    #[test]
-    fn a_point_presumes_as_many_reflections_as_its_path_gave() {
-        let presumed = |outcome| report(outcome).presumed_probability();
-        assert_eq!(
-            [1, 2, 3].map(points).map(presumed),
-            [Some(0.2), Some(0.7), Some(0.7)]
-        );
-        assert_eq!(presumed(Outcome::NotFirstOrder), Some(0.2));
-        let unknown = PathReport {
-            probabilities: None,
-            ..report(points(2))
-        };
-        assert_eq!(unknown.presumed_probability(), None);
-    }
 }

@@ -39,7 +39,7 @@ const LINE_OF_SIGHT: Probabilities = Probabilities {
     first_order: 0.0,
     higher_order: 0.0,
 };
-pub(super) const FIRST_ORDER: Probabilities = Probabilities {
+const FIRST_ORDER: Probabilities = Probabilities {
     los: 0.0,
     first_order: 1.0,
     higher_order: 0.0,

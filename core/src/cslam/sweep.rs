@@ -6,20 +6,15 @@
 use heapless::Vec;
 
 use super::config::Departures;
-use super::known::holding;
+use super::mapping::{Mapping, Station};
 use super::paths::Heard;
-use super::receive::ends;
 use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
-use super::{CHANNELS, Cslam, LinkStates, PATHS, count};
-use crate::association::ReceivedPath;
+use super::{CHANNELS, Cslam, LinkStates, PATHS, SURFACES, count};
 use crate::bounded::gather;
 use crate::localization::bsm::{Bearing, Refusal};
-use crate::localization::filter::{Counters, FaceDirection, SweepMeasurement, SweepVerdict, Transmitter};
+use crate::localization::filter::{Counters, FaceDirection, MappedPlane, SweepMeasurement, SweepVerdict, Transmitter};
 use crate::lscn::LinkState;
 use crate::ltd::{EstimatedPath, PathEstimator};
-
-/// A point is mapped when the GMT's place is known better than this, m per axis: where a pose counts as lost, so does the GMT.
-const MOST_GMT_SIGMA_M: f64 = 3.0;
 
 /// What the localizer made of a sweep.
 #[derive(Clone, Debug)]
@@ -126,46 +121,35 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             None => Localized::default(),
         };
         let line = localized.line;
-        let gmt = gmt.map(|(claimed, stop)| (self.localizer.transmitter().copied().unwrap_or(claimed), stop));
+        let gmt = gmt.map(|(claimed, _)| self.localizer.transmitter().copied().unwrap_or(claimed));
         let pose = self.localizer.pose();
         let judged = match (&pose, &gmt) {
-            (Some(pose), Some((gmt, _))) => self.judge(&heard, pose, gmt),
+            (Some(pose), Some(gmt)) => self.judge(&heard, pose, gmt),
             _ => Vec::new(),
         };
-        // A pose that is lost would only put points where there is nothing, and so would a GMT of which nobody knows where it is.
-        let ends = match (&pose, &gmt) {
-            (Some(pose), Some((gmt, _)))
-                if !self.localizer.health().lost && gmt.sigma_m < MOST_GMT_SIGMA_M =>
-            {
-                ends(pose, &gmt.position_m).ok()
+        let received = self.to_associate(&heard, &judged);
+        let mapping = match (&pose, &gmt) {
+            (Some(pose), Some(transmitter)) => {
+                let station = Station {
+                    pose,
+                    transmitter,
+                    sweep: open.sweep,
+                    line,
+                };
+                self.map_sweep(&station, &received, &judged)
             }
-            _ => None,
+            _ => Mapping::default(),
         };
-        let mut scene =
-            ends.map(|ends| self.scene(ends, open.sweep, gmt.as_ref().map_or(0, |(_, stop)| *stop)));
+        let mut outcomes = mapping.outcomes.into_iter();
         let mut paths = Vec::new();
-        for (index, path) in heard.iter().enumerate() {
-            let judged = judged.get(index);
-            let outcome = match (&mut scene, judged) {
-                (Some(_), Some(_)) if line == Some(index) => Outcome::LineOfSight,
-                (Some(scene), Some(judged)) => self.outcome(scene, index, judged),
-                _ => Outcome::NoPose,
-            };
+        for (index, (path, received)) in heard.iter().zip(&received).enumerate() {
             let _fits = paths.push(PathReport {
                 estimated: path.estimated,
-                received: ReceivedPath::of(
-                    &path.estimated,
-                    self.localizer.corrected(&path.estimated.path.aoa),
-                    path.estimated.path.aod,
-                    judged.and_then(|judged| judged.network),
-                ),
+                received: *received,
                 gain_db: path.gain_db,
-                probabilities: judged.and_then(|j| j.probabilities),
-                outcome,
+                probabilities: judged.get(index).and_then(|judged| judged.probabilities),
+                outcome: outcomes.next().unwrap_or(Outcome::NoPose),
             });
-        }
-        if let Some(ends) = ends.filter(|_| self.config.map_aided) {
-            self.planes.update(self.memory.map, &ends.uav);
         }
         let link = match paths.first() {
             None => LinkState::Outage,
@@ -180,12 +164,14 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             time_ns: open.time_ns,
             beams: open.beams,
             paths,
+            points: mapping.points,
+            surfaces: mapping.surfaces,
             link,
             verdict: localized.verdict,
             innovations: localized.innovations,
             bearing,
             clock_offset_m: pose.as_ref().and_then(|pose| self.clock_offset_m(pose)),
-            transmitter: gmt.map(|(gmt, _)| gmt),
+            transmitter: gmt,
             pose,
             health: self.localizer.health(),
         })
@@ -255,7 +241,11 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 }
             }
         }
-        let planes = holding(self.planes.surfaces(), &self.mirrors, &self.supposed);
+        let confirmed = self.surfaces.iter().filter(|surface| surface.is_confirmed());
+        let planes: Vec<MappedPlane, SURFACES> = gather(confirmed.map(|surface| MappedPlane {
+            id: u32::from(surface.id),
+            plane: surface.plane,
+        }));
         let before = self.localizer.counters();
         let confirmed = self.localizer.is_confirmed();
         let verdict = self.localizer.sweep(

@@ -29,6 +29,7 @@
 mod direction;
 mod error;
 mod frame;
+mod plane;
 mod position;
 mod real;
 mod rotation;
@@ -37,6 +38,7 @@ pub use direction::Direction;
 pub use error::GeometryError;
 pub use frame::{Body, Frame, Gmt, World};
 pub use nalgebra::{Complex, Matrix3, Vector3};
+pub use plane::Plane;
 pub use position::Position;
 pub use real::Real;
 pub use rotation::Rotation;

@@ -7,7 +7,7 @@
 //! ([`ImuIncrement`]), the errors that are taken out of it ([`ImuErrors`]), and the result ([`Pose`]).
 //!
 //! [`Localizer`] joins the parts. [`imu`]: from samples to increments, whatever happens to the sensor. [`filter`]: the
-//! error-state filter. [`bsm`]: direction and delay from beam squint symbols. [`planes`]: walls of the map as mirrors.
+//! error-state filter. [`bsm`]: direction and delay from beam squint symbols.
 //! [`hpc`]: the paper's localization, the baseline.
 
 pub mod bsm;
@@ -16,7 +16,6 @@ pub mod hpc;
 pub mod imu;
 mod inertial;
 mod localizer;
-pub mod planes;
 mod pose;
 
 pub use inertial::{ImuErrors, ImuIncrement, ImuSample};

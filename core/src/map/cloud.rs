@@ -14,7 +14,20 @@ pub struct MapPoint {
     pub variance_m2: f32,
     /// Number of reflections fused, saturating.
     pub hits: u16,
+    /// Surface that the first of them lay on, or [`NO_SURFACE`].
+    surface: u16,
 }
+
+impl MapPoint {
+    /// Number of the surface that the first of its reflections lay on; `None` where nobody asks for surfaces.
+    #[must_use]
+    pub fn surface(&self) -> Option<u16> {
+        (self.surface != NO_SURFACE).then_some(self.surface)
+    }
+}
+
+/// Not a number of a surface: they end before it. An `Option` would cost four bytes a voxel.
+const NO_SURFACE: u16 = u16::MAX;
 
 /// What became of an inserted point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -153,11 +166,23 @@ impl<const N: usize> PointCloud<N> {
             .map(|cell| &cell.point)
     }
 
-    /// Puts a solved reflection point into the map.
+    /// Puts a solved reflection point into the map, of no surface.
     ///
     /// # Errors
     /// [`VoxelError::OutOfRange`] when the point is too far from the origin for a voxel; the map is unchanged.
     pub fn insert(&mut self, reflection: &ReflectionPoint) -> Result<Insertion, VoxelError> {
+        self.insert_on(None, reflection)
+    }
+
+    /// Puts a point of a surface into the map. A voxel that holds points of two surfaces, at a corner, goes with the first of them.
+    ///
+    /// # Errors
+    /// [`VoxelError::OutOfRange`] when the point is too far from the origin for a voxel; the map is unchanged.
+    pub fn insert_on(
+        &mut self,
+        surface: Option<u16>,
+        reflection: &ReflectionPoint,
+    ) -> Result<Insertion, VoxelError> {
         let voxel = match Voxel::containing(&reflection.position, self.edge_m) {
             Ok(voxel) => voxel,
             Err(error) => {
@@ -170,6 +195,7 @@ impl<const N: usize> PointCloud<N> {
             position: reflection.position,
             variance_m2: (sigma_m * sigma_m).max(Self::MIN_VARIANCE_M2),
             hits: 1,
+            surface: surface.unwrap_or(NO_SURFACE),
         };
         let insertion = self.place(voxel, point);
         let counter = match insertion {
@@ -180,6 +206,44 @@ impl<const N: usize> PointCloud<N> {
         };
         *counter = counter.saturating_add(1);
         Ok(insertion)
+    }
+
+    /// Points of a surface belong to another one now, into which it was merged.
+    pub fn rename(&mut self, from: u16, to: u16) {
+        for cell in &mut self.cells {
+            if cell.point.surface == from {
+                cell.point.surface = to;
+            }
+        }
+    }
+
+    /// Takes the points of a surface out of the map: how many voxels are free now.
+    pub fn withdraw(&mut self, surface: u16) -> usize {
+        let before = self.cells.len();
+        // From the end on: a place that becomes free is taken by a cell that has been looked at.
+        for index in (0..before).rev() {
+            let of_surface = |cell: &Cell| cell.point.surface == surface;
+            if self.cells.get(index).is_some_and(of_surface) {
+                self.remove(index as u16);
+            }
+        }
+        before - self.cells.len()
+    }
+
+    /// Frees a place; the last cell takes it.
+    fn remove(&mut self, index: u16) {
+        self.unlink(index);
+        let Some(last) = self.cells.pop() else {
+            return;
+        };
+        let moved_from = self.cells.len() as u16;
+        if moved_from == index {
+            return;
+        }
+        self.relink(Self::chain_of(last.voxel), moved_from, index);
+        if let Some(cell) = self.cells.get_mut(usize::from(index)) {
+            *cell = last;
+        }
     }
 
     fn place(&mut self, voxel: Voxel, point: MapPoint) -> Insertion {
@@ -256,15 +320,19 @@ impl<const N: usize> PointCloud<N> {
         let Some(cell) = self.cells.get(usize::from(target)).copied() else {
             return;
         };
-        let chain = Self::chain_of(cell.voxel);
+        self.relink(Self::chain_of(cell.voxel), target, cell.next);
+    }
+
+    /// In a chain, what points to a place points to another one now.
+    fn relink(&mut self, chain: usize, from: u16, to: u16) {
         let mut index = self.chains.get(chain).copied().unwrap_or(NONE);
-        if index == target {
-            self.set_chain(chain, cell.next);
+        if index == from {
+            self.set_chain(chain, to);
             return;
         }
         while let Some(link) = self.cells.get_mut(usize::from(index)) {
-            if link.next == target {
-                link.next = cell.next;
+            if link.next == from {
+                link.next = to;
                 return;
             }
             index = link.next;
@@ -287,5 +355,6 @@ fn fuse(old: &MapPoint, new: &MapPoint) -> MapPoint {
         position: Position::from_vector(mean).unwrap_or(old.position),
         variance_m2: old.variance_m2 * new.variance_m2 / sum,
         hits: old.hits.saturating_add(1),
+        surface: old.surface,
     }
 }

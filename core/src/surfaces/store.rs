@@ -8,7 +8,7 @@ use super::surface::{Kind, Status, Surface};
 use super::waiting::WaitingPoints;
 use super::{SurfaceConfig, SurfaceIds};
 use crate::geometry::{Direction, Matrix3, Position, Vector3};
-use crate::localization::planes::Plane;
+use crate::geometry::Plane;
 
 /// Number of the ground.
 pub const GROUND: u16 = 0;

@@ -3,7 +3,7 @@
 use super::SurfaceConfig;
 use super::evidence::Evidence;
 use crate::geometry::{Matrix3, Position, Real, Vector3};
-use crate::localization::planes::Plane;
+use crate::geometry::Plane;
 
 /// What kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

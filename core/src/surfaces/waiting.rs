@@ -9,7 +9,7 @@ use crate::geometry::{Matrix3, Vector3};
 /// confirmed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Waiting {
-    /// Sweep, and index of the path in it.
+    /// Sweep of the path.
     pub sweep: u32,
     /// Index of the path in the sweep.
     pub path: u8,

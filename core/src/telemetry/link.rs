@@ -2,6 +2,7 @@
 
 use super::bits::{BitReader, BitWriter};
 use super::pose::{put_health, put_time, take_health, take_time};
+use crate::association::Decision;
 use crate::cslam::{Outcome, SweepReport};
 use crate::localization::filter::{Health, SweepVerdict};
 use crate::lscn::LinkState;
@@ -22,17 +23,23 @@ pub enum PathOutcome {
     Unused,
     /// Taken for the line of sight.
     LineOfSight,
-    /// Not probable enough to be a first-order reflection, nor explained by known mirrors.
+    /// Taken alone, not probable enough to be a first-order reflection.
     NotFirstOrder,
-    /// Probably a first-order reflection, but its angle of departure is not known well enough.
-    DepartureUnknown,
-    /// A point.
+    /// One reflection: off a confirmed surface, or by the network's word where paths are taken alone.
     Point,
-    /// Two points: known mirrors explain both reflections of the path.
+    /// Two confirmed surfaces reflected it.
     TwoPoints,
-    /// Three points of a path of three reflections.
+    /// Three did.
     ThreePoints,
-    /// A point, or all of several, but beyond the map's range.
+    /// Surfaces reflected it of which one is not confirmed yet.
+    Tentative,
+    /// Several explanations are left.
+    Ambiguous,
+    /// One reflection off a surface that was not known.
+    NewSurface,
+    /// Nothing that is known explains it.
+    Unexplained,
+    /// A point, but beyond the map's range.
     PointOutOfRange,
     /// Probably a first-order reflection, but a gate of the reflection point says no.
     Rejected(Rejection),
@@ -40,7 +47,12 @@ pub enum PathOutcome {
     Input(InputError),
 }
 
-/// Points of several reflections, after the rejections.
+/// What data association says, after the rejections.
+const TENTATIVE: u8 = 18;
+const AMBIGUOUS: u8 = 19;
+const NEW_SURFACE: u8 = 20;
+const UNEXPLAINED: u8 = 21;
+/// Points of several reflections.
 const TWO_POINTS: u8 = 22;
 const THREE_POINTS: u8 = 23;
 /// Where the codes of rejections and of input errors begin.
@@ -57,7 +69,10 @@ impl PathOutcome {
             Self::Unused => "not used in this mode",
             Self::LineOfSight => "taken for the line of sight",
             Self::NotFirstOrder => "not one reflection",
-            Self::DepartureUnknown => "angle of departure not known well enough",
+            Self::Tentative => "off a surface that is not confirmed",
+            Self::Ambiguous => "ambiguous",
+            Self::NewSurface => "off a new surface",
+            Self::Unexplained => "unexplained",
             Self::Point => "ok",
             Self::TwoPoints => "ok, of two reflections",
             Self::ThreePoints => "ok, of three reflections",
@@ -83,9 +98,12 @@ impl PathOutcome {
             Self::Unused => 2,
             Self::LineOfSight => 3,
             Self::NotFirstOrder => 4,
-            Self::DepartureUnknown => 5,
             Self::Point => 6,
             Self::PointOutOfRange => 7,
+            Self::Tentative => TENTATIVE,
+            Self::Ambiguous => AMBIGUOUS,
+            Self::NewSurface => NEW_SURFACE,
+            Self::Unexplained => UNEXPLAINED,
             Self::TwoPoints => TWO_POINTS,
             Self::ThreePoints => THREE_POINTS,
             Self::Rejected(reason) => REJECTED + index(&Rejection::ALL, &reason),
@@ -100,13 +118,17 @@ impl PathOutcome {
             2 => Self::Unused,
             3 => Self::LineOfSight,
             4 => Self::NotFirstOrder,
-            5 => Self::DepartureUnknown,
             6 => Self::Point,
             7 => Self::PointOutOfRange,
+            TENTATIVE => Self::Tentative,
+            AMBIGUOUS => Self::Ambiguous,
+            NEW_SURFACE => Self::NewSurface,
+            UNEXPLAINED => Self::Unexplained,
             TWO_POINTS => Self::TwoPoints,
             THREE_POINTS => Self::ThreePoints,
             INPUT.. => Self::Input(*InputError::ALL.get(usize::from(code - INPUT))?),
-            _ => Self::Rejected(*Rejection::ALL.get(usize::from(code - REJECTED))?),
+            REJECTED.. => Self::Rejected(*Rejection::ALL.get(usize::from(code - REJECTED))?),
+            _ => return None,
         })
     }
 }
@@ -124,15 +146,17 @@ impl From<&Outcome> for PathOutcome {
             Outcome::Input(error) => Self::Input(*error),
             Outcome::LineOfSight => Self::LineOfSight,
             Outcome::NotFirstOrder => Self::NotFirstOrder,
-            Outcome::DepartureUnknown => Self::DepartureUnknown,
             Outcome::Rejected(reason) => Self::Rejected(*reason),
-            Outcome::Points(points) if points.iter().all(|point| point.insertion.is_none()) => {
-                Self::PointOutOfRange
-            }
-            Outcome::Points(points) => match points.len() {
-                0 | 1 => Self::Point,
-                2 => Self::TwoPoints,
-                _ => Self::ThreePoints,
+            Outcome::Point => Self::Point,
+            Outcome::Associated(verdict) => match (verdict.decision, verdict.chain.len()) {
+                (Decision::Explained, 0) => Self::LineOfSight,
+                (Decision::Explained, 1) => Self::Point,
+                (Decision::Explained, 2) => Self::TwoPoints,
+                (Decision::Explained, _) => Self::ThreePoints,
+                (Decision::Tentative, _) => Self::Tentative,
+                (Decision::Ambiguous, _) => Self::Ambiguous,
+                (Decision::New, _) => Self::NewSurface,
+                (Decision::Unexplained, _) => Self::Unexplained,
             },
         }
     }

@@ -108,7 +108,7 @@ pub(crate) fn down() -> Vec<Message> {
         PathOutcome::Unused,
         PathOutcome::LineOfSight,
         PathOutcome::NotFirstOrder,
-        PathOutcome::DepartureUnknown,
+        PathOutcome::Tentative,
         PathOutcome::Point,
         PathOutcome::PointOutOfRange,
     ];

@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use cslam_core::association::Decision;
 use cslam_core::cslam::{Outcome, PATHS, SweepReport};
 use cslam_core::map::MapPoint;
 
@@ -19,11 +20,16 @@ impl fmt::Display for SweepLine<'_> {
                 Outcome::Unused => 'u',
                 Outcome::Input(_) => 'i',
                 Outcome::LineOfSight => 'L',
-                Outcome::NotFirstOrder => 'n',
-                Outcome::DepartureUnknown => 'd',
+                Outcome::NotFirstOrder => 'h',
                 Outcome::Rejected(_) => 'r',
-                Outcome::Points(points) if points.len() > 1 => 'H',
-                Outcome::Points(_) => 'P',
+                Outcome::Point => 'P',
+                Outcome::Associated(verdict) => match verdict.decision {
+                    Decision::Explained => 'E',
+                    Decision::Tentative => 't',
+                    Decision::Ambiguous => 'a',
+                    Decision::New => 'n',
+                    Decision::Unexplained => 'x',
+                },
             };
             write!(f, "{letter}{:08x}", path.estimated.path.c_tau_m.to_bits())?;
         }

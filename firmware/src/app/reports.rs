@@ -103,31 +103,29 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let beacon = self.cslam.last_beacon();
         let gmt_m = beacon.map(|beacon| beacon.position_m.into());
         let stop = beacon.map_or(0, |beacon| (beacon.sweep / beacon.sweeps_per_stop.max(1)) as u16);
+        let sweeps_per_stop = beacon.map_or(1, |beacon| beacon.sweeps_per_stop.max(1));
         self.schedule.sighted = report.verdict.is_taken();
         match report.verdict {
             SweepVerdict::Started => self.announce(Event::Started),
             SweepVerdict::Refixed => self.announce(Event::Refixed),
             _ => {}
         }
+        for mapped in &report.points {
+            let point = PointReport {
+                sweep: mapped.sweep,
+                stop: (mapped.sweep / sweeps_per_stop) as u16,
+                position_m: mapped.point.position.to_array(),
+                sigma_m: mapped.point.sigma_m(),
+                probability: mapped.probability,
+            };
+            // The ground's map is no larger than ours.
+            if mapped.insertion.is_some() {
+                self.downlink.point(self.now_ns, &point);
+            }
+            super::counters::count(&mut self.counters.points);
+        }
         for path in &report.paths {
             let counter = match &path.outcome {
-                Outcome::Points(points) => {
-                    for mapped in points {
-                        let point = PointReport {
-                            sweep: report.sweep,
-                            stop,
-                            position_m: mapped.point.position.to_array(),
-                            sigma_m: mapped.point.sigma_m(),
-                            probability: path.presumed_probability().unwrap_or(1.0),
-                        };
-                        // The ground's map is no larger than ours.
-                        if mapped.insertion.is_some() {
-                            self.downlink.point(self.now_ns, &point);
-                        }
-                        super::counters::count(&mut self.counters.points);
-                    }
-                    continue;
-                }
                 Outcome::Rejected(_) => &mut self.counters.rejected,
                 Outcome::Input(_) => &mut self.counters.invalid,
                 _ => continue,

@@ -16,7 +16,7 @@
 use cslam_core::geometry::{Direction, Matrix3, Position, Rotation, Vector3};
 use cslam_core::localization::ImuSample;
 use cslam_core::localization::filter::{FaceDirection, MappedPlane, PathMeasurement, Transmitter};
-use cslam_core::localization::planes::Plane;
+use cslam_core::geometry::Plane;
 use embedded_io::{Read, ReadExactError};
 
 use super::FlightCheckError;

@@ -3,7 +3,6 @@
 //! Every flight leaves a shard of its own, a file that says how it was flown and holds its whole report. So a campaign that was ended goes
 //! on where it was, shards of several machines can lie in one directory, and two builds are compared flight by flight.
 
-mod beside;
 mod compare;
 mod effects;
 mod figure;
@@ -11,7 +10,6 @@ mod seeds;
 mod shard;
 mod summary;
 
-pub use beside::{beside, differences};
 pub use compare::{Comparison, compare};
 pub use effects::{EffectsTable, alone, left_out};
 pub use figure::{FIGURES, Figure, number};

@@ -36,8 +36,6 @@ pub struct ReceiverConfig {
     pub magnetic_field: Option<EarthField>,
     /// Height of the ground, m, world frame.
     pub ground_z_m: Option<f64>,
-    /// Whether a second data association is flown beside, which changes nothing.
-    pub shadow: bool,
     /// What calibration leaves in a path.
     pub residuals: ResidualFigures,
     /// The error-state filter.

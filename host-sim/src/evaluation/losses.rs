@@ -6,7 +6,6 @@
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::cslam::PATHS;
 use cslam_core::ltd::EstimatorConfig;
-use cslam_core::reflection::Rejection;
 use serde::Serialize;
 
 use super::matching::unit;
@@ -37,17 +36,21 @@ pub struct FirstOrderPaths {
     pub no_pose: usize,
     /// Judged not to be one reflection, whether or not as several they gave points.
     pub improbable: usize,
-    /// Without an angle of departure that would prove them.
-    pub departure_unknown: usize,
-    /// Points whose error would be too large.
-    pub ill_conditioned: usize,
+    /// Off surfaces that were not confirmed.
+    pub not_confirmed: usize,
+    /// With several explanations.
+    pub ambiguous: usize,
+    /// Explained by no surface that is known.
+    pub unexplained: usize,
+    /// Explained, but without a point that is known well enough, or withdrawn with their surface.
+    pub without_point: usize,
     /// Refused by another gate, taken for the line of sight, not used in this mode.
     pub refused: usize,
 }
 
 impl FirstOrderPaths {
     /// Numbers with what they count, in words.
-    pub fn rows(&self) -> [(&'static str, usize); 10] {
+    pub fn rows(&self) -> [(&'static str, usize); 12] {
         [
             ("accepted", self.accepted),
             ("too weak beside the strongest path", self.too_weak),
@@ -56,8 +59,10 @@ impl FirstOrderPaths {
             ("not found", self.not_found),
             ("no pose", self.no_pose),
             ("judged not to be one reflection", self.improbable),
-            ("departure unknown", self.departure_unknown),
-            ("error of the point too large", self.ill_conditioned),
+            ("off a surface that was not confirmed", self.not_confirmed),
+            ("ambiguous", self.ambiguous),
+            ("unexplained", self.unexplained),
+            ("without a point, or withdrawn", self.without_point),
             ("another gate", self.refused),
         ]
     }
@@ -68,8 +73,10 @@ impl FirstOrderPaths {
             MeasuredPath::OK => &mut self.accepted,
             MeasuredPath::NO_POSE => &mut self.no_pose,
             MeasuredPath::NOT_FIRST_ORDER | MeasuredPath::OK_HIGHER_ORDER => &mut self.improbable,
-            MeasuredPath::DEPARTURE_UNKNOWN => &mut self.departure_unknown,
-            _ if verdict == Rejection::IllConditioned.to_string() => &mut self.ill_conditioned,
+            MeasuredPath::NOT_CONFIRMED => &mut self.not_confirmed,
+            MeasuredPath::AMBIGUOUS => &mut self.ambiguous,
+            MeasuredPath::UNEXPLAINED => &mut self.unexplained,
+            MeasuredPath::WITHOUT_POINT | MeasuredPath::WITHDRAWN => &mut self.without_point,
             _ => &mut self.refused,
         }
     }

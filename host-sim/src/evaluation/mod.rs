@@ -16,7 +16,6 @@ mod link_state;
 mod losses;
 mod map;
 pub mod matching;
-mod shadow;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -30,7 +29,6 @@ pub use fates::Fate;
 pub use link_state::LinkStateFigures;
 pub use losses::FirstOrderPaths;
 pub use map::{MapFigures, PointErrors, true_vertices_m};
-pub use shadow::{Differences, ShadowFigures};
 pub use surface::Surfaces;
 pub use trajectory::{PoseError, TrajectoryFigures, attitude_error_rad, visible_spans};
 
@@ -53,8 +51,6 @@ pub struct Evaluation {
     pub link_state: LinkStateFigures,
     /// What became of every measured path.
     pub fates: Vec<Fate>,
-    /// A second data association; `None` when none was flown beside.
-    pub shadow: Option<ShadowFigures>,
     /// Errors of single points.
     #[serde(skip)]
     pub point_errors: PointErrors,
@@ -77,7 +73,6 @@ pub fn evaluate(log: &mut FlightLog, scene: Option<&Scene>) -> Evaluation {
         consistency: consistency::consistency(log, &pose_errors),
         link_state: link_state::judge(log),
         fates: fates::fates(log),
-        shadow: shadow::judge(log, surfaces.as_ref()),
         point_errors,
         pose_errors,
     }

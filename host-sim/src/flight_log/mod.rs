@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use cslam_core::telemetry::Message;
 use serde::{Deserialize, Serialize};
 
-pub use point::{MapVoxel, PointRecord, ShadowLog};
+pub use point::{MapVoxel, PointRecord};
 pub use pose::{PoseEstimate, PoseRecord, PoseTruth};
 pub use sweep::{
     Innovation, LinkEstimate, MeasuredPath, Measurement, SweepEstimate, SweepRecord, SweepTruth,
@@ -93,9 +93,6 @@ pub struct FlightLog {
     pub health: BTreeMap<String, u32>,
     /// What went to the ground.
     pub downlink: Downlink,
-    /// What a second data association made of it; `None` when none was flown beside.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub shadow: Option<ShadowLog>,
 }
 
 impl FlightLog {
@@ -111,7 +108,6 @@ impl FlightLog {
             counters: BTreeMap::new(),
             health: BTreeMap::new(),
             downlink: Downlink::default(),
-            shadow: None,
         }
     }
 
@@ -136,10 +132,19 @@ impl FlightLog {
 
     /// The sweep that a point came from.
     pub fn sweep_of(&self, point: &PointRecord) -> Option<&SweepRecord> {
+        self.sweeps.get(self.place_of(point)?)
+    }
+
+    /// Where the sweep of a point stands among the log's.
+    pub(crate) fn place_of(&self, point: &PointRecord) -> Option<usize> {
         // Sweeps are numbered, and lie in order without a gap in an ordinary log.
-        let near = self.sweeps.get(point.sweep as usize);
-        near.filter(|s| s.sweep == point.sweep)
-            .or_else(|| self.sweeps.iter().find(|s| s.sweep == point.sweep))
+        let place = point.sweep as usize;
+        let is_there = self.sweeps.get(place).is_some_and(|s| s.sweep == point.sweep);
+        if is_there {
+            Some(place)
+        } else {
+            self.sweeps.iter().position(|s| s.sweep == point.sweep)
+        }
     }
 
     /// The true path behind a point: `None` when the truth is not known, `Some(None)` when no true path was matched with

@@ -15,6 +15,9 @@ pub struct PointRecord {
     pub order: u8,
     /// Which of them this is: 1 is the first after the GMT.
     pub reflection: u8,
+    /// Number of the surface that it lies on; `None` where paths are taken alone.
+    #[serde(default)]
+    pub surface: Option<u16>,
     /// Time of its sweep by the UAV's clock, s.
     pub time_s: f64,
     /// Index of the GMT position.
@@ -23,7 +26,7 @@ pub struct PointRecord {
     pub position_m: [f64; 3],
     /// Trace of the covariance of the position, m^2.
     pub covariance_trace_m2: f64,
-    /// Probability that the path was reflected once, or more often when `order` says so; `None` when no classifier judged it.
+    /// Probability that the surfaces of its path exist, or that a path taken alone was reflected once; `None` when nobody said.
     pub probability: Option<f64>,
     /// SNR per element and active subcarrier, dB.
     pub snr_db: Option<f64>,
@@ -48,15 +51,4 @@ impl From<&MapPoint> for MapVoxel {
             hits: u32::from(point.hits),
         }
     }
-}
-
-/// What a second data association made of the same paths and poses.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ShadowLog {
-    /// Its points, in the order of their sweeps.
-    pub points: Vec<PointRecord>,
-    /// The map made of them.
-    pub map: Vec<MapVoxel>,
-    /// Points that it took back.
-    pub withdrawn: u64,
 }

@@ -37,8 +37,16 @@ impl MeasuredPath {
     pub const NO_POSE: &'static str = "no pose yet";
     /// Verdict of a path that is probably no first-order reflection.
     pub const NOT_FIRST_ORDER: &'static str = "not one reflection";
-    /// Verdict of a path whose departure does not prove what it is.
-    pub const DEPARTURE_UNKNOWN: &'static str = "angle of departure not known well enough";
+    /// Verdict of a path off a surface that was never confirmed.
+    pub const NOT_CONFIRMED: &'static str = "off a surface that was not confirmed";
+    /// Verdict of a path with several explanations.
+    pub const AMBIGUOUS: &'static str = "ambiguous";
+    /// Verdict of a path that no chain of surfaces explains.
+    pub const UNEXPLAINED: &'static str = "unexplained";
+    /// Verdict of a path that confirmed surfaces explain, whose point is not known well enough or whose departure is another's.
+    pub const WITHOUT_POINT: &'static str = "explained, without a point";
+    /// Verdict of a path whose points left the map with their surface.
+    pub const WITHDRAWN: &'static str = "withdrawn with its surface";
 }
 
 /// Kinds of measurement that correct the pose.

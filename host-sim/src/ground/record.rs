@@ -158,6 +158,7 @@ fn point_record(point: &Point, time_ns: u64) -> PointRecord {
         path: 0,
         order: 1,
         reflection: 1,
+        surface: None,
         time_s: time_ns as f64 * 1e-9,
         gmt_index: u32::from(point.gmt_index),
         position_m: point.position_m,

@@ -8,7 +8,7 @@ use cslam_core::localization::filter::{
     Transmitter, wrap_delay_m,
 };
 use cslam_core::localization::imu::{Alignment, Imu, ImuConfig, RestAlignment, RestConfig, RestStatus};
-use cslam_core::localization::planes::Plane;
+use cslam_core::geometry::Plane;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::flights::{Heard, Prepared, TruePath, TrueSweep};

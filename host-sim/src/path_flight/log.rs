@@ -47,6 +47,7 @@ pub fn log(
                 path,
                 order: 1,
                 reflection: 1,
+                surface: None,
                 time_s,
                 gmt_index,
                 position_m: point.position.to_array().map(f64::from),

@@ -1,7 +1,8 @@
 //! Keeps the log of a flight: the receiver's reports beside the world's truth.
 
+use cslam_core::association::{Decision, Verdict};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
-use cslam_core::cslam::{self, Outcome, PATHS, PathReport, SweepReport};
+use cslam_core::cslam::{self, MappedPoint, Outcome, PATHS, PathReport, SurfaceChanges, SweepReport};
 use cslam_core::geometry::Matrix3;
 use cslam_core::localization::Pose;
 use cslam_core::map::PointCloud;
@@ -82,26 +83,6 @@ impl Logbook {
     /// Enters a sweep with its points.
     pub(super) fn sweep(&mut self, report: &SweepReport<PATHS>, truth: Option<(PoseTruth, Link)>) {
         let time_s = seconds(report.time_ns);
-        for (index, path) in report.paths.iter().enumerate() {
-            if let Outcome::Points(points) = &path.outcome {
-                let order = points.len() as u8;
-                for (reflection, mapped) in (1..).zip(points) {
-                    self.log.points.push(PointRecord {
-                        sweep: report.sweep,
-                        path: index as u8,
-                        order,
-                        reflection,
-                        time_s,
-                        gmt_index: self.gmt_index,
-                        position_m: mapped.point.position.to_array().map(f64::from),
-                        covariance_trace_m2: f64::from(mapped.point.covariance.trace()),
-                        probability: path.presumed_probability().map(f64::from),
-                        snr_db: Some(f64::from(path.estimated.snr_db)),
-                    });
-                }
-            }
-            self.count(&verdict(path));
-        }
         let estimate = SweepEstimate {
             pose: report
                 .pose
@@ -135,11 +116,92 @@ impl Logbook {
                 matches: Vec::new(),
             },
         });
+        for mapped in &report.points {
+            self.point(mapped);
+        }
+        self.follow(&report.surfaces);
+    }
+
+    /// Enters a point of a sweep that has been entered.
+    fn point(&mut self, mapped: &MappedPoint) {
+        let [reflection, order] = mapped.reflection;
+        let mut point = PointRecord {
+            sweep: mapped.sweep,
+            path: mapped.path,
+            order,
+            reflection,
+            surface: mapped.surface,
+            time_s: 0.0,
+            gmt_index: 0,
+            position_m: mapped.point.position.to_array().map(f64::from),
+            covariance_trace_m2: f64::from(mapped.point.covariance.trace()),
+            probability: Some(f64::from(mapped.probability)),
+            snr_db: None,
+        };
+        if let Some(sweep) = self.log.sweep_of(&point) {
+            point.time_s = sweep.time_s;
+            point.gmt_index = sweep.estimate.gmt_index;
+            let path = sweep.estimate.paths.get(usize::from(point.path));
+            point.snr_db = path.and_then(|path| path.snr_db);
+        }
+        let verdict = if order > 1 {
+            MeasuredPath::OK_HIGHER_ORDER
+        } else {
+            MeasuredPath::OK
+        };
+        self.say(&point, verdict);
+        self.log.points.push(point);
+    }
+
+    /// Points follow their surface into another one, and leave with one that is not believed any more.
+    fn follow(&mut self, changes: &SurfaceChanges) {
+        for (gone, stays) in &changes.merged {
+            for point in &mut self.log.points {
+                if point.surface == Some(*gone) {
+                    point.surface = Some(*stays);
+                }
+            }
+        }
+        let is_withdrawn =
+            |point: &PointRecord| point.surface.is_some_and(|id| changes.withdrawn.contains(&id));
+        let (withdrawn, stay) = std::mem::take(&mut self.log.points)
+            .into_iter()
+            .partition(is_withdrawn);
+        self.log.points = stay;
+        let withdrawn: Vec<PointRecord> = withdrawn;
+        for point in &withdrawn {
+            self.say(point, MeasuredPath::WITHDRAWN);
+        }
+    }
+
+    /// What became of the path of a point.
+    fn say(&mut self, point: &PointRecord, verdict: &str) {
+        let Some(place) = self.log.place_of(point) else {
+            return;
+        };
+        let path = self.log.sweeps[place]
+            .estimate
+            .paths
+            .get_mut(usize::from(point.path));
+        if let Some(path) = path {
+            verdict.clone_into(&mut path.verdict);
+        }
     }
 
     /// Closes the log with the receiver's map and the packets that it sent.
     pub(super) fn close<const N: usize>(mut self, map: &PointCloud<N>, packets: &[u8]) -> FlightLog {
         let heard = downlink::decode(packets, UAV, &Key::TEST);
+        let verdicts: Vec<String> = self
+            .log
+            .sweeps
+            .iter()
+            .flat_map(|sweep| &sweep.estimate.paths)
+            .map(|path| path.verdict.clone())
+            .collect();
+        for verdict in &verdicts {
+            self.count(verdict);
+        }
+        self.log.points.sort_by_key(|point| point.sweep);
         self.log.health = heard.health_counters();
         self.log.downlink = heard.traffic;
         self.log.map = map
@@ -180,10 +242,20 @@ fn verdict(path: &PathReport) -> String {
         Outcome::Input(error) => error.to_string(),
         Outcome::LineOfSight => "line of sight".into(),
         Outcome::NotFirstOrder => MeasuredPath::NOT_FIRST_ORDER.into(),
-        Outcome::DepartureUnknown => MeasuredPath::DEPARTURE_UNKNOWN.into(),
         Outcome::Rejected(rejection) => rejection.to_string(),
-        Outcome::Points(points) if points.len() > 1 => MeasuredPath::OK_HIGHER_ORDER.into(),
-        Outcome::Points(_) => MeasuredPath::OK.into(),
+        Outcome::Point => MeasuredPath::OK.into(),
+        Outcome::Associated(verdict) => decision(verdict).into(),
+    }
+}
+
+/// What data association says of a path. That it became points is said when these come.
+fn decision(verdict: &Verdict) -> &'static str {
+    match verdict.decision {
+        Decision::Explained if verdict.chain.is_empty() => "line of sight",
+        Decision::Explained => MeasuredPath::WITHOUT_POINT,
+        Decision::Tentative | Decision::New => MeasuredPath::NOT_CONFIRMED,
+        Decision::Ambiguous => MeasuredPath::AMBIGUOUS,
+        Decision::Unexplained => MeasuredPath::UNEXPLAINED,
     }
 }
 

@@ -10,7 +10,6 @@ mod board;
 mod events;
 mod frames;
 mod logbook;
-mod shadow;
 mod shared;
 mod source;
 
@@ -30,7 +29,6 @@ pub use events::Recorder;
 pub(crate) use events::report;
 pub use frames::{FrameBytes, FrontEndLink};
 use logbook::Logbook;
-pub use shadow::Shadow;
 pub use shared::{Listener, Shared};
 pub use source::{Given, Source};
 

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::evaluation::{
-    ClockFigures, Consistency, Evaluation, Fate, LinkStateFigures, MapFigures, ShadowFigures,
+    ClockFigures, Consistency, Evaluation, Fate, LinkStateFigures, MapFigures,
     TrajectoryFigures,
 };
 use crate::flight_log::{FlightLog, MeasuredPath};
@@ -56,9 +56,6 @@ pub struct Report {
     pub link_state: LinkStateFigures,
     /// Figures of the downlink.
     pub telemetry: TelemetryFigures,
-    /// A second data association; absent when none was flown beside.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shadow: Option<ShadowFigures>,
 }
 
 /// Figures of the downlink.
@@ -116,7 +113,6 @@ impl Report {
                     .then(|| log.downlink.point_bytes as f64 / log.downlink.points as f64),
                 bytes_per_s: (flight_s > 0.0).then(|| bytes as f64 / flight_s),
             },
-            shadow: evaluation.shadow.clone(),
         }
     }
 }

@@ -9,7 +9,7 @@ use super::world::{Link, Noise, Paths, confirmed, measured, sweep, wall};
 use crate::association::ReceivedPath;
 use crate::association::chain::Chain;
 use crate::geometry::Position;
-use crate::localization::planes::Plane;
+use crate::geometry::Plane;
 use crate::lscn::Probabilities;
 use crate::surfaces::{GROUND, Kind, Status, Surface, SurfaceConfig, Surfaces};
 

@@ -3,7 +3,7 @@
 use super::world::{Link, Noise, Paths, confirmed, measured, sweep, wall};
 use crate::association::Decision;
 use crate::geometry::{Direction, Position};
-use crate::localization::planes::Plane;
+use crate::geometry::Plane;
 use crate::lscn::Probabilities;
 use crate::surfaces::{GROUND, Status, SurfaceConfig, Surfaces};
 

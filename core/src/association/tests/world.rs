@@ -9,7 +9,7 @@ use crate::association::{
 };
 use crate::geometry::{Body, Direction, Gmt, Matrix3, Position, Rotation, World};
 use crate::localization::filter::Transmitter;
-use crate::localization::planes::Plane;
+use crate::geometry::Plane;
 use crate::lscn::Probabilities;
 use crate::path::Departure;
 use crate::surfaces::birth::Birth;

@@ -12,7 +12,7 @@ use super::nominal::{Nominal, range_of_delay_m, wrap_delay_m};
 use super::row::Row;
 use crate::array::{GmtArrays, UavArrays};
 use crate::geometry::{Body, Direction, Gmt, Real, Rotation, World};
-use crate::localization::planes::Plane;
+use crate::geometry::Plane;
 
 /// Direction in which a path left, by a face of the GMT.
 #[derive(Clone, Copy, Debug, PartialEq)]

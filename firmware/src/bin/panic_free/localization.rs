@@ -7,7 +7,7 @@ use cslam_core::localization::filter::{
     FaceDirection, LevelYaw, MappedPlane, PathMeasurement, SweepMeasurement, Transmitter, states,
 };
 use cslam_core::localization::imu::Alignment;
-use cslam_core::localization::planes::Plane;
+use cslam_core::geometry::Plane;
 use cslam_core::localization::{ImuErrors, ImuSample, Localizer};
 
 /// States of the filter with four planes.

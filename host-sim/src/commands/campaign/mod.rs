@@ -17,7 +17,7 @@ use kept::Kept;
 use worlds::Named;
 
 use crate::campaign::{
-    EffectsTable, Flight, Lists, Purpose, Shard, Summary, beside, compare, differences, read_shards,
+    EffectsTable, Flight, Lists, Purpose, Shard, Summary, compare, read_shards,
 };
 use crate::commands::seeds::AnySeed;
 use crate::commands::threads::Threads;
@@ -181,13 +181,7 @@ fn report(args: &Args, out: &Path, worlds: &[Named]) -> anyhow::Result<()> {
                 .filter(|shard| shard.flight.world == world.name && shard.flight.mode == mode.name())
                 .collect();
             let name = format!("{}, {}", world.name, mode.name());
-            summaries.push((name.clone(), Summary::of(&own)));
-            let other = beside(&own);
-            if !other.is_empty() {
-                let other: Vec<&Shard> = other.iter().collect();
-                summaries.push((format!("{name}, association beside"), Summary::of(&other)));
-                progress::note(differences(&own));
-            }
+            summaries.push((name, Summary::of(&own)));
         }
     }
     let object: serde_json::Map<String, serde_json::Value> = summaries

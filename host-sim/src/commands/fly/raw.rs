@@ -23,7 +23,7 @@ use crate::estimate;
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::progress;
-use crate::raw_flight::{self, Shadow, Source, Swept};
+use crate::raw_flight::{self, Source, Swept};
 use crate::recording::Keeper;
 use crate::world::World;
 
@@ -165,12 +165,11 @@ pub(crate) fn fly(
     site: &Site,
     source: &impl Source,
     interrupted: &AtomicBool,
-    mut swept: impl FnMut(&Swept<'_>),
+    swept: impl FnMut(&Swept<'_>),
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<(FlightLog, Vec<u8>)> {
     let field = told.magnetic_field.or(site.magnetic_field);
     let ground_z_m = told.ground_z_m.unwrap_or(site.ground_z_m);
-    let mut shadow = told.shadow.then(|| Shadow::new(ground_z_m));
     let mut receiver = Receiver {
         magnetic_field: field.map(|field| field.config()),
         residuals: told.residuals.config(),
@@ -179,12 +178,6 @@ pub(crate) fn fly(
     if let Some(height_m) = &mut receiver.accept.point.ground_z_m {
         *height_m = ground_z_m as f32;
     }
-    let swept = |sweep: &Swept<'_>| {
-        if let Some(shadow) = &mut shadow {
-            shadow.sweep(sweep.report);
-        }
-        swept(sweep);
-    };
     let estimation = EstimatorConfig::default();
     let paper = |delays| PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation).with_delays(delays);
     let estimator = match estimator(told) {
@@ -192,15 +185,13 @@ pub(crate) fn fly(
         estimate::Mode::Paper => Some(paper(TapDelays::Whole)),
         estimate::Mode::PaperInterpolated => Some(paper(TapDelays::Interpolated)),
     };
-    let (mut log, packets) = match estimator {
-        Some(estimator) => fly_with(receiver, estimator, source, header, interrupted, swept, sent)?,
+    match estimator {
+        Some(estimator) => fly_with(receiver, estimator, source, header, interrupted, swept, sent),
         None => {
             let estimator = Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&estimation);
-            fly_with(receiver, estimator, source, header, interrupted, swept, sent)?
+            fly_with(receiver, estimator, source, header, interrupted, swept, sent)
         }
-    };
-    log.shadow = shadow.map(|shadow| shadow.close(&log));
-    Ok((log, packets))
+    }
 }
 
 fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(

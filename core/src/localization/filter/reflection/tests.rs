@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 use super::*;
 use crate::geometry::{Direction, Gmt, Position, Rotation, World};
 use crate::localization::filter::{Filter58, FilterConfig};
-use crate::localization::planes::Plane;
+use crate::geometry::Plane;
 
 fn wall(id: u32, x_m: f32, normal: Vector3<f32>) -> MappedPlane {
     MappedPlane {

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::super::*;
 use crate::geometry::{Gmt, World};
-use crate::localization::planes::Plane;
+use crate::geometry::Plane;
 
 const N: usize = states(2);
 

@@ -1,6 +1,6 @@
 //! A mirror: an infinite plane with the uncertainty of its three numbers. It flies in `f32`; where chains of mirrors are followed, in `f64`.
 
-use crate::geometry::{Direction, Matrix3, Position, Real, Vector3, World};
+use super::{Direction, Matrix3, Position, Real, Vector3, World};
 
 /// A plane in the world that mirrors waves, with covariance.
 ///
@@ -85,7 +85,7 @@ impl Plane {
 }
 
 /// Tangents of a normal, see [`Plane::tangents`].
-pub(super) fn tangents<T: Real>(n: &Vector3<T>) -> (Vector3<T>, Vector3<T>) {
+fn tangents<T: Real>(n: &Vector3<T>) -> (Vector3<T>, Vector3<T>) {
     // Whichever of up and east is well off the normal.
     let reference = if n.z.abs() < T::of(0.7) {
         Vector3::z()

@@ -1,0 +1,175 @@
+//! What becomes of the paths with the final pose: points on the surfaces that data association names, or of each path alone.
+
+use heapless::Vec;
+
+use super::config::Mapped;
+use super::paths::{Heard, Judged};
+use super::receive::ends;
+use super::report::{MappedPoint, Outcome, SurfaceChanges};
+use super::{CHANNELS, Cslam, PATHS};
+use crate::association::{POINTS, PoseEstimate, ReceivedPath, SurfacePoint, SweepPaths, associate};
+use crate::bounded::gather;
+use crate::localization::Pose;
+use crate::localization::filter::Transmitter;
+use crate::ltd::PathEstimator;
+use crate::reflection::{Ends, Verdict, solve};
+
+/// A point is mapped when the GMT's place is known better than this, m per axis: where a pose counts as lost, so does the GMT.
+const MOST_GMT_SIGMA_M: f64 = 3.0;
+
+/// Where a sweep was measured from.
+#[derive(Clone, Copy)]
+pub(super) struct Station<'a> {
+    pub(super) pose: &'a Pose,
+    pub(super) transmitter: &'a Transmitter,
+    pub(super) sweep: u32,
+    /// Path that was taken for the line of sight.
+    pub(super) line: Option<usize>,
+}
+
+/// What a sweep put into the map.
+#[derive(Default)]
+pub(super) struct Mapping {
+    /// One for each path; none when the place was not known well enough.
+    pub(super) outcomes: Vec<Outcome, PATHS>,
+    pub(super) points: Vec<MappedPoint, POINTS>,
+    pub(super) surfaces: SurfaceChanges,
+}
+
+impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
+    Cslam<'_, E, VOXELS, STATES>
+{
+    /// The paths as data association takes them.
+    pub(super) fn to_associate(&self, heard: &[Heard], judged: &[Judged]) -> Vec<ReceivedPath, PATHS> {
+        gather(heard.iter().enumerate().map(|(index, heard)| {
+            let path = &heard.estimated.path;
+            ReceivedPath::of(
+                &heard.estimated,
+                self.localizer.corrected(&path.aoa),
+                path.aod,
+                judged.get(index).and_then(|judged| judged.probabilities),
+            )
+        }))
+    }
+
+    /// Maps a sweep. A pose that is lost would only put points where there is nothing, and so would a GMT of which nobody knows
+    /// where it is.
+    pub(super) fn map_sweep(
+        &mut self,
+        station: &Station<'_>,
+        paths: &Vec<ReceivedPath, PATHS>,
+        judged: &[Judged],
+    ) -> Mapping {
+        if self.localizer.health().lost || station.transmitter.sigma_m >= MOST_GMT_SIGMA_M {
+            return Mapping::default();
+        }
+        match self.config.mapped {
+            Mapped::Every => self.map_associated(station, paths),
+            Mapped::FirstOrder | Mapped::Strongest => self.map_alone(station, judged),
+        }
+    }
+
+    fn map_associated(&mut self, station: &Station<'_>, paths: &Vec<ReceivedPath, PATHS>) -> Mapping {
+        let Some(pose) = PoseEstimate::of(station.pose) else {
+            return Mapping::default();
+        };
+        let config = self.config.association;
+        let association = associate(paths, &pose, station.transmitter, &self.surfaces, &config);
+        let left_out = &mut self.counters.chains_left_out;
+        *left_out = left_out.saturating_add(association.left_out.unweighed);
+        let sweep = SweepPaths {
+            paths,
+            pose: &pose,
+            transmitter: station.transmitter,
+            sweep: station.sweep,
+        };
+        let learned = self.surfaces.learn(&association, &sweep, &config);
+        let points = gather(learned.points.iter().map(|point| self.insert(point)));
+        for (gone, stays) in &learned.merged {
+            self.memory.map.rename(*gone, *stays);
+        }
+        for surface in &learned.changes.demoted {
+            let _freed = self.memory.map.withdraw(*surface);
+        }
+        let outcomes = association.verdicts.into_iter().enumerate();
+        Mapping {
+            outcomes: gather(outcomes.map(|(index, verdict)| {
+                if station.line == Some(index) {
+                    Outcome::LineOfSight
+                } else {
+                    Outcome::Associated(verdict)
+                }
+            })),
+            points,
+            surfaces: SurfaceChanges {
+                merged: learned.merged,
+                withdrawn: learned.changes.demoted,
+            },
+        }
+    }
+
+    fn insert(&mut self, point: &SurfacePoint) -> MappedPoint {
+        MappedPoint {
+            surface: Some(point.surface),
+            sweep: point.sweep,
+            path: point.path,
+            reflection: point.reflection,
+            probability: point.existence,
+            point: point.point,
+            // What lies beyond the map's range is counted there.
+            insertion: self.memory.map.insert_on(Some(point.surface), &point.point).ok(),
+        }
+    }
+
+    /// Every path by itself: the network says of which order it is, the closed form where it was reflected.
+    fn map_alone(&mut self, station: &Station<'_>, judged: &[Judged]) -> Mapping {
+        let mut mapping = Mapping::default();
+        let Ok(ends) = ends(station.pose, &station.transmitter.position_m) else {
+            return mapping;
+        };
+        for (index, judged) in judged.iter().enumerate() {
+            let outcome = if station.line == Some(index) {
+                Outcome::LineOfSight
+            } else {
+                self.alone(&ends, station.sweep, index, judged, &mut mapping.points)
+            };
+            let _fits = mapping.outcomes.push(outcome);
+        }
+        mapping
+    }
+
+    fn alone(
+        &mut self,
+        ends: &Ends,
+        sweep: u32,
+        index: usize,
+        judged: &Judged,
+        points: &mut Vec<MappedPoint, POINTS>,
+    ) -> Outcome {
+        let is_used = self.config.mapped == Mapped::FirstOrder || index == 0;
+        let Some(probabilities) = judged.probabilities.filter(|_| is_used) else {
+            return Outcome::Unused;
+        };
+        let accept = &self.config.accept;
+        if !probabilities.is_first_order(accept.min_probability) {
+            return Outcome::NotFirstOrder;
+        }
+        match solve(ends, &judged.path, self.config.form, &accept.point) {
+            Err(error) => Outcome::Input(error),
+            Ok(Verdict::Rejected(rejection)) => Outcome::Rejected(rejection),
+            Ok(Verdict::Accepted(point)) => {
+                // There is room for one a path.
+                let _fits = points.push(MappedPoint {
+                    surface: None,
+                    sweep,
+                    path: u8::try_from(index).unwrap_or(u8::MAX),
+                    reflection: [1, 1],
+                    probability: probabilities.first_order,
+                    point,
+                    insertion: self.memory.map.insert(&point).ok(),
+                });
+                Outcome::Point
+            }
+        }
+    }
+}
