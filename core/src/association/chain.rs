@@ -12,8 +12,8 @@
 use heapless::Vec;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use crate::geometry::Real;
 use crate::geometry::Plane;
+use crate::geometry::Real;
 use crate::surfaces::LEAST_HEIGHT_M;
 pub(super) use crate::surfaces::MOST_REFLECTIONS;
 

@@ -12,8 +12,8 @@ use super::likelihood::{Likelihood, innovation_covariance, joined, likelihood};
 use super::pose::PoseEstimate;
 use super::prior::{Known, is_blocked, log_offered, log_open, log_surfaces, probability_of_order};
 use super::received::{Measurement, departure_outliers, is_in_beams};
-use crate::geometry::{Gmt, Rotation, World};
 use crate::geometry::Plane;
+use crate::geometry::{Gmt, Rotation, World};
 use crate::lscn::Probabilities;
 use crate::surfaces::SurfaceIds;
 

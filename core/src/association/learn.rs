@@ -11,8 +11,8 @@ use super::pose::PoseEstimate;
 use super::prior::probability_of_order;
 use super::received::{Measurement, ReceivedPath, is_in_beams};
 use super::verdict::{Association, Decision, Verdict};
-use crate::localization::filter::Transmitter;
 use crate::geometry::Plane;
+use crate::localization::filter::{MAX_PLANES, Transmitter};
 use crate::lscn::Probabilities;
 use crate::surfaces::birth::BirthPath;
 use crate::surfaces::{MOST_REFLECTIONS, Sighting, StatusChanges, SurfaceIds, Surfaces, Waiting};
@@ -31,6 +31,8 @@ pub struct SweepPaths<'a, const K: usize> {
     pub transmitter: &'a Transmitter,
     /// Number of the sweep.
     pub sweep: u32,
+    /// Surfaces that were corrected together with the pose: of their planes the same paths say nothing new.
+    pub held: &'a Vec<u16, MAX_PLANES>,
 }
 
 /// What came of a sweep.
@@ -147,7 +149,8 @@ impl<const N: usize> Surfaces<N> {
             {
                 continue;
             }
-            if let Some(plane) = updated(plane, of, &innovation, &covariance) {
+            let is_held = seen.sweep.held.contains(id);
+            if let Some(plane) = updated(plane, of, &innovation, &covariance).filter(|_| !is_held) {
                 surface.plane = plane;
                 surface.floor_covariance(&config);
             }

@@ -7,8 +7,8 @@ use super::config::{HpcConfig, Localization};
 use crate::array::GmtArrays;
 use crate::geometry::{Body, Direction, Gmt, Position, Rotation, World};
 use crate::localization::filter::{
-    Counters, FaceDirection, Filter, Health, PathMeasurement, SweepMeasurement, SweepVerdict, TestRatios,
-    Transmitter, range_of_delay_m, wrap_delay_m,
+    Counters, FaceDirection, Filter, Health, MappedPlane, PathMeasurement, SweepMeasurement, SweepVerdict,
+    TestRatios, Transmitter, range_of_delay_m, wrap_delay_m,
 };
 use crate::localization::hpc::{Hpc, Start};
 use crate::localization::imu::{Alignment, ImuStep, MagneticField, Motion, Turn};
@@ -144,6 +144,33 @@ impl<const STATES: usize> Localizer<STATES> {
         match self {
             Self::Filter(filter) => filter.transmitter(),
             Self::Hpc(_) => None,
+        }
+    }
+
+    /// Pose that is predicted for the sweep in hand. Nothing older can be taken in afterwards.
+    pub(super) fn predict_to(&mut self, time_ns: u64) -> Option<Pose> {
+        match self {
+            Self::Filter(filter) => {
+                filter.advance(time_ns);
+                filter.pose()
+            }
+            Self::Hpc(hpc) => hpc.pose(),
+        }
+    }
+
+    /// Surfaces that correct the pose and are corrected with it.
+    pub(super) fn planes(&self) -> impl Iterator<Item = &MappedPlane> {
+        let filter = match self {
+            Self::Filter(filter) => Some(filter),
+            Self::Hpc(_) => None,
+        };
+        filter.into_iter().flat_map(Filter::planes)
+    }
+
+    /// Lets them go.
+    pub(super) fn release_planes(&mut self) {
+        if let Self::Filter(filter) = self {
+            filter.release_planes();
         }
     }
 

@@ -7,10 +7,12 @@ use super::paths::{Heard, Judged};
 use super::receive::ends;
 use super::report::{MappedPoint, Outcome, SurfaceChanges};
 use super::{CHANNELS, Cslam, PATHS};
-use crate::association::{POINTS, PoseEstimate, ReceivedPath, SurfacePoint, SweepPaths, associate};
+use crate::association::{
+    self, Decision, POINTS, PoseEstimate, ReceivedPath, SurfacePoint, SweepPaths, associate,
+};
 use crate::bounded::gather;
 use crate::localization::Pose;
-use crate::localization::filter::Transmitter;
+use crate::localization::filter::{Bounces, MappedPlane, ReflectedPath, SweepVerdict, Transmitter};
 use crate::ltd::PathEstimator;
 use crate::reflection::{Ends, Verdict, solve};
 
@@ -52,6 +54,59 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         }))
     }
 
+    /// The paths of a sweep without line of sight that confirmed surfaces explain, seen from the pose that is predicted for it.
+    pub(super) fn reflections(
+        &mut self,
+        heard: &[Heard],
+        judged: &[Judged],
+        gmt: &Transmitter,
+        time_ns: u64,
+    ) -> Vec<ReflectedPath, PATHS> {
+        let pose = self.localizer.predict_to(time_ns);
+        let Some(pose) = pose.as_ref().and_then(PoseEstimate::of) else {
+            return Vec::new();
+        };
+        let paths = self.to_associate(heard, judged);
+        let association = associate(&paths, &pose, gmt, &self.surfaces, &self.config.association);
+        let explained = heard
+            .iter()
+            .zip(&association.verdicts)
+            .filter_map(|(path, verdict)| {
+                let planes = self.lent(verdict)?;
+                let path = self.measurement(path, None, gmt)?;
+                Some(ReflectedPath { path, planes })
+            });
+        gather(explained)
+    }
+
+    /// The surfaces of an explained path, for the filter. `None` of the line of sight, and of more than it follows.
+    fn lent(&self, verdict: &association::Verdict) -> Option<Bounces> {
+        let is_reflection = verdict.decision == Decision::Explained && !verdict.chain.is_empty();
+        let mut planes = Bounces::new();
+        for id in verdict.chain.iter().filter(|_| is_reflection) {
+            let plane = self.surfaces.get(*id)?.plane;
+            planes
+                .push(MappedPlane {
+                    id: u32::from(*id),
+                    plane,
+                })
+                .ok()?;
+        }
+        is_reflection.then_some(planes)
+    }
+
+    /// What the filter has learnt of surfaces goes back to them. In sight it keeps none: the surfaces learn from the pose then.
+    pub(super) fn take_surfaces_back(&mut self, verdict: SweepVerdict) {
+        for held in self.localizer.planes() {
+            if let Ok(id) = u16::try_from(held.id) {
+                self.surfaces.give_back(id, &held.plane);
+            }
+        }
+        if verdict.is_taken() {
+            self.localizer.release_planes();
+        }
+    }
+
     /// Maps a sweep. A pose that is lost would only put points where there is nothing, and so would a GMT of which nobody knows
     /// where it is.
     pub(super) fn map_sweep(
@@ -82,6 +137,11 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             pose: &pose,
             transmitter: station.transmitter,
             sweep: station.sweep,
+            held: &gather(
+                self.localizer
+                    .planes()
+                    .filter_map(|held| u16::try_from(held.id).ok()),
+            ),
         };
         let learned = self.surfaces.learn(&association, &sweep, &config);
         let points = gather(learned.points.iter().map(|point| self.insert(point)));

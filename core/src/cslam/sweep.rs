@@ -9,10 +9,10 @@ use super::config::Departures;
 use super::mapping::{Mapping, Station};
 use super::paths::Heard;
 use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
-use super::{CHANNELS, Cslam, LinkStates, PATHS, SURFACES, count};
+use super::{CHANNELS, Cslam, LinkStates, PATHS, count};
 use crate::bounded::gather;
 use crate::localization::bsm::{Bearing, Refusal};
-use crate::localization::filter::{Counters, FaceDirection, MappedPlane, SweepMeasurement, SweepVerdict, Transmitter};
+use crate::localization::filter::{Counters, FaceDirection, SweepMeasurement, SweepVerdict, Transmitter};
 use crate::lscn::LinkState;
 use crate::ltd::{EstimatedPath, PathEstimator};
 
@@ -219,33 +219,17 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             .and_then(|index| heard.get(index))
             .zip(departure)
             .is_some_and(|(path, left)| self.is_proven(path, &left, gmt, open.time_ns));
-        let (mut reflections, mut double_reflections) = (Vec::<_, PATHS>::new(), Vec::<_, PATHS>::new());
         let mut measured = Vec::<_, PATHS>::new();
-        for (index, heard) in heard.iter().enumerate() {
-            let Some(path) = self.measurement(heard, None, gmt) else {
-                continue;
-            };
-            let probabilities = judged
-                .as_ref()
-                .and_then(|judged| judged.get(index)?.probabilities);
-            let least = self.config.accept.min_probability;
+        if self.config.delta_ranges {
             // There is room for every path.
-            if self.config.delta_ranges {
-                let _fits = measured.push(path);
-            }
-            if let Some(p) = probabilities.filter(|_| self.config.map_aided) {
-                if p.first_order >= least {
-                    let _fits = reflections.push(path);
-                } else if p.higher_order >= least {
-                    let _fits = double_reflections.push(path);
-                }
-            }
+            measured = gather(heard.iter().filter_map(|path| self.measurement(path, None, gmt)));
         }
-        let confirmed = self.surfaces.iter().filter(|surface| surface.is_confirmed());
-        let planes: Vec<MappedPlane, SURFACES> = gather(confirmed.map(|surface| MappedPlane {
-            id: u32::from(surface.id),
-            plane: surface.plane,
-        }));
+        let reflections = match &judged {
+            Some(judged) if line.is_none() && self.config.map_aided => {
+                self.reflections(heard, judged, gmt, open.time_ns)
+            }
+            _ => Vec::new(),
+        };
         let before = self.localizer.counters();
         let confirmed = self.localizer.is_confirmed();
         let verdict = self.localizer.sweep(
@@ -259,11 +243,10 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 contrary,
                 level_yaw: level.map(|(_, yaw)| yaw),
                 reflections: &reflections,
-                double_reflections: &double_reflections,
                 heard: &measured,
-                planes: &planes,
             },
         );
+        self.take_surfaces_back(verdict);
         self.imu.set_errors(self.localizer.imu_errors());
         let after = self.localizer.counters();
         if after.clock_steps != before.clock_steps {

@@ -7,8 +7,8 @@ use super::evidence::Evidence;
 use super::surface::{Kind, Status, Surface};
 use super::waiting::WaitingPoints;
 use super::{SurfaceConfig, SurfaceIds};
-use crate::geometry::{Direction, Matrix3, Position, Vector3};
 use crate::geometry::Plane;
+use crate::geometry::{Direction, Matrix3, Position, Vector3};
 
 /// Number of the ground.
 pub const GROUND: u16 = 0;
@@ -131,6 +131,15 @@ impl<const N: usize> Surfaces<N> {
 
     pub(crate) fn get_mut(&mut self, id: u16) -> Option<&mut Surface> {
         self.surfaces.iter_mut().find(|surface| surface.id == id)
+    }
+
+    /// Takes what a filter has learnt of a surface, which it held in its state. One that is not there any more needs nothing.
+    pub fn give_back(&mut self, id: u16, plane: &Plane) {
+        let config = self.config;
+        if let Some(surface) = self.get_mut(id) {
+            surface.replace_plane(plane);
+            surface.floor_covariance(&config);
+        }
     }
 
     /// Paths that wait for their surfaces.

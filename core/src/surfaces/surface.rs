@@ -2,8 +2,8 @@
 
 use super::SurfaceConfig;
 use super::evidence::Evidence;
-use crate::geometry::{Matrix3, Position, Real, Vector3};
 use crate::geometry::Plane;
+use crate::geometry::{Matrix3, Position, Real, Vector3};
 
 /// What kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,6 +114,18 @@ impl Surface {
         for (range, by) in self.extent_m.iter_mut().zip([a, b]) {
             *range = range.map(|x| x - by);
         }
+    }
+
+    /// Takes a plane over that was corrected elsewhere, whose centre may be another. What was seen stays where it is.
+    pub fn replace_plane(&mut self, plane: &Plane) {
+        let away = self.plane.centre.vector() - plane.centre.vector();
+        let (t1, t2) = plane.tangents();
+        let back = [t1.dot(&away), t2.dot(&away)];
+        for (range, by) in self.extent_m.iter_mut().zip(back) {
+            *range = range.map(|x| x + by);
+        }
+        self.plane = *plane;
+        self.recentre(back);
     }
 
     /// Keeps the covariance above what all sightings share.

@@ -1,5 +1,5 @@
-//! Events of a flight as bytes, little-endian: a head of 16 bytes (kind, number of paths, flags, number of double reflections,
-//! a 32-bit number, the time stamp in ns), then a body whose length the head tells.
+//! Events of a flight as bytes, little-endian: a head of 16 bytes (kind, number of paths, flags, a zero, a 32-bit number, the time
+//! stamp in ns), then a body whose length the head tells.
 //!
 //! | kind | number | body |
 //! |---|---|---|
@@ -11,12 +11,14 @@
 //! | 6 beginning of a sweep | | |
 //!
 //! A path is c tau and its sigma (m), AoA x y z (body axes) and its sigma (rad), face of departure (-1 for none), its two
-//! cosines and their sigmas: f64. Flag 1: the first path is the line of sight. Double reflections come last.
+//! cosines and their sigmas, the planes that reflected it from the GMT on (-1 for none): f64. Flag 1: the first path is the line of sight.
 
+use cslam_core::geometry::Plane;
 use cslam_core::geometry::{Direction, Matrix3, Position, Rotation, Vector3};
 use cslam_core::localization::ImuSample;
-use cslam_core::localization::filter::{FaceDirection, MappedPlane, PathMeasurement, Transmitter};
-use cslam_core::geometry::Plane;
+use cslam_core::localization::filter::{
+    Bounces, FaceDirection, MappedPlane, PathMeasurement, ReflectedPath, Transmitter,
+};
 use embedded_io::{Read, ReadExactError};
 
 use super::FlightCheckError;
@@ -27,7 +29,7 @@ pub const PATHS: usize = 9;
 const HEAD: usize = 16;
 /// Numbers of a sweep's body before its paths, and of a path.
 const SWEEP_NUMBERS: usize = 7;
-const PATH_NUMBERS: usize = 12;
+const PATH_NUMBERS: usize = 14;
 /// Longest event, bytes.
 pub const MAX_EVENT: usize = HEAD + 8 * (SWEEP_NUMBERS + PATHS * PATH_NUMBERS);
 
@@ -44,10 +46,39 @@ pub struct Sweep {
     pub mast_rad: [f64; 3],
     /// The line of sight.
     pub line_of_sight: Option<PathMeasurement>,
-    /// Paths of one reflection.
-    pub reflections: heapless::Vec<PathMeasurement, PATHS>,
-    /// Paths of two reflections.
-    pub double_reflections: heapless::Vec<PathMeasurement, PATHS>,
+    /// Reflected paths.
+    pub reflections: heapless::Vec<Reflected, PATHS>,
+}
+
+/// A path with the planes of the map that reflected it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reflected {
+    /// The path.
+    pub path: PathMeasurement,
+    /// Their numbers, from the GMT on.
+    pub planes: heapless::Vec<u32, 2>,
+}
+
+impl Sweep {
+    /// Its reflected paths with the planes as they are known; those of an unknown plane are left out.
+    pub fn reflected(&self, planes: &[MappedPlane]) -> heapless::Vec<ReflectedPath, PATHS> {
+        let mut reflected = heapless::Vec::new();
+        for path in &self.reflections {
+            let mut met = Bounces::new();
+            for id in &path.planes {
+                if let Some(plane) = planes.iter().find(|plane| plane.id == *id) {
+                    let _fits = met.push(*plane);
+                }
+            }
+            if !met.is_empty() && met.len() == path.planes.len() {
+                let _fits = reflected.push(ReflectedPath {
+                    path: path.path,
+                    planes: met,
+                });
+            }
+        }
+        reflected
+    }
 }
 
 /// What happens in a flight.
@@ -114,7 +145,7 @@ fn body_length(head: &[u8]) -> Option<usize> {
 
 /// An event from its head and its body; `None` when it is not one.
 fn decode(head: &[u8], body: &[u8]) -> Option<Event> {
-    let [kind, _, flags, double, n0, n1, n2, n3, time @ ..] = *head.first_chunk::<HEAD>()?;
+    let [kind, _, flags, _, n0, n1, n2, n3, time @ ..] = *head.first_chunk::<HEAD>()?;
     let (number, time_ns) = (u32::from_le_bytes([n0, n1, n2, n3]), u64::from_le_bytes(time));
     let mut narrow = body.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b));
     let mut wide = body.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
@@ -149,15 +180,11 @@ fn decode(head: &[u8], body: &[u8]) -> Option<Event> {
             let sigma_m = wide.next()?;
             let mast_rad: [f64; 3] = vector(&mut wide)?.into();
             let [yaw, pitch, roll] = mast_rad;
-            let mut paths = heapless::Vec::<PathMeasurement, PATHS>::new();
+            let mut paths = heapless::Vec::<Reflected, PATHS>::new();
             for numbers in body.get(8 * SWEEP_NUMBERS..)?.chunks_exact(8 * PATH_NUMBERS) {
                 paths.push(path(numbers)?).ok()?;
             }
-            let line_of_sight = (flags & 1 != 0 && !paths.is_empty()).then(|| paths.remove(0));
-            let single = paths.len().checked_sub(usize::from(double))?;
-            let mut double_reflections = heapless::Vec::new();
-            double_reflections.extend_from_slice(paths.get(single..)?).ok()?;
-            paths.truncate(single);
+            let line_of_sight = (flags & 1 != 0 && !paths.is_empty()).then(|| paths.remove(0).path);
             Event::Sweep(Sweep {
                 time_ns,
                 stop: number,
@@ -169,7 +196,6 @@ fn decode(head: &[u8], body: &[u8]) -> Option<Event> {
                 mast_rad,
                 line_of_sight,
                 reflections: paths,
-                double_reflections,
             })
         }
         6 => Event::Begin { time_ns },
@@ -183,7 +209,7 @@ fn vector<T: Copy + PartialEq + core::fmt::Debug + 'static>(
     Some(Vector3::from([numbers.next()?, numbers.next()?, numbers.next()?]))
 }
 
-fn path(bytes: &[u8]) -> Option<PathMeasurement> {
+fn path(bytes: &[u8]) -> Option<Reflected> {
     let mut numbers = bytes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
     let (c_tau_m, c_tau_sigma_m) = (numbers.next()?, numbers.next()?);
     let aoa = Direction::from_vector(vector(&mut numbers)?).ok()?;
@@ -195,13 +221,22 @@ fn path(bytes: &[u8]) -> Option<PathMeasurement> {
         .iter()
         .position(|&number| number == face)
         .map(|face| FaceDirection { face, cosines, sigma });
-    Some(PathMeasurement {
-        c_tau_m,
-        c_tau_sigma_m,
-        aoa,
-        aoa_sigma_rad,
-        aoa_rise_sigma_rad,
-        departure,
+    let mut planes = heapless::Vec::new();
+    for id in [numbers.next()?, numbers.next()?] {
+        if id >= 0.0 {
+            planes.push(id as u32).ok()?;
+        }
+    }
+    Some(Reflected {
+        path: PathMeasurement {
+            c_tau_m,
+            c_tau_sigma_m,
+            aoa,
+            aoa_sigma_rad,
+            aoa_rise_sigma_rad,
+            departure,
+        },
+        planes,
     })
 }
 
@@ -241,15 +276,16 @@ impl Event {
             }
             Self::Begin { time_ns } => put(&head(6, 0, [0; 2], 0, *time_ns)),
             Self::Sweep(sweep) => {
-                let double = sweep.double_reflections.len();
-                let paths = sweep.reflections.len() + double + usize::from(sweep.line_of_sight.is_some());
-                let flags = [u8::from(sweep.line_of_sight.is_some()), double as u8];
+                let paths = sweep.reflections.len() + usize::from(sweep.line_of_sight.is_some());
+                let flags = [u8::from(sweep.line_of_sight.is_some()), 0];
                 put(&head(5, paths, flags, sweep.stop, sweep.time_ns));
                 wide(put, sweep.gmt.position_m.as_slice());
                 wide(put, &[sweep.gmt.sigma_m]);
                 wide(put, &sweep.mast_rad);
-                let reflected = sweep.reflections.iter().chain(&sweep.double_reflections);
-                for path in sweep.line_of_sight.iter().chain(reflected) {
+                let sight = sweep.line_of_sight.iter().map(|path| (path, None));
+                let reflected = sweep.reflections.iter();
+                let reflected = reflected.map(|reflected| (&reflected.path, Some(&reflected.planes)));
+                for (path, planes) in sight.chain(reflected) {
                     wide(put, &[path.c_tau_m, path.c_tau_sigma_m]);
                     wide(put, path.aoa.vector().as_slice());
                     wide(put, &[path.aoa_sigma_rad, path.aoa_rise_sigma_rad]);
@@ -260,6 +296,12 @@ impl Event {
                         ),
                         None => wide(put, &[-1.0, 0.0, 0.0, 0.0, 0.0]),
                     }
+                    let plane = |place: usize| {
+                        planes
+                            .and_then(|planes| planes.get(place))
+                            .map_or(-1.0, |id| f64::from(*id))
+                    };
+                    wide(put, &[plane(0), plane(1)]);
                 }
             }
         }

@@ -15,7 +15,7 @@ use cslam_core::localization::imu::{HeadingRefusal, ImuStep, MagneticField};
 use cslam_core::localization::{Localizer, LocalizerConfig};
 use embedded_io::{Read, ReadExactError};
 
-pub use event::{Event, MAX_EVENT, PATHS, Sweep};
+pub use event::{Event, MAX_EVENT, PATHS, Reflected, Sweep};
 use lines::{Digest, Line};
 
 /// Planes of the map that a recording may hold.
@@ -116,6 +116,7 @@ pub fn run<R: Read, T: Real, const N: usize>(
                 steps = 0;
             }
             Event::Sweep(sweep) => {
+                let reflections = sweep.reflected(&planes);
                 let measurement = SweepMeasurement {
                     time_ns: sweep.time_ns,
                     gmt: sweep.gmt,
@@ -124,12 +125,15 @@ pub fn run<R: Read, T: Real, const N: usize>(
                     proven: false,
                     level_yaw: None,
                     contrary: None,
-                    reflections: &sweep.reflections,
-                    double_reflections: &sweep.double_reflections,
+                    reflections: &reflections,
                     heard: &[],
-                    planes: &planes,
                 };
                 let verdict = observer.sweep(|| localizer.sweep(&measurement));
+                for held in localizer.filter().planes() {
+                    if let Some(plane) = planes.iter_mut().find(|plane| plane.id == held.id) {
+                        *plane = *held;
+                    }
+                }
                 let line = Line {
                     sweep: sweeps,
                     verdict,

@@ -21,6 +21,8 @@ pub struct TruePath {
     pub arrival: Vector3<f64>,
     /// From the GMT towards the first interaction, world axes.
     pub departure: Vector3<f64>,
+    /// Planes that reflected it, from the GMT on, by their place in [`planes_of`]; none of the line of sight, and where more than two did.
+    pub planes: [Option<usize>; 2],
 }
 
 /// Truth at a sweep.
@@ -48,14 +50,22 @@ const PATHS: usize = 9;
 
 /// Normal of every flat surface of a scene, and a point in its middle, m. Faces in one plane count once.
 pub fn planes_of(scene: &Scene) -> Vec<(Vector3<f64>, Vector3<f64>)> {
+    flat(scene).0
+}
+
+/// The planes of a scene, and the place among them of each face's.
+fn flat(scene: &Scene) -> (Vec<(Vector3<f64>, Vector3<f64>)>, Vec<usize>) {
     let mut planes: Vec<(Vector3<f64>, Vector3<f64>, f64)> = Vec::new();
+    let mut of_faces = Vec::new();
     for face in scene.faces() {
         let normal = *face.normal();
         let middle = face.vertices().iter().sum::<Vector3<f64>>() / face.vertices().len() as f64;
-        let same = |other: &&mut (Vector3<f64>, Vector3<f64>, f64)| {
+        let same = |other: &(Vector3<f64>, Vector3<f64>, f64)| {
             (other.0 - normal).norm() < 1e-6 && normal.dot(&(other.1 - middle)).abs() < 1e-3
         };
-        match planes.iter_mut().find(same) {
+        let place = planes.iter().position(same).unwrap_or(planes.len());
+        of_faces.push(place);
+        match planes.get_mut(place) {
             Some((_, mean, faces)) => {
                 *mean = (*mean * *faces + middle) / (*faces + 1.0);
                 *faces += 1.0;
@@ -63,10 +73,8 @@ pub fn planes_of(scene: &Scene) -> Vec<(Vector3<f64>, Vector3<f64>)> {
             None => planes.push((normal, middle, 1.0)),
         }
     }
-    planes
-        .into_iter()
-        .map(|(normal, middle, _)| (normal, middle))
-        .collect()
+    let planes = planes.into_iter().map(|(normal, middle, _)| (normal, middle));
+    (planes.collect(), of_faces)
 }
 
 /// What the receiver gets besides paths.
@@ -110,6 +118,7 @@ impl Prepared {
             .ok_or_else(|| InputError::new("more reflections are asked for than the tracer can follow"))?;
         let plan = FlightPlan::plan(scene, flight, seed)?;
         let sensed = SensedFlight::new(plan, sensors.clone(), seed)?;
+        let (_, of_faces) = flat(scene);
         let (mut sweeps, mut tree) = (Vec::new(), None);
         for sweep in 0..sensed.plan().sweeps() {
             let truth = sensed.sweep_truth(sweep);
@@ -118,7 +127,7 @@ impl Prepared {
                 tree = Some((gmt, tracer.transmitter(gmt)));
             }
             let paths = tree.as_ref().map_or(Vec::new(), |(_, tree)| {
-                strongest(tree.trace(truth.uav.position_m.into()))
+                strongest(tree.trace(truth.uav.position_m.into()), &of_faces)
             });
             sweeps.push(TrueSweep {
                 motion: truth.uav,
@@ -136,23 +145,33 @@ impl Prepared {
     }
 }
 
-fn strongest(mut paths: Vec<TracedPath>) -> Vec<TruePath> {
+fn strongest(mut paths: Vec<TracedPath>, of_faces: &[usize]) -> Vec<TruePath> {
     let power = |path: &TracedPath| path.gain().iter().map(|part| part * part).sum::<f64>();
     paths.sort_by(|a, b| power(b).total_cmp(&power(a)));
-    paths.iter().take(PATHS).map(true_path).collect()
+    paths
+        .iter()
+        .take(PATHS)
+        .map(|path| true_path(path, of_faces))
+        .collect()
 }
 
-fn true_path(path: &TracedPath) -> TruePath {
+fn true_path(path: &TracedPath, of_faces: &[usize]) -> TruePath {
     let vector = |[zenith, azimuth]: [f64; 2]| {
         let (sz, cz) = libm::sincos(zenith);
         let (sa, ca) = libm::sincos(azimuth);
         Vector3::new(sz * ca, sz * sa, cz)
     };
+    let plane = |face: u32| of_faces.get(face as usize).copied();
     TruePath {
         order: path.order(),
         length_m: path.length_m(),
         arrival: vector(path.arrival_rad()),
         departure: vector(path.departure_rad()),
+        planes: match *path.faces() {
+            [one] => [plane(one), None],
+            [one, two] => [plane(one), plane(two)],
+            _ => [None; 2],
+        },
     }
 }
 

@@ -2,13 +2,13 @@
 
 use core::f64::consts::PI;
 
+use cslam_core::geometry::Plane;
 use cslam_core::geometry::{Direction, Position, Real, Rotation};
 use cslam_core::localization::filter::{
-    CLOCK_OFFSET, Filter, FilterConfig, MappedPlane, PathMeasurement, SweepMeasurement, SweepVerdict,
-    Transmitter, wrap_delay_m,
+    Bounces, CLOCK_OFFSET, Filter, FilterConfig, MappedPlane, PathMeasurement, ReflectedPath,
+    SweepMeasurement, SweepVerdict, Transmitter, wrap_delay_m,
 };
 use cslam_core::localization::imu::{Alignment, Imu, ImuConfig, RestAlignment, RestConfig, RestStatus};
-use cslam_core::geometry::Plane;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::flights::{Heard, Prepared, TruePath, TrueSweep};
@@ -53,10 +53,10 @@ pub struct Scenario {
     pub reflected_departure: bool,
     /// Share of reflected paths that the estimator finds.
     pub detected: f64,
-    /// Share of reflections whose order is misjudged, one for more or more for one.
+    /// Share of reflections that are associated with another plane than theirs.
     pub misjudged: f64,
-    /// Paths of a higher order that are tried on pairs of planes, at most.
-    pub double_reflections: usize,
+    /// Most reflections of a path that corrects the pose, two at most.
+    pub most_reflections: usize,
     /// No line of sight between these times, s.
     pub outage_s: Option<(f64, f64)>,
     /// Two-way timing is lost in the outage too.
@@ -75,7 +75,7 @@ impl Default for Scenario {
             reflected_departure: true,
             detected: 0.95,
             misjudged: 0.02,
-            double_reflections: 3,
+            most_reflections: 2,
             outage_s: None,
             timing_in_outage: true,
             start: Start::Rest,
@@ -189,12 +189,11 @@ fn sweep<T: Real, const N: usize>(
         proven: false,
         level_yaw: None,
         contrary: None,
-        reflections: &seen.single,
-        double_reflections: &seen.double,
+        reflections: &seen.reflections,
         heard: &[],
-        planes: &receiver.map,
     };
     let verdict = filter.sweep(&measurement);
+    receiver.take_back(filter.planes());
     record(filter, truth, beacon.sweep, &seen, verdict)
 }
 
@@ -244,7 +243,7 @@ fn record<T: Real, const N: usize>(
         running: filter.is_running(),
         sight: seen.visible,
         outlier: seen.wrong,
-        reflections: seen.single.len() + seen.double.len(),
+        reflections: seen.reflections.len(),
         range_m: (truth.gmt_m - truth.motion.position_m).norm(),
         position_m,
         attitude_rad,
@@ -266,8 +265,8 @@ pub(super) struct Seen {
     /// Whether `sight` is a wrong path.
     wrong: bool,
     pub(super) sight: Option<PathMeasurement>,
-    pub(super) single: Vec<PathMeasurement>,
-    pub(super) double: Vec<PathMeasurement>,
+    /// Reflected paths with the planes of the map that they are associated with, strongest first.
+    pub(super) reflections: Vec<ReflectedPath>,
 }
 
 /// The radio of one flight: hardware, map and the luck of the day.
@@ -371,7 +370,7 @@ impl<'a> Receiver<'a> {
             .filter(|_| !hidden)
             .and_then(|path| measure(path, &mut random));
         let visible = sight.is_some();
-        let (mut single, mut double) = (Vec::new(), Vec::new());
+        let mut reflections = Vec::new();
         for path in truth.paths.iter().filter(|path| path.order > 0) {
             let (found, judged) = (random.uniform(), random.uniform());
             let Some(mut measured) = measure(path, &mut random).filter(|_| found < self.scenario.detected)
@@ -381,14 +380,15 @@ impl<'a> Receiver<'a> {
             if !self.scenario.reflected_departure {
                 measured.departure = None;
             }
-            let misjudged = judged < self.scenario.misjudged;
-            if (path.order == 1) != misjudged {
-                single.push(measured);
-            } else {
-                double.push(measured);
+            // A draw below the share is even within it.
+            let wrong = judged / self.scenario.misjudged;
+            if let Some(planes) = self.associated(path, Some(wrong).filter(|wrong| *wrong < 1.0)) {
+                reflections.push(ReflectedPath {
+                    path: measured,
+                    planes,
+                });
             }
         }
-        double.truncate(self.scenario.double_reflections);
         if let Some(wrong) = &wrong {
             sight = wrong_path(truth, wrong).and_then(|path| measure(&path, &mut random));
         }
@@ -396,8 +396,33 @@ impl<'a> Receiver<'a> {
             visible,
             wrong: wrong.is_some(),
             sight,
-            single,
-            double,
+            reflections,
+        }
+    }
+
+    /// The planes of the map that a path is associated with: its own, or one by `wrong`, from 0 to 1, in place of the first. `None` when the
+    /// map does not have them, or when there are too many.
+    fn associated(&self, path: &TruePath, wrong: Option<f64>) -> Option<Bounces> {
+        let mut planes = Bounces::new();
+        for place in path.planes.iter().flatten() {
+            let plane = self.map.iter().find(|plane| plane.id as usize == *place)?;
+            planes.push(*plane).ok()?;
+        }
+        if let (Some(wrong), Some(first)) = (wrong, planes.first_mut()) {
+            let other = self.map.get((wrong * self.map.len() as f64) as usize)?;
+            *first = *other;
+        }
+        (1..=self.scenario.most_reflections)
+            .contains(&planes.len())
+            .then_some(planes)
+    }
+
+    /// Keeps what a filter has learnt of planes.
+    fn take_back<'p>(&mut self, held: impl Iterator<Item = &'p MappedPlane>) {
+        for held in held {
+            if let Some(plane) = self.map.iter_mut().find(|plane| plane.id == held.id) {
+                *plane = *held;
+            }
         }
     }
 
@@ -438,6 +463,7 @@ fn wrong_path(truth: &TrueSweep, wrong: &Wrong) -> Option<TruePath> {
         length_m: way.norm(),
         arrival: way.normalize(),
         departure: -way.normalize(),
+        planes: [None; 2],
     };
     let way = truth.gmt_m - truth.motion.position_m;
     match wrong {

@@ -90,10 +90,8 @@ pub fn fly_lie(
             proven: false,
             contrary: None,
             level_yaw: None,
-            reflections: &sweep.reflections,
-            double_reflections: &sweep.double_reflections,
+            reflections: &[],
             heard: &[],
-            planes: &[],
         });
         let Some(truth) = truth.next() else { break };
         let time_s = sweep.time_ns as f64 * 1e-9;

@@ -2,7 +2,6 @@
 //! that the firmware's check reads. The same flight and the same faults whenever the same figures are given.
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
-use cslam_core::localization::filter::PathMeasurement;
 use cslam_firmware::flight_check::{self, PATHS};
 use nalgebra::Vector3;
 
@@ -98,20 +97,20 @@ fn measured(
     let truth = &prepared.sweeps[beacon.sweep as usize];
     let shift_m = prepared.sensed.wrong_fix_m(beacon.sweep);
     let seen = receiver.sweep(beacon.sweep, &displaced(truth, &shift_m));
-    let mut room = PATHS - usize::from(seen.sight.is_some());
-    let mut bounded = |paths: Vec<PathMeasurement>| {
-        let kept: heapless::Vec<PathMeasurement, PATHS> = paths.into_iter().take(room).collect();
-        room -= kept.len();
-        kept
-    };
+    let room = PATHS - usize::from(seen.sight.is_some());
+    let reflections = seen.reflections.into_iter().take(room);
     flight_check::Event::Sweep(flight_check::Sweep {
         time_ns,
         stop: beacon.sweep / beacon.sweeps_per_stop.max(1),
         gmt: transmitter(beacon),
         mast_rad: beacon.heading_pitch_roll_rad,
         line_of_sight: seen.sight,
-        reflections: bounded(seen.single),
-        double_reflections: bounded(seen.double),
+        reflections: reflections
+            .map(|reflected| flight_check::Reflected {
+                path: reflected.path,
+                planes: reflected.planes.iter().map(|plane| plane.id).collect(),
+            })
+            .collect(),
     })
 }
 
@@ -133,6 +132,7 @@ fn displaced(truth: &TrueSweep, shift_m: &Vector3<f64>) -> TrueSweep {
                 length_m: way.norm(),
                 arrival: direction,
                 departure: -direction,
+                planes: [None; 2],
             },
         );
     }

@@ -8,8 +8,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::evaluation::{
-    ClockFigures, Consistency, Evaluation, Fate, LinkStateFigures, MapFigures,
-    TrajectoryFigures,
+    ClockFigures, Consistency, Evaluation, Fate, LinkStateFigures, MapFigures, TrajectoryFigures,
 };
 use crate::flight_log::{FlightLog, MeasuredPath};
 

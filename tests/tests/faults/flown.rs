@@ -143,6 +143,7 @@ pub(crate) fn fly(faults: &str, flagged: impl Fn(&LocalizerHealth) -> bool) -> F
             }
             Event::Sweep(sweep) => {
                 now_ns = now_ns.max(sweep.time_ns);
+                let reflections = sweep.reflected(&planes);
                 localizer.sweep(&SweepMeasurement {
                     time_ns: sweep.time_ns,
                     gmt: sweep.gmt,
@@ -151,10 +152,8 @@ pub(crate) fn fly(faults: &str, flagged: impl Fn(&LocalizerHealth) -> bool) -> F
                     proven: false,
                     level_yaw: None,
                     contrary: None,
-                    reflections: &sweep.reflections,
-                    double_reflections: &sweep.double_reflections,
+                    reflections: &reflections,
                     heard: &[],
-                    planes: &planes,
                 });
                 let time_s = sweep.time_ns as f64 * 1e-9;
                 // The clock is off by microseconds only.

@@ -7,9 +7,9 @@ use crate::association::chain::Chain;
 use crate::association::{
     Association, AssociationConfig, Learned, PoseEstimate, ReceivedPath, SweepPaths, associate,
 };
+use crate::geometry::Plane;
 use crate::geometry::{Body, Direction, Gmt, Matrix3, Position, Rotation, World};
 use crate::localization::filter::Transmitter;
-use crate::geometry::Plane;
 use crate::lscn::Probabilities;
 use crate::path::Departure;
 use crate::surfaces::birth::Birth;

@@ -11,8 +11,8 @@ use super::layout::{ARRAY_AXIS, ARRAY_SLOPE, ATTITUDE, CLOCK_OFFSET, FACE_BIAS, 
 use super::nominal::{Nominal, range_of_delay_m, wrap_delay_m};
 use super::row::Row;
 use crate::array::{GmtArrays, UavArrays};
-use crate::geometry::{Body, Direction, Gmt, Real, Rotation, World};
 use crate::geometry::Plane;
+use crate::geometry::{Body, Direction, Gmt, Real, Rotation, World};
 
 /// Direction in which a path left, by a face of the GMT.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,25 +53,13 @@ pub struct Transmitter {
     pub attitude: Rotation<Gmt, World, f64>,
 }
 
-/// A plane of the map that reflections may be matched to.
+/// A surface of the map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MappedPlane {
-    /// Which plane of the map: stays the same while the plane moves.
+    /// Which surface: stays the same while its plane moves.
     pub id: u32,
     /// The plane. Its shift (m) and two tilts (rad) are the states of the filter.
     pub plane: Plane,
-}
-
-impl MappedPlane {
-    /// The mirror image of a point, m.
-    pub fn image_m(&self, point_m: &Vector3<f64>) -> Vector3<f64> {
-        point_m - wide(self.plane.normal.vector()) * (2.0 * self.height_m(point_m))
-    }
-
-    /// Height of a point above the plane, m.
-    pub fn height_m(&self, point_m: &Vector3<f64>) -> f64 {
-        wide(self.plane.normal.vector()).dot(&(point_m - wide(self.plane.centre.vector())))
-    }
 }
 
 /// To double precision.
@@ -334,6 +322,18 @@ struct ArrayShift {
 /// Most planes of one path.
 pub(super) const MAX_BOUNCES: usize = 2;
 
+/// Planes that a wave met, from the GMT on.
+pub type Bounces = heapless::Vec<MappedPlane, MAX_BOUNCES>;
+
+/// A path with the surfaces that reflected it.
+#[derive(Clone, Debug)]
+pub struct ReflectedPath {
+    /// The path.
+    pub path: PathMeasurement,
+    /// The surfaces, from the GMT on; one at least.
+    pub planes: Bounces,
+}
+
 /// The mirrors of a path: each shows the image that the one before it made.
 fn mirrors(gmt_m: &Vector3<f64>, bounces: &[(&MappedPlane, usize)]) -> heapless::Vec<Mirror, MAX_BOUNCES> {
     let mut mirrors = heapless::Vec::<Mirror, MAX_BOUNCES>::new();
@@ -347,20 +347,6 @@ fn mirrors(gmt_m: &Vector3<f64>, bounces: &[(&MappedPlane, usize)]) -> heapless:
         let _ = mirrors.push(mirror);
     }
     mirrors
-}
-
-/// The last image of the GMT behind a chain of planes, m; and whether the wave can have met them in this order: the GMT
-/// stands in front of the first, the UAV in front of the last.
-pub(super) fn image_m(
-    gmt_m: &Vector3<f64>,
-    uav_m: &Vector3<f64>,
-    planes: &[&MappedPlane],
-) -> Option<Vector3<f64>> {
-    let (first, last) = (planes.first()?, planes.last()?);
-    if first.height_m(gmt_m) <= 0.0 || last.height_m(uav_m) <= 0.0 {
-        return None;
-    }
-    Some(planes.iter().fold(*gmt_m, |from, plane| plane.image_m(&from)))
 }
 
 /// A plane as a mirror of the GMT.

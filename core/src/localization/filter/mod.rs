@@ -47,7 +47,9 @@ pub use layout::{
     GYRO_BIAS, GYRO_MATRIX, PLANES, POSITION, TWO_WAY_BIAS, VELOCITY, planes, states,
 };
 pub use level::LevelYaw;
-pub use measurement::{FaceDirection, MappedPlane, Model, PathMeasurement, Transmitter};
+pub use measurement::{
+    Bounces, FaceDirection, MappedPlane, Model, PathMeasurement, ReflectedPath, Transmitter,
+};
 pub use nominal::{DELAY_PERIOD_M, Nominal, range_of_delay_m, rotation, wrap_delay_m};
 pub use row::{ROW_CAPACITY, Row};
 pub use scalar::TimingVerdict;
@@ -216,11 +218,6 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// The covariance at the horizon.
     pub fn covariance(&self) -> &Covariance<T, N> {
         &self.covariance
-    }
-
-    /// Planes in the state, as they are estimated now.
-    pub fn planes(&self) -> impl Iterator<Item = &MappedPlane> {
-        self.slots.iter().map(|slot| &slot.plane)
     }
 
     /// An angle of arrival without the estimated calibration errors of the arrays. The reflection solver wants this one:

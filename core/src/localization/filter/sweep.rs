@@ -5,7 +5,7 @@ use super::claim::Claim;
 use super::gate::{Innovation, chi_square};
 use super::layout::{ATTITUDE, POSITION, VELOCITY};
 use super::level::LevelYaw;
-use super::measurement::{MappedPlane, PATH_ROWS, PathMeasurement, PathRows, Transmitter};
+use super::measurement::{MappedPlane, PATH_ROWS, PathMeasurement, PathRows, ReflectedPath, Transmitter};
 use super::row::Row;
 use super::window::WINDOW;
 use crate::geometry::Real;
@@ -37,14 +37,10 @@ pub struct SweepMeasurement<'a> {
     pub contrary: Option<PathMeasurement>,
     /// Yaw of the level attitude ([`Filter::level`]), if something tells it before the start.
     pub level_yaw: Option<LevelYaw>,
-    /// Paths of one reflection.
-    pub reflections: &'a [PathMeasurement],
-    /// Paths of two reflections, or of a higher order that is not known.
-    pub double_reflections: &'a [PathMeasurement],
+    /// Reflected paths whose surfaces are known, strongest first. They correct the pose without line of sight.
+    pub reflections: &'a [ReflectedPath],
     /// All paths, whatever they met.
     pub heard: &'a [PathMeasurement],
-    /// Planes of the map that a reflection may come from.
-    pub planes: &'a [MappedPlane],
 }
 
 /// What became of a sweep's line of sight.
@@ -126,7 +122,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             self.last_sight_ns = measurement.time_ns;
             self.last_aid_ns = measurement.time_ns;
         } else if self.running {
-            self.reflections(&gmt, measurement);
+            self.reflections(&gmt, measurement.reflections);
             self.delta_ranges(&lengths, moved_m);
         }
         self.health.starting = !self.running;

@@ -2,12 +2,13 @@
 
 use core::hint::black_box;
 
+use cslam_core::geometry::Plane;
 use cslam_core::geometry::{Direction, Matrix3, Position, Rotation, Vector3};
 use cslam_core::localization::filter::{
-    FaceDirection, LevelYaw, MappedPlane, PathMeasurement, SweepMeasurement, Transmitter, states,
+    Bounces, FaceDirection, LevelYaw, MappedPlane, PathMeasurement, ReflectedPath, SweepMeasurement,
+    Transmitter, states,
 };
 use cslam_core::localization::imu::Alignment;
-use cslam_core::geometry::Plane;
 use cslam_core::localization::{ImuErrors, ImuSample, Localizer};
 
 /// States of the filter with four planes.
@@ -72,7 +73,11 @@ fn sweep(localizer: &mut Localizer<f32, STATES>) -> Option<()> {
             covariance: black_box(Matrix3::zeros()),
         },
     };
-    let (paths, planes) = ([path], [plane]);
+    let reflected = ReflectedPath {
+        path,
+        planes: Bounces::from_slice(&[plane, plane]).ok()?,
+    };
+    let (paths, reflected) = ([path], [reflected]);
     let measurement = SweepMeasurement {
         time_ns: black_box(0),
         gmt: Transmitter {
@@ -88,10 +93,8 @@ fn sweep(localizer: &mut Localizer<f32, STATES>) -> Option<()> {
             yaw_rad: 0.0,
             sigma_rad: 0.0,
         })),
-        reflections: black_box(&paths),
-        double_reflections: black_box(&paths),
+        reflections: black_box(&reflected),
         heard: black_box(&paths),
-        planes: black_box(&planes),
     };
     black_box(localizer.sweep(&measurement));
     Some(())

@@ -16,9 +16,7 @@ use flown::flown;
 use kept::Kept;
 use worlds::Named;
 
-use crate::campaign::{
-    EffectsTable, Flight, Lists, Purpose, Shard, Summary, compare, read_shards,
-};
+use crate::campaign::{EffectsTable, Flight, Lists, Purpose, Shard, Summary, compare, read_shards};
 use crate::commands::seeds::AnySeed;
 use crate::commands::threads::Threads;
 use crate::config::Mode;

@@ -178,7 +178,7 @@ impl Bench<'_> {
         }
         let scenario = Scenario {
             map: Some(MAP),
-            double_reflections: 0,
+            most_reflections: 1,
             ..default
         };
         let name = "filter, with map, single reflections only";

@@ -69,9 +69,7 @@ pub(super) fn measurement(time_ns: u64, path: PathMeasurement) -> SweepMeasureme
         level_yaw: None,
         contrary: None,
         reflections: &[],
-        double_reflections: &[],
         heard: &[],
-        planes: &[],
     }
 }
 

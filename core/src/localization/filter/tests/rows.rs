@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::super::*;
-use crate::geometry::{Gmt, World};
 use crate::geometry::Plane;
+use crate::geometry::{Gmt, World};
 
 const N: usize = states(2);
 
