@@ -80,6 +80,7 @@ impl<'a> Chain<'a> {
     }
 
     /// Images of the transmitter: itself, then in one plane after the other; and the last one.
+    #[inline(never)]
     fn images(&self, transmitter_m: &Vector3<f64>) -> (ChainPoints, Vector3<f64>) {
         let mut images = ChainPoints::new();
         let mut image = *transmitter_m;
@@ -126,6 +127,7 @@ impl<'a> Chain<'a> {
     }
 
     /// `R_1 R_2 .. R_k v`.
+    #[inline(never)]
     fn led_back(&self, v: &Vector3<f64>) -> Vector3<f64> {
         self.planes.iter().rev().fold(*v, |v, plane| turned(plane, &v))
     }

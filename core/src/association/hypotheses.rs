@@ -65,6 +65,7 @@ impl Default for Weighed {
 }
 
 /// `log (exp a + exp b)`.
+#[inline(never)]
 pub(super) fn log_add(a: f64, b: f64) -> f64 {
     let (least, most) = if a < b { (a, b) } else { (b, a) };
     if most == f64::NEG_INFINITY {
@@ -121,6 +122,7 @@ impl Source {
     }
 
     /// The same, seen in a plane.
+    #[inline(never)]
     fn seen_in(&self, known: &Known<'_>) -> Self {
         let image = Image {
             at: self.at,
@@ -144,6 +146,7 @@ struct Image {
 }
 
 impl Image {
+    #[inline(never)]
     fn seen_in(&self, known: &Known<'_>) -> Self {
         let covariance = &known.plane.covariance;
         let root = |variance: f64| libm::sqrt(variance.max(0.0));

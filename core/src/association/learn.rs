@@ -165,6 +165,7 @@ impl<const N: usize> Surfaces<N> {
     }
 
     /// The planes of a chain and the path over them.
+    #[inline(never)]
     fn predicted<const K: usize>(
         &self,
         chain: &SurfaceIds,
@@ -211,6 +212,7 @@ impl<const N: usize> Surfaces<N> {
         }
     }
 
+    #[inline(never)]
     pub(super) fn enqueue(&mut self, path: Waiting) {
         if self.waiting.push(path) {
             crate::surfaces::count(&mut self.counters.forgotten);

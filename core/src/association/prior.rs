@@ -31,6 +31,7 @@ pub(super) fn known<const N: usize>(surfaces: &Surfaces<N>) -> Vec<Known<'_>, N>
 }
 
 /// Network's probability of an order, tempered. Three and more reflections count as two; without a network all are alike.
+#[inline(never)]
 pub(super) fn probability_of_order(
     probabilities: Option<&Probabilities>,
     order: usize,
@@ -57,6 +58,7 @@ pub(super) fn log_offered(order: usize, config: &AssociationConfig) -> f64 {
 }
 
 /// Logarithm of existence and reach of the surfaces of a chain, which reflects at these points.
+#[inline(never)]
 pub(super) fn log_surfaces(chain: &[&Known<'_>], points: &ChainPoints, config: &AssociationConfig) -> f64 {
     let of = |(known, point): (&&Known<'_>, &Vector3<f64>)| {
         let outside_m = known.surface.outside_m(point);
@@ -67,6 +69,7 @@ pub(super) fn log_surfaces(chain: &[&Known<'_>], points: &ChainPoints, config: &
 
 /// Whether a confirmed surface stands in the way from the transmitter over these points to the UAV. One of the chain itself may do so as well,
 /// in a leg that does not end on it.
+#[inline(never)]
 pub(super) fn is_blocked(
     known: &[Known<'_>],
     [transmitter_m, uav_m]: [&Vector3<f64>; 2],

@@ -23,6 +23,7 @@ impl<T: Real> Plane<T> {
     /// t2 up. Of a floor: t1 along -y, t2 along x or nearly so. They do not jump while a wall or a floor tilts a
     /// little.
     #[must_use]
+    #[inline(never)]
     pub fn tangents(&self) -> (Vector3<T>, Vector3<T>) {
         tangents(self.normal.vector())
     }
@@ -48,6 +49,7 @@ impl<T: Real> Plane<T> {
     /// Derivative of [`Plane::image`] over (shift, tilt along t1, tilt along t2): columns `2 n` and
     /// `-2 [(t . (G - c)) n + (n . (G - c)) t]` (docs/localization.md, "The model").
     #[must_use]
+    #[inline(never)]
     pub fn image_jacobian(&self, point: &Vector3<T>) -> Matrix3<T> {
         let n = self.normal.vector();
         let away = point - self.centre.vector();
@@ -59,6 +61,7 @@ impl<T: Real> Plane<T> {
     /// The plane after a correction (shift in m, two tilts in rad) and with a new covariance, as a filter makes them.
     /// `None` when a number is not finite.
     #[must_use]
+    #[inline(never)]
     pub fn corrected(&self, [shift_m, tilt1_rad, tilt2_rad]: [T; 3], covariance: Matrix3<T>) -> Option<Self> {
         let (t1, t2) = self.tangents();
         let n = self.normal.vector();
@@ -75,6 +78,7 @@ impl<T: Real> Plane<T> {
 impl Plane {
     /// The same plane in double precision.
     #[must_use]
+    #[inline(never)]
     pub fn to_f64(&self) -> Plane<f64> {
         Plane {
             normal: self.normal.to_f64(),
@@ -85,6 +89,7 @@ impl Plane {
 }
 
 /// Tangents of a normal, see [`Plane::tangents`].
+#[inline(never)]
 fn tangents<T: Real>(n: &Vector3<T>) -> (Vector3<T>, Vector3<T>) {
     // Whichever of up and east is well off the normal.
     let reference = if n.z.abs() < T::of(0.7) {

@@ -74,6 +74,7 @@ impl Surface {
 
     /// Whether what was seen of it stands in the straight way between two points, both clear of it by so much, m.
     #[must_use]
+    #[inline(never)]
     pub fn stands_between(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>, clear_m: f32) -> bool {
         let [from, to] = [from_m, to_m].map(|end| end.map(|c| c as f32));
         let [over, under] = [&from, &to].map(|end| self.plane.height_m(end));
@@ -84,6 +85,7 @@ impl Surface {
     }
 
     /// Takes a reflection on it into what was seen, and moves the centre there. The plane stays where it is.
+    #[inline(never)]
     pub fn extend(&mut self, point_m: &Vector3<f64>) {
         let away = point_m.map(|c| c as f32) - self.plane.centre.vector();
         let (t1, t2) = self.plane.tangents();
@@ -163,6 +165,7 @@ impl Surface {
 
     /// Whether another plane is parallel to this one and each lies in the other, to within `within_m`.
     #[must_use]
+    #[inline(never)]
     pub fn is_along(&self, other: &Plane, within_m: f32, config: &SurfaceConfig) -> bool {
         // Cosines of small angles have no digits left in f32; the chord has.
         (self.plane.normal.vector() - other.normal.vector()).norm() < config.same_rad

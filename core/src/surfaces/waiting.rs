@@ -46,6 +46,7 @@ impl<const W: usize> WaitingPoints<W> {
     }
 
     /// Takes the one of this index out; the others keep their order.
+    #[inline(never)]
     pub fn remove(&mut self, index: usize) -> Option<Waiting> {
         let removed = self.paths.get(index)?.clone();
         let mut left = index;
@@ -58,6 +59,7 @@ impl<const W: usize> WaitingPoints<W> {
     }
 
     /// Forgets those over a surface: how many.
+    #[inline(never)]
     pub fn forget(&mut self, id: u16) -> usize {
         let before = self.paths.len();
         self.paths.retain(|waiting| !waiting.chain.contains(&id));

@@ -1,7 +1,7 @@
 //! CRC-32/ISO-HDLC over samples: polynomial 0x04C1_1DB7, reflected, all ones before and after.
 //!
 //! 64 KiB a frame are too much to take byte by byte, so the checksum is a trait: an STM32H743 has a unit for it, fed by
-//! DMA; everyone else takes [`SoftwareCrc`], eight bytes a turn with one table of 256 words for each.
+//! DMA; everyone else takes [`SoftwareCrc`], four bytes a turn with one table of 256 words for each.
 
 use cslam_core::ltd::Iq;
 
@@ -14,9 +14,9 @@ pub trait Checksum {
 }
 
 /// Tables: `TABLES[k][b]` is what byte `b` does to the state `k` bytes later.
-static TABLES: [[u32; 256]; 8] = tables();
+static TABLES: [[u32; 256]; 4] = tables();
 
-const fn tables() -> [[u32; 256]; 8] {
+const fn tables() -> [[u32; 256]; 4] {
     /// The polynomial, reflected.
     const POLYNOMIAL: u32 = 0xedb8_8320;
     let mut tables = [[0; 256]; 8];
@@ -32,7 +32,7 @@ const fn tables() -> [[u32; 256]; 8] {
         byte += 1;
     }
     let mut k = 1;
-    while k < 8 {
+    while k < 4 {
         let mut byte = 0;
         while byte < 256 {
             let before = tables[k - 1][byte];
@@ -50,7 +50,7 @@ fn after<const K: usize>(word: u32, shift: u32) -> u32 {
     TABLES[K][((word >> shift) & 255) as usize]
 }
 
-/// The checksum by tables, 8 KiB.
+/// The checksum by tables, 4 KiB.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SoftwareCrc;
 
@@ -63,24 +63,18 @@ impl SoftwareCrc {
     }
 }
 
-/// The state after two more words.
+/// The state after another word.
 #[inline(always)]
-fn two_words(state: u32, first: u32, second: u32) -> u32 {
-    let first = state ^ first;
-    let near =
-        after::<3>(second, 0) ^ after::<2>(second, 8) ^ after::<1>(second, 16) ^ after::<0>(second, 24);
-    let far = after::<7>(first, 0) ^ after::<6>(first, 8) ^ after::<5>(first, 16) ^ after::<4>(first, 24);
-    near ^ far
+fn one_word(state: u32, word: u32) -> u32 {
+    let word = state ^ word;
+    after::<3>(word, 0) ^ after::<2>(word, 8) ^ after::<1>(word, 16) ^ after::<0>(word, 24)
 }
 
 impl Checksum for SoftwareCrc {
     fn samples(&mut self, samples: &Block) -> u32 {
         let mut state = u32::MAX;
-        for channel in samples {
-            let (pairs, _none_left) = channel.as_chunks::<2>();
-            for [first, second] in pairs {
-                state = two_words(state, in_memory(*first), in_memory(*second));
-            }
+        for sample in samples.as_flattened() {
+            state = one_word(state, in_memory(*sample));
         }
         !state
     }

@@ -14,27 +14,7 @@ use nalgebra::Vector3;
 /// is not positive definite or a residual is not finite.
 pub(super) fn chi_square<T: Real, const N: usize>(covariance: &Covariance<T, N>, rows: &[Row<T>]) -> f64 {
     let mut whitened = Whitened::new(rows);
-    if (0..rows.len().min(PATH_ROWS)).all(|k| whitened.take(covariance, k, f64::INFINITY)) {
-        whitened.sum
-    } else {
-        f64::INFINITY
-    }
-}
-
-/// The same, infinite as well when it is above `most`: what few rows say is never more than what all say, so delay and
-/// departure come first, which cost least, and for most wrong explanations they are enough.
-pub(super) fn chi_square_up_to<T: Real, const N: usize>(
-    covariance: &Covariance<T, N>,
-    rows: &[Row<T>],
-    most: f64,
-) -> f64 {
-    let mut whitened = Whitened::new(rows);
-    let order = [0, 3, 4, 1, 2];
-    if order
-        .into_iter()
-        .filter(|&k| k < rows.len())
-        .all(|k| whitened.take(covariance, k, most))
-    {
+    if (0..rows.len().min(PATH_ROWS)).all(|k| whitened.take(covariance, k)) {
         whitened.sum
     } else {
         f64::INFINITY
@@ -58,8 +38,8 @@ impl<'a, T: Real> Whitened<'a, T> {
         }
     }
 
-    /// Takes row `k` in; false when that is impossible or the sum is above `most`.
-    fn take<const N: usize>(&mut self, covariance: &Covariance<T, N>, k: usize, most: f64) -> bool {
+    /// Takes row `k` in; false when that is impossible.
+    fn take<const N: usize>(&mut self, covariance: &Covariance<T, N>, k: usize) -> bool {
         let Some(row) = self.rows.get(k) else {
             return false;
         };
@@ -91,7 +71,7 @@ impl<'a, T: Real> Whitened<'a, T> {
             *diagonal = root;
         }
         self.sum += value * value;
-        self.taken.push((k, line, value)).is_ok() && self.sum <= most
+        self.taken.push((k, line, value)).is_ok()
     }
 }
 

@@ -4,8 +4,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::*;
 use crate::geometry::{Direction, Gmt, Plane, Position, Rotation, World};
-use crate::localization::filter::{Bounces, Filter58, FilterConfig, PathMeasurement};
 use crate::localization::filter::layout::POSITION;
+use crate::localization::filter::{Bounces, Filter58, FilterConfig, PathMeasurement};
 
 fn wall(id: u32, x_m: f32, normal: Vector3<f32>) -> MappedPlane {
     MappedPlane {
@@ -55,15 +55,30 @@ fn a_reflection_is_taken_when_it_fits_and_its_surface_learns() {
     ] {
         let (mut filter, path) = flight(walls, 0.05);
         filter.reflections(&gmt(), &[path]);
-        assert_eq!((filter.counters().reflections, filter.counters().reflections_rejected), (1, 0));
+        assert_eq!(
+            (
+                filter.counters().reflections,
+                filter.counters().reflections_rejected
+            ),
+            (1, 0)
+        );
         assert_eq!(filter.planes().count(), walls.len());
         for (held, wall) in filter.planes().zip(walls) {
-            assert!(held.plane.covariance.m11 < 0.9 * wall.plane.covariance.m11, "learnt");
+            assert!(
+                held.plane.covariance.m11 < 0.9 * wall.plane.covariance.m11,
+                "learnt"
+            );
         }
         let (mut filter, path) = flight(walls, 3.0);
         let before = filter.nominal.position_m;
         filter.reflections(&gmt(), &[path]);
-        assert_eq!((filter.counters().reflections, filter.counters().reflections_rejected), (0, 1));
+        assert_eq!(
+            (
+                filter.counters().reflections,
+                filter.counters().reflections_rejected
+            ),
+            (0, 1)
+        );
         assert_eq!(filter.nominal.position_m, before);
     }
 }
@@ -76,10 +91,16 @@ fn a_surface_that_was_let_go_is_taken_as_it_is_lent_next() {
     filter.release_planes();
     assert_eq!(filter.planes().count(), 0);
     let better = MappedPlane {
-        plane: Plane { covariance: Matrix3::identity() * 1e-8, ..east.plane },
+        plane: Plane {
+            covariance: Matrix3::identity() * 1e-8,
+            ..east.plane
+        },
         ..east
     };
-    let again = ReflectedPath { planes: Bounces::from_slice(&[better]).expect("one"), ..path };
+    let again = ReflectedPath {
+        planes: Bounces::from_slice(&[better]).expect("one"),
+        ..path
+    };
     filter.reflections(&gmt(), &[again]);
     let held = filter.planes().next().expect("held");
     assert!(held.plane.covariance.m11 <= 1.01e-8);
@@ -91,5 +112,8 @@ fn no_more_paths_are_taken_than_there_is_time_for() {
     let paths: [ReflectedPath; MOST_PATHS + 2] = core::array::from_fn(|_| path.clone());
     filter.reflections(&gmt(), &paths);
     let counters = filter.counters();
-    assert_eq!((counters.reflections, counters.reflections_rejected), (MOST_PATHS as u32, 2));
+    assert_eq!(
+        (counters.reflections, counters.reflections_rejected),
+        (MOST_PATHS as u32, 2)
+    );
 }
