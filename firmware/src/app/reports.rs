@@ -119,6 +119,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                             position_m: mapped.point.position.to_array(),
                             sigma_m: mapped.point.sigma_m(),
                             probability: path.presumed_probability().unwrap_or(1.0),
+                            surface: None,
                         };
                         // The ground's map is no larger than ours.
                         if mapped.insertion.is_some() {
