@@ -131,3 +131,41 @@ proptest! {
         prop_assert_eq!((c.added + c.fused + c.replaced + c.dropped) as usize, points.len());
     }
 }
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// Points of four surfaces, of which one is withdrawn and another merged: what is left is what a map would hold that had never seen
+    /// the withdrawn ones first in their voxels.
+    #[test]
+    fn a_withdrawn_surface_leaves_and_the_others_are_found(
+        points in prop::collection::vec((prop::array::uniform3(real(-2.0, 2.0)), 0_u16..4), 1..200),
+        withdrawn in 0_u16..4,
+    ) {
+        let mut map = PointCloud::<300>::with_edge(0.5).expect("positive");
+        let mut owners: HashMap<Voxel, u16> = HashMap::new();
+        for &(p, surface) in &points {
+            let point = reflection(p, 0.1);
+            owners.entry(Voxel::containing(&point.position, 0.5).expect("near")).or_insert(surface);
+            map.insert_on(Some(surface), &point).expect("near");
+        }
+        let before = map.len();
+        let freed = map.withdraw(withdrawn);
+        map.rename((withdrawn + 1) % 4, 9);
+        prop_assert_eq!(map.len() + freed, before);
+        for (voxel, owner) in &owners {
+            let found = map.get(*voxel).map(|point| point.surface());
+            let expected = match *owner {
+                owner if owner == withdrawn => None,
+                owner if owner == (withdrawn + 1) % 4 => Some(Some(9)),
+                owner => Some(Some(owner)),
+            };
+            prop_assert_eq!(found, expected);
+        }
+        // Its places are used again.
+        for &(p, _) in &points {
+            map.insert(&reflection(p, 0.1)).expect("near");
+        }
+        prop_assert_eq!(map.len(), before);
+    }
+}

@@ -40,6 +40,15 @@ pub enum Event {
     StorageDamaged(u8),
     /// The map was emptied.
     MapRestarted,
+    /// The surface of this number was refuted: every point of it that went out before leaves the map.
+    SurfaceWithdrawn(u16),
+    /// Two surfaces were one: every point of the one that is gone, as far as it went out before, is of the one that stays.
+    SurfaceMerged {
+        /// Number that no surface has any more.
+        gone: u16,
+        /// Number that both have now.
+        stays: u16,
+    },
 }
 
 impl Event {
@@ -70,6 +79,15 @@ impl Event {
                 to.put(u64::from(*record), 8);
             }
             Self::MapRestarted => kind(7),
+            Self::SurfaceWithdrawn(surface) => {
+                kind(8);
+                to.put(u64::from(*surface), 16);
+            }
+            Self::SurfaceMerged { gone, stays } => {
+                kind(9);
+                to.put(u64::from(*gone), 16);
+                to.put(u64::from(*stays), 16);
+            }
         }
     }
 
@@ -89,6 +107,11 @@ impl Event {
             5 => Self::KeyMissing,
             6 => Self::StorageDamaged(from.take_u8(8)?),
             7 => Self::MapRestarted,
+            8 => Self::SurfaceWithdrawn(from.take_u16(16)?),
+            9 => Self::SurfaceMerged {
+                gone: from.take_u16(16)?,
+                stays: from.take_u16(16)?,
+            },
             _ => return None,
         })
     }

@@ -302,15 +302,17 @@ const VERDICTS: [SweepVerdict; 9] = [
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cslam::MappedPoint;
-    use crate::geometry::{Matrix3, Position};
-    use crate::map::Insertion;
-    use crate::reflection::ReflectionPoint;
+    use crate::association::{Neighbourhood, Verdict};
+    use crate::surfaces::SurfaceIds;
+
+    /// Of earlier versions of the format: a departure that was not known.
+    const RETIRED: u8 = 5;
 
     #[test]
     fn every_outcome_has_its_code() {
         let plain = (0..REJECTED)
-            .chain([TWO_POINTS, THREE_POINTS])
+            .filter(|code| *code != RETIRED)
+            .chain(TENTATIVE..=THREE_POINTS)
             .map(|code| PathOutcome::from_code(code).expect("a plain outcome"));
         let rejected = Rejection::ALL.map(PathOutcome::Rejected);
         let input = InputError::ALL.map(PathOutcome::Input);
@@ -322,34 +324,38 @@ mod tests {
             assert_eq!(PathOutcome::from_code(code), Some(outcome));
             codes.push(code).expect("room");
         }
-        assert_eq!(codes.len(), 26);
-        assert_eq!(PathOutcome::from_code(18), None);
+        assert_eq!(codes.len(), 29);
+        assert_eq!(PathOutcome::from_code(RETIRED), None);
         assert_eq!(PathOutcome::from_code(31), None);
     }
 
     #[test]
-    fn a_path_is_out_of_range_when_all_of_its_points_are() {
-        let outcome = |insertions: &[Option<Insertion>]| {
-            let point = ReflectionPoint {
-                position: Position::new(1.0, 2.0, 3.0).expect("finite"),
-                covariance: Matrix3::identity(),
-                distance_m: 4.0,
-            };
-            let mapped = insertions
-                .iter()
-                .map(|&insertion| MappedPoint { point, insertion });
-            PathOutcome::from(&Outcome::Points(mapped.collect()))
+    fn a_verdict_is_told_with_the_number_of_its_surfaces() {
+        let outcome = |decision, chain: &[u16]| {
+            PathOutcome::from(&Outcome::Associated(Verdict {
+                decision,
+                chain: SurfaceIds::from_slice(chain).expect("three at most"),
+                posterior: 0.99,
+                chi_square: 1.0,
+                departure_held: 1.0,
+                contradicts: None,
+                neighbourhood: Neighbourhood::default(),
+            }))
         };
-        let in_map = Some(Insertion::Fused);
+        let explained = [&[][..], &[0], &[0, 4], &[4, 0, 9]].map(|chain| outcome(Decision::Explained, chain));
         assert_eq!(
-            [outcome(&[in_map]), outcome(&[None])],
-            [PathOutcome::Point, PathOutcome::PointOutOfRange]
+            explained,
+            [
+                PathOutcome::LineOfSight,
+                PathOutcome::Point,
+                PathOutcome::TwoPoints,
+                PathOutcome::ThreePoints
+            ]
         );
-        assert_eq!(
-            [outcome(&[None, in_map]), outcome(&[in_map, None])],
-            [PathOutcome::TwoPoints; 2]
-        );
-        assert_eq!(outcome(&[None; 3]), PathOutcome::PointOutOfRange);
+        assert_eq!(outcome(Decision::Tentative, &[7]), PathOutcome::Tentative);
+        assert_eq!(outcome(Decision::Ambiguous, &[7]), PathOutcome::Ambiguous);
+        assert_eq!(outcome(Decision::New, &[]), PathOutcome::NewSurface);
+        assert_eq!(outcome(Decision::Unexplained, &[]), PathOutcome::Unexplained);
     }
 
     #[test]

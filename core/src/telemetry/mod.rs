@@ -1,4 +1,4 @@
-//! Packets between UAV and ground, version 2 of the wire format (docs/telemetry.md holds it byte by byte).
+//! Packets between UAV and ground, version 3 of the wire format (docs/telemetry.md holds it byte by byte).
 //!
 //! ```text
 //! COBS( version, way and kind, UAV, counter | body: a bit string | authentication code | CRC-32 ) 0x00
@@ -14,6 +14,7 @@
 
 mod batch;
 mod bits;
+mod catalogue;
 mod cobs;
 mod decoder;
 mod error;
@@ -48,10 +49,10 @@ pub use uplink::{BeaconReport, Command, DownlinkRates, TimingReport, Uplink};
 pub use window::REORDERING;
 
 /// Version of the wire format, the first byte of a packet.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;
 
-/// Longest packet before framing, bytes: that of a full batch of points as far apart as can be.
-pub const MAX_PACKET: usize = 358;
+/// Longest packet before framing, bytes: that of a full batch of points as far apart as can be, each on a surface of its own.
+pub const MAX_PACKET: usize = 427;
 
 /// Longest frame on the wire, the closing zero included, bytes: COBS adds one byte for each 254 begun.
 pub const MAX_FRAME: usize = MAX_PACKET + 1 + MAX_PACKET / 254 + 1;

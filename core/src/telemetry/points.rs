@@ -2,9 +2,11 @@
 //!
 //! Points that were measured within seconds lie near each other, so a batch says once where its corner is and then only how
 //! far each point is from it, in as many bits as the farthest needs. The same holds for the GMT's stop, the standard
-//! deviation and the probability; sweeps are differences from point to point.
+//! deviation and the probability. The points are in the order of their sweeps, which are differences from point to point. The
+//! surfaces of a batch are few: it lists them once, and a point has its place in the list.
 
 use super::bits::{BitReader, BitWriter, unzigzag, width, zigzag};
+use super::catalogue::Catalogue;
 use super::scale::{from_log_code, log_code};
 
 /// Most points of a batch.
@@ -23,6 +25,8 @@ pub struct PointReport {
     pub sigma_m: f32,
     /// Probability that the path was what the point presumes, a reflection of first order or of higher; sent in 16 steps from 0 to 1.
     pub probability: f32,
+    /// Number of the surface that it lies on; `None` from a receiver that has no surfaces.
+    pub surface: Option<u16>,
 }
 
 impl PointReport {
@@ -40,7 +44,7 @@ const SIGMA: (f32, f32) = (0.01, 2.0);
 const LAST_CODE: u8 = 15;
 /// Farthest coordinate, cm: 24 bits with sign.
 const FARTHEST_CM: i32 = (1 << 23) - 1;
-/// Longest gap between the sweeps of one batch.
+/// Longest gap between neighbouring sweeps of one batch.
 const LONGEST_GAP: u32 = 255;
 
 /// A point as it is sent.
@@ -51,6 +55,7 @@ struct Point {
     cm: [i32; 3],
     sigma: u8,
     probability: u8,
+    surface: Option<u16>,
 }
 
 impl Point {
@@ -65,6 +70,7 @@ impl Point {
             cm: [centimetres(x)?, centimetres(y)?, centimetres(z)?],
             sigma: log_code(report.sigma_m, SIGMA.0, SIGMA.1, LAST_CODE),
             probability: (report.probability * f32::from(LAST_CODE) + 0.5) as u8,
+            surface: report.surface,
         })
     }
 
@@ -75,6 +81,7 @@ impl Point {
             position_m: self.cm.map(|cm| (f64::from(cm) / 100.0) as f32),
             sigma_m: from_log_code(self.sigma, SIGMA.0, SIGMA.1),
             probability: f32::from(self.probability) / f32::from(LAST_CODE),
+            surface: self.surface,
         }
     }
 
@@ -85,7 +92,11 @@ impl Point {
         [x, y, z, i64::from(self.stop), sigma, probability]
     }
 
-    fn from_columns(sweep: u32, [x, y, z, stop, sigma, probability]: [i64; COLUMNS]) -> Option<Self> {
+    fn from_columns(
+        sweep: u32,
+        surface: Option<u16>,
+        [x, y, z, stop, sigma, probability]: [i64; COLUMNS],
+    ) -> Option<Self> {
         let coordinate = |cm: i64| i32::try_from(cm).ok().filter(|cm| cm.abs() <= FARTHEST_CM);
         let code = |code: i64| u8::try_from(code).ok().filter(|code| *code <= LAST_CODE);
         Some(Self {
@@ -94,6 +105,7 @@ impl Point {
             cm: [coordinate(x)?, coordinate(y)?, coordinate(z)?],
             sigma: code(sigma)?,
             probability: code(probability)?,
+            surface,
         })
     }
 }
@@ -112,7 +124,7 @@ fn centimetres(metres: f32) -> Option<i32> {
 pub enum BatchError {
     /// The batch is full.
     Full,
-    /// The point's sweep is before the last one's, or more than 255 after it.
+    /// The point's sweep is more than 255 before those of the batch, or after them.
     Order,
     /// The point is too far away, or not a point.
     OutOfRange,
@@ -122,7 +134,7 @@ impl core::fmt::Display for BatchError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
             Self::Full => "the batch is full",
-            Self::Order => "the point's sweep does not follow the last one's within 255",
+            Self::Order => "the point's sweep is more than 255 away from those of the batch",
             Self::OutOfRange => "the point lies out of range, or is none",
         })
     }
@@ -130,8 +142,8 @@ impl core::fmt::Display for BatchError {
 
 impl core::error::Error for BatchError {}
 
-/// Points that go down in one packet, in the order of their sweeps. They are rounded when they come in, so what the ground
-/// decodes is equal to what was sent.
+/// Points that go down in one packet, in the order of their sweeps, and those of a sweep in the order in which they came. They
+/// are rounded when they come in, so what the ground decodes is equal to what was sent.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PointBatch {
     points: heapless::Vec<Point, MAX_POINTS>,
@@ -146,7 +158,7 @@ impl PointBatch {
         }
     }
 
-    /// Adds a point.
+    /// Adds a point, of whatever sweep within reach: a point may have waited for its surface.
     ///
     /// # Errors
     /// [`BatchError`]; the batch is as it was.
@@ -155,11 +167,22 @@ impl PointBatch {
         if self.is_full() {
             return Err(BatchError::Full);
         }
-        if let Some(last) = self.points.last() {
-            let gap = point.sweep.checked_sub(last.sweep);
-            gap.filter(|gap| *gap <= LONGEST_GAP).ok_or(BatchError::Order)?;
+        if let (Some(first), Some(last)) = (self.points.first(), self.points.last()) {
+            let before = first.sweep.saturating_sub(point.sweep);
+            let after = point.sweep.saturating_sub(last.sweep);
+            if before.max(after) > LONGEST_GAP {
+                return Err(BatchError::Order);
+            }
         }
-        self.points.push(point).map_err(|_| BatchError::Full)
+        // It takes the place of the first one of a later sweep, and each from there on that of the next.
+        let (mut carried, mut found) = (point, false);
+        for place in &mut self.points {
+            found |= point.sweep < place.sweep;
+            if found {
+                core::mem::swap(place, &mut carried);
+            }
+        }
+        self.points.push(carried).map_err(|_| BatchError::Full)
     }
 
     /// The points, as the ground sees them.
@@ -191,7 +214,9 @@ impl PointBatch {
         };
         let (mut least, mut most) = (first.columns(), first.columns());
         let (mut gaps, mut last) = (0, first.sweep);
+        let mut surfaces = Catalogue::default();
         for point in &self.points {
+            surfaces.add(point.surface);
             for ((value, least), most) in point.columns().iter().zip(&mut least).zip(&mut most) {
                 *least = (*least).min(*value);
                 *most = (*most).max(*value);
@@ -210,6 +235,7 @@ impl PointBatch {
             to.put_sized(zigzag(least));
             to.put(u64::from(*bits), 5);
         }
+        surfaces.write(to);
         last = first.sweep;
         for point in &self.points {
             to.put(u64::from(point.sweep.saturating_sub(last)), gap_bits);
@@ -217,6 +243,7 @@ impl PointBatch {
             for ((value, least), bits) in point.columns().iter().zip(least).zip(bits) {
                 to.put((value - least) as u64, bits);
             }
+            surfaces.write_place(point.surface, to);
         }
     }
 
@@ -229,6 +256,7 @@ impl PointBatch {
             *least = unzigzag(from.take_sized()?);
             *bits = from.take(5)? as u32;
         }
+        let surfaces = Catalogue::read(from)?;
         let mut points = heapless::Vec::new();
         for index in 0..count {
             let gap = from.take_u32(gap_bits)?;
@@ -240,7 +268,8 @@ impl PointBatch {
             for (value, (least, bits)) in values.iter_mut().zip(columns) {
                 *value = least.checked_add_unsigned(from.take(bits)?)?;
             }
-            points.push(Point::from_columns(sweep, values)?).ok()?;
+            let surface = surfaces.read_place(from)?;
+            points.push(Point::from_columns(sweep, surface, values)?).ok()?;
         }
         Some(Self { points })
     }

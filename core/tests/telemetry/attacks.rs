@@ -2,7 +2,7 @@
 
 use cslam_core::telemetry::{
     Content, Decoder, Deframer, Key, MAX_FRAME, Message, Opener, PoseReport, REORDERING, Sender,
-    TelemetryError, Uplink,
+    TelemetryError, Uplink, VERSION,
 };
 
 use super::{UAV, examples};
@@ -94,7 +94,7 @@ fn read_noise<M: Content + std::fmt::Debug>(
     let bodies = bodies(kind, examples);
     let mut messages = 0;
     let mut packet = [0; 7 + 340];
-    packet[..3].copy_from_slice(&[2, u8::from(up) << 7 | kind, UAV]);
+    packet[..3].copy_from_slice(&[VERSION, u8::from(up) << 7 | kind, UAV]);
     for counter in 0..INPUTS {
         let length = if counter % 2 == 0 || bodies.is_empty() {
             // Short bodies are more often messages.

@@ -1,6 +1,6 @@
 //! Damage on the way: nothing damaged is taken, and nothing sound is lost with it.
 
-use cslam_core::telemetry::{Decoder, Deframer, Key, Message, TelemetryError, Uplink};
+use cslam_core::telemetry::{Decoder, Deframer, Key, Message, TelemetryError, Uplink, VERSION};
 use proptest::prelude::*;
 
 use super::{UAV, all_frames, decode, encode_all, examples, is_taken};
@@ -144,7 +144,7 @@ proptest! {
 /// A frame with any body and a right authentication code: what a mistaken sender would make.
 fn signed(up: bool, kind: u8, body: &[u8]) -> Vec<u8> {
     use blake2::digest::{KeyInit, Mac};
-    let mut packet = vec![2, u8::from(up) << 7 | 0x40 | kind, UAV, 0, 0, 0, 0];
+    let mut packet = vec![VERSION, u8::from(up) << 7 | 0x40 | kind, UAV, 0, 0, 0, 0];
     packet.extend(body);
     let mut mac =
         blake2::Blake2sMac::<blake2::digest::consts::U8>::new_from_slice(b"PUBLISHED TEST KEY, NOT A SECRET")

@@ -28,7 +28,28 @@ pub(crate) fn wall_point(n: u16) -> PointReport {
         position_m: [41.59 + f32::from(n) * 0.31, 39.09, 2.0 + f32::from(n % 5)],
         sigma_m: 0.04 * f32::from(1 + n % 3),
         probability: 0.99 - f32::from(n % 4) * 0.05,
+        surface: None,
     }
+}
+
+/// A point on one of a few surfaces, out of the order of sweeps: every fifth has waited for its surface.
+fn surface_point(n: u16) -> PointReport {
+    let point = wall_point(n);
+    PointReport {
+        sweep: if n.is_multiple_of(5) {
+            point.sweep - 40
+        } else {
+            point.sweep
+        },
+        surface: Some([0, 7, 300][usize::from(n % 3)]),
+        ..point
+    }
+}
+
+/// Surfaces whose list takes the most bits: each is above the one before it by a number of as many bits as there are for all.
+fn widest_surface(n: usize) -> Option<u16> {
+    let code = 2048 * n.min(14) + 4096 * n.saturating_sub(14);
+    code.checked_sub(1).map(|number| number as u16)
 }
 
 /// A batch as wide as can be: every width of the format is used to the end.
@@ -39,6 +60,7 @@ pub(crate) fn widest_batch() -> Message {
         position_m: [0, 1, 2].map(|axis| if (n >> axis) & 1 == 0 { FAR_M } else { -FAR_M }),
         sigma_m: if n.is_multiple_of(3) { 0.0 } else { f32::INFINITY },
         probability: f32::from(n.is_multiple_of(5)),
+        surface: widest_surface(n),
     };
     batch(&(0..MAX_POINTS).map(corner).collect::<Vec<_>>())
 }
@@ -140,6 +162,7 @@ pub(crate) fn down() -> Vec<Message> {
             position_m: [0.0; 3],
             sigma_m: 0.0,
             probability: 0.0,
+            surface: None,
         }]),
         batch(&[wall_point(0)]),
         batch(&(0..14).map(wall_point).collect::<Vec<_>>()),
@@ -230,6 +253,9 @@ pub(crate) fn down() -> Vec<Message> {
             },
             ..HealthReport::default()
         }),
+        batch(&(0..14).map(surface_point).collect::<Vec<_>>()),
+        event(Event::SurfaceWithdrawn(u16::MAX)),
+        event(Event::SurfaceMerged { gone: 300, stays: 7 }),
     ]
 }
 

@@ -6,7 +6,7 @@ use cslam_core::telemetry::{Content, Message, Uplink};
 
 use super::{decode, encode_all, examples};
 
-/// Bytes of every example, a line each: `way number: bytes`. Nothing in it may ever change while the version is 2; lines may be
+/// Bytes of every example, a line each: `way number: bytes`. Nothing in it may ever change while the version is 3; lines may be
 /// added at the end of each way.
 const GOLDEN: &str = include_str!("../../../tests/golden/telemetry_packets.txt");
 
@@ -35,7 +35,7 @@ fn the_wire_format_is_pinned() {
         .collect();
     assert!(
         golden == found,
-        "the wire format of version 2 has changed: old receivers would not understand it. Found:\n{found}"
+        "the wire format of version 3 has changed: old receivers would not understand it. Found:\n{found}"
     );
 }
 

@@ -78,25 +78,30 @@ proptest! {
 
     #[test]
     fn points_keep_their_errors(
-        points in prop::collection::vec((prop::array::uniform3(any::<i32>()), 0..4_u32, any::<u16>(), 0..=100_u8), 1..=MAX_POINTS),
+        points in prop::collection::vec(
+            (prop::array::uniform3(any::<i32>()), any::<u8>(), any::<u16>(), 0..=100_u8, prop::option::of(any::<u16>())),
+            1..=MAX_POINTS,
+        ),
+        surfaces in 1..=u16::MAX,
         reach in 0..5_i32,
         origin in prop::array::uniform3(any::<i16>()),
     ) {
         let reach_m = 7.0 * 10.0_f64.powi(reach);
-        let (mut batch, mut sent, mut sweep) = (PointBatch::new(), Vec::new(), 10);
-        for (place, gap, stop, percent) in points {
-            sweep += gap;
+        let (mut batch, mut sent) = (PointBatch::new(), Vec::new());
+        for (place, sweep, stop, percent, surface) in points {
             let mut position_m = [0.0; 3];
             for axis in 0..3 {
                 let origin_m = f64::from(origin[axis]) / 10.0;
                 position_m[axis] = (origin_m + unit(place[axis]) * reach_m) as f32;
             }
             let point = PointReport {
-                sweep,
+                sweep: 10 + u32::from(sweep),
                 stop,
                 position_m,
                 sigma_m: 0.01 * 181.0_f32.powf(f32::from(percent) / 100.0),
                 probability: f32::from(percent) / 100.0,
+                // Few surfaces as well as many.
+                surface: surface.map(|number| number % surfaces),
             };
             batch.push(&point).expect("it can be sent");
             sent.push(point);
@@ -104,8 +109,10 @@ proptest! {
         let Message::Points(heard) = through(Message::Points(batch.clone())) else { panic!("another kind") };
         prop_assert_eq!(&heard, &batch);
         prop_assert_eq!(heard.len(), sent.len());
+        // In the order of sweeps; those of a sweep as they came.
+        sent.sort_by_key(|point| point.sweep);
         for (heard, sent) in heard.points().zip(&sent) {
-            prop_assert_eq!((heard.sweep, heard.stop), (sent.sweep, sent.stop));
+            prop_assert_eq!((heard.sweep, heard.stop, heard.surface), (sent.sweep, sent.stop, sent.surface));
             for (heard, sent) in heard.position_m.iter().zip(sent.position_m) {
                 // Half a step, and half of what an f32 of that size can tell.
                 let rounding = f32::EPSILON * sent.abs();
@@ -157,7 +164,7 @@ fn what_cannot_be_said_is_refused_and_not_counted() {
         panic!("the fifth example is a pose")
     };
     let Message::Config(config) = examples::down()[20].clone() else {
-        panic!("the last example is a configuration")
+        panic!("the twenty-first example is a configuration")
     };
     let Uplink::Beacon(beacon) = examples::up()[0] else {
         panic!("the first example is a beacon")
@@ -244,14 +251,21 @@ fn what_cannot_be_said_is_refused_and_not_counted() {
 }
 
 #[test]
-fn a_batch_takes_points_in_order_and_in_range() {
+fn a_batch_takes_points_in_any_order_within_reach() {
     let mut batch = PointBatch::new();
-    let point = examples::wall_point(20);
-    batch.push(&point).expect("the first");
+    let point = PointReport {
+        sweep: 1000,
+        ..examples::wall_point(20)
+    };
     let at = |sweep| PointReport { sweep, ..point };
-    assert_eq!(batch.push(&at(point.sweep - 1)), Err(BatchError::Order));
-    assert_eq!(batch.push(&at(point.sweep + 256)), Err(BatchError::Order));
-    assert_eq!(batch.push(&at(point.sweep + 255)), Ok(()));
+    batch.push(&point).expect("the first");
+    assert_eq!(batch.push(&at(1000 - 256)), Err(BatchError::Order));
+    assert_eq!(batch.push(&at(1000 + 256)), Err(BatchError::Order));
+    assert_eq!(batch.push(&at(1000 + 255)), Ok(()));
+    assert_eq!(batch.push(&at(1000 - 255)), Ok(()));
+    assert_eq!(batch.push(&at(1001)), Ok(()), "between the others");
+    let sweeps: Vec<u32> = batch.points().map(|point| point.sweep).collect();
+    assert_eq!(sweeps, [745, 1000, 1001, 1255]);
     for position_m in [
         [f32::NAN, 0.0, 0.0],
         [0.0, 84_000.0, 0.0],
@@ -268,16 +282,16 @@ fn a_batch_takes_points_in_order_and_in_range() {
             Err(BatchError::OutOfRange)
         );
     }
-    assert_eq!(batch.len(), 2);
+    assert_eq!(batch.len(), 4);
     while !batch.is_full() {
-        batch.push(&at(point.sweep + 255)).expect("room");
+        batch.push(&at(1255)).expect("room");
     }
-    assert_eq!(batch.push(&at(point.sweep + 255)), Err(BatchError::Full));
+    assert_eq!(batch.push(&at(1255)), Err(BatchError::Full));
     assert_eq!(batch.len(), MAX_POINTS);
 }
 
 #[test]
-fn a_batch_closes_when_full_old_or_out_of_order() {
+fn a_batch_closes_when_full_old_or_out_of_reach() {
     const S: u64 = 1_000_000_000;
     let mut batch = Batch::new(8 * S);
     assert_eq!(batch.due(100 * S), None, "nothing in it");
@@ -295,8 +309,12 @@ fn a_batch_closes_when_full_old_or_out_of_order() {
     }
     let full = batch.push(200 * S, &examples::wall_point(30)).expect("in range");
     assert_eq!(full.map(|points| points.len()), Some(MAX_POINTS));
-    let older = batch.push(201 * S, &examples::wall_point(0)).expect("in range");
-    assert_eq!(older.map(|points| points.len()), Some(1));
+    let older = PointReport {
+        sweep: examples::wall_point(30).sweep - 256,
+        ..examples::wall_point(0)
+    };
+    let closed = batch.push(201 * S, &older).expect("in range");
+    assert_eq!(closed.map(|points| points.len()), Some(1));
     assert_eq!(batch.close().map(|points| points.len()), Some(1));
     assert_eq!(batch.close(), None);
 }
@@ -310,4 +328,26 @@ fn the_longest_packet_fits_and_nothing_is_wasted() {
         "{} of {MAX_FRAME} bytes",
         frame.len()
     );
+}
+
+/// Bytes of a frame that holds a batch of points on a wall, each on the surface that `surface` says.
+fn bytes_of(surface: impl Fn(u16) -> Option<u16>) -> usize {
+    let mut batch = PointBatch::new();
+    for n in 0..MAX_POINTS as u16 {
+        let point = PointReport {
+            surface: surface(n),
+            ..examples::wall_point(n)
+        };
+        batch.push(&point).expect("it fits");
+    }
+    encode_all(&[Message::Points(batch)])[0].len()
+}
+
+#[test]
+fn surfaces_cost_bits_and_not_bytes() {
+    let without = bytes_of(|_| None);
+    let one = bytes_of(|_| Some(700)) - without;
+    assert!(one <= 2, "one surface takes {one} bytes more");
+    let four = bytes_of(|n| Some([0, 31, 408, 700][usize::from(n % 4)])) - without;
+    assert!(four <= 11, "four surfaces take {four} bytes more");
 }

@@ -1,12 +1,14 @@
 //! What goes to the ground: messages into signed frames, frames into a bounded queue.
 //!
 //! The queue holds whole frames. A frame that finds no room is dropped and counted, and so is every message that cannot be sent;
-//! the receiver never waits for its radio. Points wait in a batch, since many together cost less than each alone.
+//! the receiver never waits for its radio. Points wait in a batch, since many together cost less than each alone. What became of
+//! a surface goes out behind the points that it concerns, and is told again with every report of health ([`SurfaceNews`]).
 
 use cslam_core::telemetry::{Batch, Key, MAX_FRAME, Message, PointReport, Sender};
 use heapless::Deque;
 
 use super::counters::count;
+use super::surface_news::SurfaceNews;
 
 /// Bytes that may wait for the radio: 0.7 s of a 57 600 baud link.
 pub const QUEUE: usize = 4096;
@@ -16,6 +18,7 @@ pub const QUEUE: usize = 4096;
 pub struct Downlink {
     sender: Sender,
     batch: Batch,
+    news: SurfaceNews,
     queue: Deque<u8, QUEUE>,
     sent: u32,
     dropped: u32,
@@ -28,6 +31,7 @@ impl Downlink {
         Self {
             sender: Sender::new(uav, key, first),
             batch: Batch::default(),
+            news: SurfaceNews::new(),
             queue: Deque::new(),
             sent: 0,
             dropped: 0,
@@ -68,8 +72,23 @@ impl Downlink {
         self.batch = Batch::new(limit_ns);
     }
 
-    /// Queues a message.
+    /// Sends a message: an event of a surface behind the points that wait, a report of health with such an event of before.
     pub(super) fn send(&mut self, message: &Message) {
+        if let Message::Event(report) = message
+            && self.news.keep(report)
+        {
+            self.close_batch();
+        }
+        self.queue(message);
+        if let Message::Health(_) = message
+            && let Some(report) = self.news.next()
+        {
+            self.queue(&Message::Event(report));
+        }
+    }
+
+    /// Queues a message.
+    fn queue(&mut self, message: &Message) {
         let mut frame = [0; MAX_FRAME];
         let queue = &mut self.queue;
         let queued = match self.sender.encode(message, &mut frame) {
@@ -83,8 +102,14 @@ impl Downlink {
 
     /// Adds a point to the batch.
     pub(super) fn point(&mut self, now_ns: u64, point: &PointReport) {
+        // A withdrawal that came after this point would take it away.
+        for _ in 0..self.news.until_withdrawn(point.surface) {
+            if let Some(report) = self.news.forget_oldest() {
+                self.queue(&Message::Event(report));
+            }
+        }
         match self.batch.push(now_ns, point) {
-            Ok(Some(closed)) => self.send(&Message::Points(closed)),
+            Ok(Some(closed)) => self.queue(&Message::Points(closed)),
             Ok(None) => {}
             // Beyond what the format can say, and then beyond the map.
             Err(_) => count(&mut self.dropped),
@@ -94,14 +119,14 @@ impl Downlink {
     /// Sends the batch if it is time.
     pub(super) fn points_if_due(&mut self, now_ns: u64) {
         if let Some(due) = self.batch.due(now_ns) {
-            self.send(&Message::Points(due));
+            self.queue(&Message::Points(due));
         }
     }
 
     /// Sends the batch as it is.
     pub(super) fn close_batch(&mut self) {
         if let Some(points) = self.batch.close() {
-            self.send(&Message::Points(points));
+            self.queue(&Message::Points(points));
         }
     }
 }

@@ -21,6 +21,7 @@ mod feed;
 mod lines;
 mod observer;
 mod reports;
+mod surface_news;
 mod uplink;
 
 use cslam_core::block::BeamBlock;

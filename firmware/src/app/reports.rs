@@ -117,12 +117,19 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 position_m: mapped.point.position.to_array(),
                 sigma_m: mapped.point.sigma_m(),
                 probability: mapped.probability,
+                surface: mapped.surface,
             };
             // The ground's map is no larger than ours.
             if mapped.insertion.is_some() {
                 self.downlink.point(self.now_ns, &point);
             }
             super::counters::count(&mut self.counters.points);
+        }
+        for &(gone, stays) in &report.surfaces.merged {
+            self.announce(Event::SurfaceMerged { gone, stays });
+        }
+        for &surface in &report.surfaces.withdrawn {
+            self.announce(Event::SurfaceWithdrawn(surface));
         }
         for path in &report.paths {
             let counter = match &path.outcome {

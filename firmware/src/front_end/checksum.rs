@@ -19,7 +19,7 @@ static TABLES: [[u32; 256]; 4] = tables();
 const fn tables() -> [[u32; 256]; 4] {
     /// The polynomial, reflected.
     const POLYNOMIAL: u32 = 0xedb8_8320;
-    let mut tables = [[0; 256]; 8];
+    let mut tables = [[0; 256]; 4];
     let mut byte = 0;
     while byte < 256 {
         let mut state = byte as u32;

@@ -134,12 +134,25 @@ export class Cloud {
       else { upload(); piece = [first, first + count]; }
     }
     upload();
-    for (const attribute of [position, seen, tags]) attribute.needsUpdate = true;
-    this.total = Math.max(total, last);
+    // Without a range the whole would be uploaded.
+    if (runs.length) for (const attribute of [position, seen, tags]) attribute.needsUpdate = true;
+    if (total < this.total) this.bound(position.array, total);
+    this.total = total;
     this.object.geometry.setDrawRange(0, this.total);
     // Few points are drawn large enough to be seen, many small enough to be told apart.
     this.material.uniforms.least.value = Math.min(4.5, Math.max(1.5, 6 - Math.log10(this.total + 1)));
     [this.material.uniforms.low.value, this.material.uniforms.high.value] = [this.low[2], this.high[2]];
+  }
+
+  /** Finds the bounds of the first `total` points anew: some have left. */
+  bound(places, total) {
+    this.low = [Infinity, Infinity, Infinity];
+    this.high = [-Infinity, -Infinity, -Infinity];
+    for (let at = 0; at < 3 * total; at += 1) {
+      const axis = at % 3;
+      if (places[at] < this.low[axis]) this.low[axis] = places[at];
+      if (places[at] > this.high[axis]) this.high[axis] = places[at];
+    }
   }
 
   colouring(name) { this.material.uniforms.colouring.value = COLOURINGS.indexOf(name); }

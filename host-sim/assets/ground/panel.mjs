@@ -186,6 +186,8 @@ export class Panel {
       ['replaced by better ones', whole(counters.replaced)],
       ['dropped, the map being full', whole(counters.dropped), counters.dropped ? 'warn' : ''],
       ['out of range', whole(counters.out_of_range)],
+      ['left with their surfaces', whole(counters.withdrawn)],
+      ['came after their surface had left', whole(counters.late)],
       ...Object.entries(refused).map(([reason, count]) => [`refused: ${reason}`, whole(count), 'bad']),
       ...Object.entries(inputs).map(([name, input]) => [name, input.trouble ?? `${whole(input.bytes)} bytes`, input.trouble ? 'bad' : '']),
       ...outputs.map((output) => [output, '']),

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use cslam_core::telemetry::{
-    ConfigReport, Decoder, EventReport, HealthCounters, HealthReport, Key, LinkReport, Message, PointReport,
-    PoseReport,
+    ConfigReport, Decoder, Event, EventReport, HealthCounters, HealthReport, Key, LinkReport, Message,
+    PointReport, PoseReport,
 };
 
 use crate::flight_log::Downlink;
@@ -12,7 +12,7 @@ use crate::flight_log::Downlink;
 /// Everything the ground heard of one UAV.
 #[derive(Clone, Debug, Default)]
 pub struct Downlinked {
-    /// Points, in the order in which they came.
+    /// Points that stand, in the order in which they came: those of a withdrawn surface have left.
     pub points: Vec<PointReport>,
     /// Poses, in the order in which they came.
     pub poses: Vec<PoseReport>,
@@ -20,7 +20,7 @@ pub struct Downlinked {
     pub links: Vec<LinkReport>,
     /// The last word on the receiver's health.
     pub health: Option<HealthReport>,
-    /// What happened.
+    /// What happened, each event once.
     pub events: Vec<EventReport>,
     /// What the receiver is set to.
     pub config: Option<ConfigReport>,
@@ -65,8 +65,63 @@ impl Downlinked {
             Message::Pose(pose) => self.poses.push(pose),
             Message::Link(link) => self.links.push(link),
             Message::Health(health) => self.health = Some(health),
-            Message::Event(event) => self.events.push(event),
+            Message::Event(report) => {
+                self.follow(&report.event);
+                // Those of surfaces are told again.
+                if !self.events.contains(&report) {
+                    self.events.push(report);
+                }
+            }
             Message::Config(config) => self.config = Some(config),
         }
+    }
+
+    /// Follows what became of a surface.
+    fn follow(&mut self, event: &Event) {
+        match *event {
+            Event::SurfaceWithdrawn(surface) => self.points.retain(|point| point.surface != Some(surface)),
+            Event::SurfaceMerged { gone, stays } => {
+                for point in self.points.iter_mut().filter(|point| point.surface == Some(gone)) {
+                    point.surface = Some(stays);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cslam_core::telemetry::{MAX_FRAME, PointBatch, Sender};
+
+    use super::*;
+
+    #[test]
+    fn points_follow_their_surfaces() {
+        let mut batch = PointBatch::new();
+        for surface in [None, Some(1), Some(2), Some(3)] {
+            let point = PointReport {
+                sweep: 1,
+                stop: 0,
+                position_m: [0.0; 3],
+                sigma_m: 0.1,
+                probability: 1.0,
+                surface,
+            };
+            batch.push(&point).expect("room");
+        }
+        let event = |event| Message::Event(EventReport { time_ns: 0, event });
+        let withdrawn = event(Event::SurfaceWithdrawn(1));
+        let merged = event(Event::SurfaceMerged { gone: 3, stays: 2 });
+        let mut sender = Sender::new(1, &Key::TEST, 0);
+        let mut bytes = Vec::new();
+        for message in [Message::Points(batch), withdrawn.clone(), merged, withdrawn] {
+            let mut frame = [0; MAX_FRAME];
+            bytes.extend_from_slice(sender.encode(&message, &mut frame).expect("it can be sent"));
+        }
+        let heard = decode(&bytes, 1, &Key::TEST);
+        let surfaces: Vec<_> = heard.points.iter().map(|point| point.surface).collect();
+        assert_eq!(surfaces, [None, Some(2), Some(2)]);
+        assert_eq!(heard.events.len(), 2, "what is told again is one event");
     }
 }

@@ -4,6 +4,9 @@
 //! it is full, a point for a new voxel competes with a window of [`WINDOW`] stored ones, replaces the most uncertain of them or
 //! is dropped, and either is counted. A point keeps its place (slot) as long as it lives, so that a page can be told of changes
 //! by slot.
+//!
+//! Points follow the surface that they lie on: when a UAV withdraws one, what it put into the map leaves it. So a voxel keeps apart what
+//! different surfaces put into it ([`cell`]), and a point that leaves gives its slot to the last one.
 
 use std::collections::HashMap;
 
@@ -11,6 +14,10 @@ use cslam_core::geometry::Position;
 use cslam_core::map::{Insertion, Voxel};
 
 use super::model::Point;
+use super::surfaces::{Step, SurfaceId};
+use cell::{Cell, Part};
+
+mod cell;
 
 /// How many stored points a new one competes with when the cloud is full.
 pub const WINDOW: usize = 16;
@@ -21,7 +28,7 @@ const MIN_VARIANCE_M2: f32 = 1e-6;
 /// Size of a cloud.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Size {
-    /// Most points it holds. A point takes about 80 bytes.
+    /// Most points it holds. A point takes about 120 bytes, and 40 for every further surface in its voxel.
     pub capacity: u32,
     /// Edge of a voxel, m.
     pub edge_m: f32,
@@ -37,7 +44,7 @@ impl Default for Size {
 }
 
 /// A point of the merged map.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MapPoint {
     /// Fused position, world frame, m.
     pub position_m: [f32; 3],
@@ -55,7 +62,7 @@ pub struct MapPoint {
     pub uav: u8,
 }
 
-/// How many points ended in which way. Their sum is the number of points that came.
+/// How many points ended in which way. The sum of all but the last is the number of points that came.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Counters {
     /// First of their voxel.
@@ -68,6 +75,21 @@ pub struct Counters {
     pub dropped: u64,
     /// Too far from the origin, or no place at all.
     pub out_of_range: u64,
+    /// Came after their surface had been withdrawn.
+    pub late: u64,
+    /// Points of the map that left it with their surface: not among those that came.
+    pub withdrawn: u64,
+}
+
+/// What a point came with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Came {
+    /// UAV that sent it.
+    pub uav: u8,
+    /// Number of the packet.
+    pub counter: u32,
+    /// Surface that it lies on.
+    pub surface: Option<SurfaceId>,
 }
 
 /// A bounded cloud.
@@ -75,10 +97,14 @@ pub struct Counters {
 pub struct Cloud {
     size: Size,
     slots: HashMap<Voxel, u32>,
-    points: Vec<(Voxel, MapPoint)>,
+    cells: Vec<Cell>,
+    /// How many cells hold something of a surface: most events are of surfaces that have nothing left.
+    of_surface: HashMap<SurfaceId, u32>,
     /// Slots that have changed since they were last taken, each once.
     changed: Vec<u32>,
     is_changed: Vec<bool>,
+    /// Whether points have left since that was last asked.
+    has_shrunk: bool,
     hand: usize,
     counters: Counters,
 }
@@ -89,9 +115,11 @@ impl Cloud {
         Self {
             size,
             slots: HashMap::new(),
-            points: Vec::new(),
+            cells: Vec::new(),
+            of_surface: HashMap::new(),
             changed: Vec::new(),
             is_changed: Vec::new(),
+            has_shrunk: false,
             hand: 0,
             counters: Counters::default(),
         }
@@ -104,12 +132,12 @@ impl Cloud {
 
     /// Number of points.
     pub fn len(&self) -> usize {
-        self.points.len()
+        self.cells.len()
     }
 
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
-        self.points.is_empty()
+        self.cells.is_empty()
     }
 
     /// What became of all points so far.
@@ -118,17 +146,17 @@ impl Cloud {
     }
 
     /// Every point, in the order of slots.
-    pub fn points(&self) -> impl ExactSizeIterator<Item = &MapPoint> {
-        self.points.iter().map(|(_, point)| point)
+    pub fn points(&self) -> impl ExactSizeIterator<Item = MapPoint> {
+        self.cells.iter().map(Cell::point)
     }
 
     /// The point in a slot.
-    pub fn get(&self, slot: u32) -> Option<&MapPoint> {
-        self.points.get(slot as usize).map(|(_, point)| point)
+    pub fn get(&self, slot: u32) -> Option<MapPoint> {
+        self.cells.get(slot as usize).map(Cell::point)
     }
 
-    /// Takes in a reflection point of a UAV at a time of the station, s.
-    pub fn insert(&mut self, uav: u8, point: &Point, now_s: f32) {
+    /// Takes in a reflection point at a time of the station, s.
+    pub fn insert(&mut self, came: Came, point: &Point, now_s: f32) {
         let place = Position::from_vector(nalgebra::Vector3::from(point.position_m).map(|c| c as f32)).ok();
         let voxel = place.and_then(|place| Voxel::containing(&place, self.size.edge_m).ok());
         let (Some(place), Some(voxel)) = (place, voxel) else {
@@ -143,7 +171,12 @@ impl Cloud {
             seen_s: now_s,
             probability: (point.probability * 255.0 + 0.5) as u8,
             gmt_index: point.gmt_index,
-            uav,
+            uav: came.uav,
+        };
+        let new = Part {
+            surface: came.surface,
+            counter: came.counter,
+            point: new,
         };
         let counter = match self.place(voxel, new) {
             Insertion::Added => &mut self.counters.added,
@@ -154,43 +187,128 @@ impl Cloud {
         *counter += 1;
     }
 
-    fn place(&mut self, voxel: Voxel, new: MapPoint) -> Insertion {
+    /// A point came after its surface had been withdrawn.
+    pub fn leave_out(&mut self) {
+        self.counters.late += 1;
+    }
+
+    fn place(&mut self, voxel: Voxel, new: Part) -> Insertion {
+        let counted = new.surface;
         if let Some(&slot) = self.slots.get(&voxel) {
-            if let Some((_, point)) = self.points.get_mut(slot as usize) {
-                *point = fuse(point, &new);
+            let cell = self.cells.get_mut(slot as usize);
+            if cell.is_some_and(|cell| cell.add(new)) {
+                self.count(counted);
             }
             self.change(slot);
             return Insertion::Fused;
         }
-        if self.points.len() < self.size.capacity as usize {
-            let slot = self.points.len() as u32;
-            self.points.push((voxel, new));
+        if self.cells.len() < self.size.capacity as usize {
+            let slot = self.cells.len() as u32;
+            self.cells.push(Cell::new(voxel, new));
             self.is_changed.push(false);
             self.slots.insert(voxel, slot);
+            self.count(counted);
             self.change(slot);
             return Insertion::Added;
         }
         let worst = self.worst_in_window();
-        let Some((old, point)) = worst.and_then(|slot| self.points.get_mut(slot)) else {
+        let Some(cell) = worst.and_then(|slot| self.cells.get_mut(slot)) else {
             return Insertion::Dropped;
         };
-        if point.variance_m2 <= new.variance_m2 {
+        if cell.point().variance_m2 <= new.point.variance_m2 {
             return Insertion::Dropped;
         }
-        self.slots.remove(old);
-        (*old, *point) = (voxel, new);
+        let old = std::mem::replace(cell, Cell::new(voxel, new));
+        self.slots.remove(&old.voxel);
+        for part in old.parts() {
+            self.uncount(part.surface);
+        }
+        self.count(counted);
         let slot = worst.unwrap_or_default() as u32;
         self.slots.insert(voxel, slot);
         self.change(slot);
         Insertion::Replaced
     }
 
+    fn count(&mut self, surface: Option<SurfaceId>) {
+        if let Some(surface) = surface {
+            *self.of_surface.entry(surface).or_default() += 1;
+        }
+    }
+
+    fn uncount(&mut self, surface: Option<SurfaceId>) {
+        let Some(surface) = surface else { return };
+        if let Some(count) = self.of_surface.get_mut(&surface) {
+            *count -= 1;
+            if *count == 0 {
+                self.of_surface.remove(&surface);
+            }
+        }
+    }
+
+    /// Follows what became of a surface.
+    pub fn follow(&mut self, step: &Step) {
+        let (surface, into, before) = match *step {
+            Step::Withdraw { surface, before } => (surface, None, before),
+            Step::Merge { gone, stays, before } => (gone, Some(stays), before),
+        };
+        if !self.of_surface.contains_key(&surface) {
+            return;
+        }
+        // From the end on: a slot that becomes free is taken by a point that has been looked at.
+        for slot in (0..self.cells.len()).rev() {
+            let Some(cell) = self.cells.get_mut(slot) else {
+                continue;
+            };
+            let Some(part) = cell.take(surface, before) else {
+                continue;
+            };
+            let is_empty = match into {
+                Some(stays) => {
+                    let moved = Part {
+                        surface: Some(stays),
+                        ..part
+                    };
+                    if cell.add(moved) {
+                        self.count(Some(stays));
+                    }
+                    false
+                }
+                None => cell.is_empty(),
+            };
+            self.uncount(Some(surface));
+            if is_empty {
+                self.remove(slot);
+            } else {
+                self.change(slot as u32);
+            }
+        }
+    }
+
+    /// Takes a point out of the map; the last one takes its slot.
+    fn remove(&mut self, slot: usize) {
+        let gone = self.cells.swap_remove(slot);
+        self.is_changed.pop();
+        self.slots.remove(&gone.voxel);
+        self.counters.withdrawn += 1;
+        self.has_shrunk = true;
+        if let Some(moved) = self.cells.get(slot) {
+            self.slots.insert(moved.voxel, slot as u32);
+            self.change(slot as u32);
+        }
+    }
+
+    /// Whether points have left since this was last asked.
+    pub fn take_shrunk(&mut self) -> bool {
+        std::mem::take(&mut self.has_shrunk)
+    }
+
     /// Slot of the most uncertain of the next [`WINDOW`] points; the window moves on.
     fn worst_in_window(&mut self) -> Option<usize> {
-        let count = self.points.len();
+        let count = self.cells.len();
         let window = (0..WINDOW.min(count)).map(|k| (self.hand + k) % count);
         let worst = window.max_by(|a, b| {
-            let variance = |slot: usize| self.points.get(slot).map_or(0.0, |(_, p)| p.variance_m2);
+            let variance = |slot: usize| self.cells.get(slot).map_or(0.0, |cell| cell.point().variance_m2);
             variance(*a).total_cmp(&variance(*b))
         });
         self.hand = (self.hand + WINDOW) % count.max(1);
@@ -215,92 +333,12 @@ impl Cloud {
             }
         }
         taken.sort_unstable();
+        taken.dedup();
+        // Slots that are free now.
+        taken.truncate(taken.partition_point(|slot| (*slot as usize) < self.cells.len()));
         taken
     }
 }
 
-/// Mean of two points of a voxel, weighted by their variances.
-fn fuse(old: &MapPoint, new: &MapPoint) -> MapPoint {
-    let weight = old.variance_m2 / (old.variance_m2 + new.variance_m2);
-    let mean = |i: usize| old.position_m[i] + (new.position_m[i] - old.position_m[i]) * weight;
-    MapPoint {
-        position_m: std::array::from_fn(mean),
-        variance_m2: (old.variance_m2 * (1.0 - weight)).max(f32::MIN_POSITIVE),
-        hits: old.hits.saturating_add(1),
-        probability: old.probability.max(new.probability),
-        ..*new
-    }
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn at(x: f64, sigma_m: f64) -> Point {
-        Point {
-            position_m: [x, 0.1, 0.1],
-            sigma_m,
-            probability: 0.5,
-            sweep: 0,
-            gmt_index: 0,
-        }
-    }
-
-    fn small(capacity: u32) -> Cloud {
-        Cloud::new(Size {
-            capacity,
-            edge_m: 1.0,
-        })
-    }
-
-    #[test]
-    fn points_of_a_voxel_fuse_by_their_variances() {
-        let mut cloud = small(8);
-        cloud.insert(1, &at(0.2, 0.1), 1.0);
-        cloud.insert(2, &at(0.5, 0.2), 3.0);
-        let point = *cloud.get(0).expect("one");
-        assert_eq!((cloud.len(), point.hits, point.uav, point.seen_s), (1, 2, 2, 3.0));
-        assert!((point.position_m[0] - 0.26).abs() < 1e-6, "{point:?}");
-        assert!((point.variance_m2 - 0.008).abs() < 1e-6, "{point:?}");
-    }
-
-    #[test]
-    fn a_full_cloud_keeps_the_better_points_and_counts_every_one() {
-        let mut cloud = small(100);
-        for k in 0..100 {
-            cloud.insert(1, &at(f64::from(k) + 0.5, 0.5), 0.0);
-        }
-        // Worse ones have no place, better ones take one each.
-        for k in 100..200 {
-            cloud.insert(1, &at(f64::from(k) + 0.5, 1.0), 0.0);
-        }
-        assert_eq!((cloud.counters().dropped, cloud.len()), (100, 100));
-        for k in 200..250 {
-            cloud.insert(1, &at(f64::from(k) + 0.5, 0.1), 0.0);
-        }
-        let counters = cloud.counters();
-        assert_eq!(
-            (counters.added, counters.replaced, counters.dropped),
-            (100, 50, 100)
-        );
-        assert_eq!(cloud.points().filter(|p| p.variance_m2 < 0.02).count(), 50);
-        // Whoever was replaced is forgotten: the same voxel is new again.
-        assert_eq!(cloud.slots.len(), 100);
-        cloud.insert(1, &at(f64::NAN, 0.1), 0.0);
-        assert_eq!(cloud.counters().out_of_range, 1);
-    }
-
-    #[test]
-    fn changes_are_told_once_and_in_order() {
-        let mut cloud = small(100);
-        for k in [5, 3, 5, 9] {
-            cloud.insert(1, &at(f64::from(k) + 0.5, 0.5), 0.0);
-        }
-        assert_eq!(cloud.take_changed(2), [1, 2]);
-        assert_eq!(cloud.take_changed(9), [0]);
-        assert!(cloud.take_changed(9).is_empty());
-        cloud.insert(1, &at(9.5, 0.5), 0.0);
-        cloud.insert(1, &at(3.5, 0.5), 0.0);
-        assert_eq!(cloud.take_changed(9), [1, 2]);
-    }
-}
+mod tests;

@@ -11,7 +11,9 @@ use cslam_firmware::app::NO_REFERENCE;
 
 use super::inputs::Source;
 use super::keys::Trust;
-use super::model::{Config, Event, Health, Heard, Link, Message, Point, Pose, PoseFlags, Severity, Spread};
+use super::model::{
+    Config, Event, Health, Heard, Link, Message, Point, Pose, PoseFlags, Severity, Spread, SurfaceChange,
+};
 
 /// What is left of a datagram after its last whole frame.
 const CUT: &str = "the frame is cut by the end of its datagram";
@@ -120,6 +122,7 @@ fn point(report: &telemetry::PointReport) -> Point {
         probability: f64::from(report.probability),
         sweep: report.sweep,
         gmt_index: report.stop,
+        surface: report.surface,
     }
 }
 
@@ -221,11 +224,27 @@ fn event(report: &telemetry::EventReport) -> Event {
             format!("record {record} of the permanent memory was damaged"),
         ),
         Happened::MapRestarted => (Severity::Info, "map emptied".into()),
+        Happened::SurfaceWithdrawn(surface) => (
+            Severity::Info,
+            format!("surface {surface} withdrawn with its points"),
+        ),
+        Happened::SurfaceMerged { gone, stays } => {
+            (Severity::Info, format!("surface {gone} is surface {stays}"))
+        }
     };
     Event {
         time_s: seconds(report.time_ns),
         severity,
         text,
+        change: change(&report.event),
+    }
+}
+
+fn change(event: &telemetry::Event) -> Option<SurfaceChange> {
+    match *event {
+        telemetry::Event::SurfaceWithdrawn(surface) => Some(SurfaceChange::Withdrawn(surface)),
+        telemetry::Event::SurfaceMerged { gone, stays } => Some(SurfaceChange::Merged { gone, stays }),
+        _ => None,
     }
 }
 
@@ -249,5 +268,28 @@ fn config(report: &telemetry::ConfigReport) -> Config {
             ("map_capacity", report.map_capacity.to_string()),
             ("voxel_edge_m", report.voxel_edge_m.to_string()),
         ],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn events_of_surfaces_say_what_the_map_has_to_do() {
+        let heard = |happened| {
+            let told = event(&telemetry::EventReport {
+                time_ns: 0,
+                event: happened,
+            });
+            (told.change, told.text)
+        };
+        let (change, text) = heard(telemetry::Event::SurfaceWithdrawn(3));
+        assert_eq!(change, Some(SurfaceChange::Withdrawn(3)));
+        assert_eq!(text, "surface 3 withdrawn with its points");
+        let (change, text) = heard(telemetry::Event::SurfaceMerged { gone: 5, stays: 4 });
+        assert_eq!(change, Some(SurfaceChange::Merged { gone: 5, stays: 4 }));
+        assert_eq!(text, "surface 5 is surface 4");
+        assert_eq!(heard(telemetry::Event::MapRestarted).0, None);
     }
 }

@@ -85,8 +85,8 @@ impl Engine {
         self.ears.push(source, bytes, |told| match told {
             Told::Packet(heard, frame) => {
                 time_s = heard.message.time_s().or(time_s);
-                hub.station().hear(heard, frame.len(), now_s);
-                if let Some(mavlink) = mavlink {
+                let is_news = hub.station().hear(heard, frame.len(), now_s);
+                if let Some(mavlink) = mavlink.as_mut().filter(|_| is_news) {
                     mavlink.hear(heard, now_s);
                 }
                 let recorded = recording

@@ -202,6 +202,7 @@ impl MadeUpUav {
                 position_m: [wide * x, wide * y, 20.0 * self.random.uniform()].map(|c| c as f32),
                 sigma_m: (0.05 + 0.2 * self.random.uniform()) as f32,
                 probability: probability as f32,
+                surface: None,
             };
             // All of them lie in range, and the batch takes as many.
             let _fits = batch.push(&report);

@@ -20,6 +20,7 @@ pub mod page;
 pub mod playback;
 pub mod record;
 pub mod station;
+pub mod surfaces;
 pub mod trail;
 pub mod uav;
 

@@ -62,6 +62,8 @@ pub struct Point {
     pub sweep: u32,
     /// Number of the place that the GMT had, counted from 0.
     pub gmt_index: u16,
+    /// Number of the surface that it lies on; `None` from a receiver that has no surfaces.
+    pub surface: Option<u16>,
 }
 
 /// A symmetric covariance of three components as standard deviations and correlations.
@@ -191,6 +193,24 @@ pub struct Event {
     pub severity: Severity,
     /// In words.
     pub text: String,
+    /// What it means for the points that were sent before it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub change: Option<SurfaceChange>,
+}
+
+/// What became of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SurfaceChange {
+    /// The surface of this number was refuted.
+    Withdrawn(u16),
+    /// Two surfaces were one.
+    Merged {
+        /// Number that no surface has any more.
+        gone: u16,
+        /// Number that both have now.
+        stays: u16,
+    },
 }
 
 /// How bad an event is.

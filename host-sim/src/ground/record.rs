@@ -137,7 +137,7 @@ impl Recording {
         self.mcap
             .message("/map", time_ns, &geometry::map(&voxels, time_ns))
             .and_then(|()| self.mcap.finish())?;
-        let points: Vec<_> = cloud.points().copied().collect();
+        let points: Vec<_> = cloud.points().collect();
         flight_files::file(&self.directory, "map.ply", |file| {
             file.write_all(&ply::write(&points))
         })
@@ -180,6 +180,7 @@ const LINK: &str = r#"{"title":"cslam.Link","description":"State: 0 outage, 1 li
 const HEALTH: &str = r#"{"title":"cslam.Health","type":"object","properties":{"time_s":{"type":"number"},"uptime_s":{"type":"number"},
 "cpu_load":{"type":"number"},"free_stack_bytes":{"type":"integer"},"reset_cause":{"type":"string"},"counters":{"type":"object"}}}"#;
 
-const EVENT: &str = r#"{"title":"cslam.Event","type":"object","properties":{"time_s":{"type":"number"},"severity":{"type":"string"},"text":{"type":"string"}}}"#;
+const EVENT: &str = r#"{"title":"cslam.Event","type":"object","properties":{"time_s":{"type":"number"},"severity":{"type":"string"},"text":{"type":"string"},
+"change":{"type":"object"}}}"#;
 
 const CONFIG: &str = r#"{"title":"cslam.Config","type":"object","properties":{"entries":{"type":"object"}}}"#;

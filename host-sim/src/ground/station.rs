@@ -5,8 +5,9 @@
 
 use std::collections::BTreeMap;
 
-use super::cloud::{Cloud, Size};
-use super::model::{Heard, Message};
+use super::cloud::{Came, Cloud, Size};
+use super::model::{Event, Heard, Message};
+use super::surfaces::Belongs;
 use super::uav::Uav;
 
 /// How many inputs are remembered by name.
@@ -42,15 +43,43 @@ impl Station {
         }
     }
 
-    /// Takes in a packet that took `bytes` bytes on the wire, at a time of the station, s.
-    pub fn hear(&mut self, heard: &Heard, bytes: usize, now_s: f64) {
-        let uav = self.uavs.entry(heard.uav).or_default();
-        uav.hear(heard, bytes, now_s);
-        if let Message::Points { points } = &heard.message {
-            for point in points {
-                self.cloud.insert(heard.uav, point, now_s as f32);
+    /// Takes in a packet that took `bytes` bytes on the wire, at a time of the station, s. Whether it is news: an event may be told again.
+    pub fn hear(&mut self, heard: &Heard, bytes: usize, now_s: f64) -> bool {
+        let &Heard { uav: id, counter, .. } = heard;
+        let uav = self.uavs.entry(id).or_default();
+        let is_news = uav.hear(heard, bytes, now_s);
+        match &heard.message {
+            Message::Points { points } => {
+                for point in points {
+                    let surface = match uav.surfaces.belongs(id, counter, point.surface) {
+                        Belongs::Nowhere => None,
+                        Belongs::To(surface) => Some(surface),
+                        Belongs::Withdrawn => {
+                            self.cloud.leave_out();
+                            continue;
+                        }
+                    };
+                    self.cloud.insert(
+                        Came {
+                            uav: id,
+                            counter,
+                            surface,
+                        },
+                        point,
+                        now_s as f32,
+                    );
+                }
             }
+            Message::Event(Event {
+                change: Some(change), ..
+            }) => {
+                for step in uav.surfaces.change(id, counter, *change) {
+                    self.cloud.follow(&step);
+                }
+            }
+            _ => {}
         }
+        is_news
     }
 
     /// Counts a frame that was refused.
@@ -109,3 +138,6 @@ impl Station {
         &self.inputs
     }
 }
+
+#[cfg(test)]
+mod tests;

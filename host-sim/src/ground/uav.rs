@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use super::losses::Losses;
 use super::model::{Config, Event, Health, Heard, Link, Message, Pose};
+use super::surfaces::Surfaces;
 use super::trail::Trail;
 
 /// Sweeps whose links are remembered: ten minutes at two sweeps a second.
@@ -58,8 +59,10 @@ pub struct Uav {
     pub health: Option<At<Health>>,
     /// What it runs with.
     pub config: Option<Config>,
-    /// Last events.
+    /// Last events, each once, however often it was told.
     pub events: VecDeque<At<Event>>,
+    /// Its surfaces.
+    pub surfaces: Surfaces,
     /// Whether the pages have not been told of the last pose.
     pub fresh_pose: bool,
     /// Whether the pages have not been told of the last change.
@@ -72,8 +75,8 @@ impl Uav {
         now_s - self.seen_s > STALE_AFTER_S
     }
 
-    /// Takes in a packet of `bytes` bytes, points excepted.
-    pub(super) fn hear(&mut self, heard: &Heard, bytes: usize, now_s: f64) {
+    /// Takes in a packet of `bytes` bytes, points excepted. Whether it is news: an event may be told again.
+    pub(super) fn hear(&mut self, heard: &Heard, bytes: usize, now_s: f64) -> bool {
         self.seen_s = now_s;
         self.changed = true;
         self.bytes += bytes as u64;
@@ -82,6 +85,7 @@ impl Uav {
             // Packets that overtake each other are not so far apart.
             if time_s < self.clock_s - RESTARTED_S {
                 self.losses.restart();
+                self.surfaces.restart(heard.counter);
                 self.clock_s = time_s;
             }
             self.clock_s = self.clock_s.max(time_s);
@@ -104,9 +108,11 @@ impl Uav {
                     what: health.clone(),
                 });
             }
+            Message::Event(event) if self.events.iter().any(|at| at.what == *event) => return false,
             Message::Event(event) => push_bounded(&mut self.events, MOST_EVENTS, now_s, event.clone()),
             Message::Config(config) => self.config = Some(config.clone()),
         }
+        true
     }
 
     fn go(&mut self, pose: &Pose, now_s: f64) {

@@ -89,6 +89,7 @@ fn batch(number: usize) -> PointBatch {
             position_m: [place as f32, (number % 1000) as f32 * 0.1, 2.0],
             sigma_m: 0.1,
             probability: 1.0,
+            surface: None,
         };
         batch.push(&report).expect("few points of one sweep");
     }

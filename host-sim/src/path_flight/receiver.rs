@@ -103,6 +103,7 @@ impl<'m> ListReceiver<'m> {
                     position_m: point.position.to_array(),
                     sigma_m: point.sigma_m(),
                     probability: answer.probabilities.map_or(0.0, |p| p.first_order),
+                    surface: None,
                 };
                 match self.batch.push(time_ns, &report) {
                     Ok(full) => self.send(full.map(Message::Points)).map_err(|e| e.to_string())?,

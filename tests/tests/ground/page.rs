@@ -28,6 +28,7 @@ fn million(station: &Station) {
         probability: 0.9,
         sweep: 0,
         gmt_index: (k / 100_000) as u16,
+        surface: None,
     };
     let hub = &station.running.hub;
     for chunk in 0..50_u32 {

@@ -181,6 +181,7 @@ fn listen(
                     path: paths.len() as u8,
                     order: 1,
                     reflection: 1,
+                    surface: None,
                     time_s: truth.time_s,
                     gmt_index,
                     position_m: f32_point.position.to_array().map(f64::from),

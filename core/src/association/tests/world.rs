@@ -169,6 +169,7 @@ pub(in crate::association) fn sweep<const N: usize>(
         pose,
         transmitter: &transmitter,
         sweep: number,
+        held: &Vec::new(),
     };
     let learned = surfaces.learn(&association, &of, &config);
     (association, learned)

@@ -58,7 +58,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
             None => flight(args)?,
         };
         let budget = Budget::new(&packets, UAV, &Key::TEST).ok_or_else(|| {
-            let expected = "holds no packet of a simulated flight, version 2, with a time in it";
+            let expected = "holds no packet of a simulated flight, version 3, with a time in it";
             args.packets.as_deref().map_or_else(
                 || InputError::new("the flight sent nothing"),
                 |file| InputError::in_file(file, expected),

@@ -3,7 +3,7 @@
 //! Binary messages are little endian and made of 32-bit words, so that a page reads them in place; the first word is the kind.
 //!
 //! ```text
-//! 1 points: number of points in the map, number of runs, then runs of neighbouring slots:
+//! 1 points: number of points in the map (slots from there on are free again), number of runs, then runs of neighbouring slots:
 //!           first slot, count, then 5 words a point: x y z (f32, m), seen (f32, s), probability | GMT stop | UAV | hits (u8 each)
 //! 2 poses:  now (f32, s), number, then 18 words a UAV: id | flags | resets | line of sight (u8 each), seen (f32, s), position (3 f32, m),
 //!           attitude w x y z (4 f32), velocity (3 f32, m/s), GMT (3 f32, m, NaN when unknown), sigma of position, attitude,
@@ -68,7 +68,7 @@ pub(super) fn points_in(cloud: &Cloud, first: u32, count: usize) -> Vec<u8> {
     }
     for slot in (first..).take(count) {
         if let Some(point) = cloud.get(slot) {
-            words.point(point);
+            words.point(&point);
         }
     }
     words.0
@@ -85,7 +85,7 @@ pub(super) fn points_at(cloud: &Cloud, slots: &[u32]) -> Vec<u8> {
         words.word(run.first().copied().unwrap_or_default());
         words.word(run.len() as u32);
         for point in run.iter().filter_map(|slot| cloud.get(*slot)) {
-            words.point(point);
+            words.point(&point);
         }
     }
     words.0

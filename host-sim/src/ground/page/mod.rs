@@ -134,7 +134,7 @@ async fn map(State(page): State<Page>) -> Response {
         return (StatusCode::SERVICE_UNAVAILABLE, "too many download the map\n").into_response();
     };
     // A copy, so that the packets that come in meanwhile need not wait for the writing.
-    let points: Vec<_> = page.hub.station().cloud().points().copied().collect();
+    let points: Vec<_> = page.hub.station().cloud().points().collect();
     let bytes = tokio::task::spawn_blocking(move || ply::write(&points)).await;
     let headers = [
         (CONTENT_TYPE, "application/octet-stream"),

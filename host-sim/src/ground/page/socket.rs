@@ -129,11 +129,14 @@ fn changes(page: &Page, with_status: bool) -> Vec<Message> {
     let mut told = Vec::new();
     let mut station = hub.station();
     let now_s = hub.now_s();
+    // A map that is smaller is told even when no slot has another point.
+    let mut has_shrunk = station.cloud_mut().take_shrunk();
     for _ in 0..MOST_POINT_MESSAGES {
         let slots = station.cloud_mut().take_changed(messages::MOST_POINTS);
-        if slots.is_empty() {
+        if slots.is_empty() && !has_shrunk {
             break;
         }
+        has_shrunk = false;
         told.push(Message::binary(messages::points_at(station.cloud(), &slots)));
     }
     if let Some(poses) = messages::poses(&station, now_s, |uav| uav.fresh_pose) {
