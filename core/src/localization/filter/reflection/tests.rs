@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::*;
 use crate::geometry::{Direction, Gmt, Plane, Position, Rotation, World};
-use crate::localization::filter::layout::POSITION;
+use crate::localization::filter::layout::{ATTITUDE, CLOCK_OFFSET, POSITION};
 use crate::localization::filter::{Bounces, Filter58, FilterConfig, PathMeasurement};
 
 fn wall(id: u32, x_m: f32, normal: Vector3<f32>) -> MappedPlane {
@@ -13,7 +13,7 @@ fn wall(id: u32, x_m: f32, normal: Vector3<f32>) -> MappedPlane {
         plane: Plane {
             normal: Direction::from_vector(normal).expect("unit"),
             centre: Position::new(x_m, 0.0, 5.0).expect("finite"),
-            covariance: Matrix3::identity() * 1e-4,
+            covariance: Matrix3::from_diagonal(&Vector3::new(0.01, 1e-6, 1e-6)),
         },
     }
 }
@@ -32,7 +32,9 @@ fn flight(walls: &[MappedPlane], late_m: f64) -> (Filter58, ReflectedPath) {
     filter.nominal.position_m = Vector3::new(4.0, 12.0, 6.0);
     for axis in 0..3 {
         filter.covariance.reset(POSITION + axis, 0.01);
+        filter.covariance.reset(ATTITUDE + axis, 1e-8);
     }
+    filter.covariance.reset(CLOCK_OFFSET, 1e-4);
     let image = |from: Vector3<f64>, wall: &MappedPlane| wall.plane.to_f64().image(&from);
     let way = walls.iter().fold(gmt().position_m, image) - filter.nominal.position_m;
     let path = PathMeasurement {

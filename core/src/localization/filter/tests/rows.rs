@@ -140,7 +140,9 @@ fn every_derivative_is_the_difference_quotient() {
 /// The GMT, or its last image.
 fn source(chain: &[MappedPlane]) -> Vector3<f64> {
     chain.iter().fold(gmt().position_m, |from, mapped| {
-        mirrored(mapped, &from, mapped.plane.to_f64().height_m(&from))
+        let plane = &mapped.plane;
+        let away = from - plane.centre.vector().map(f64::from);
+        mirrored(mapped, &from, plane.normal.vector().map(f64::from).dot(&away))
     })
 }
 
