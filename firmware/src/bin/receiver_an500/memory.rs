@@ -28,7 +28,7 @@ pub(crate) fn print() {
         ("beam squint", size_of::<BeamSquint>()),
         ("map", size_of::<Map>()),
         (
-            "filter, inertial unit, planes, link to the ground",
+            "filter, inertial unit, surfaces, link to the ground",
             size_of::<Receiver>(),
         ),
         ("block that is worked on", size_of::<Block>()),
