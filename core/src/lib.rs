@@ -41,6 +41,7 @@ pub mod lscn;
 pub mod ltd;
 pub mod map;
 pub mod path;
+pub mod paths;
 pub mod reflection;
 #[cfg(dsp_kernels)]
 mod simd;

@@ -5,8 +5,8 @@ use heapless::Vec;
 use super::chain::Chain;
 use super::config::AssociationConfig;
 use super::learn::SweepPaths;
+use super::measurement::is_in_beams;
 use super::prior::{is_blocked, known};
-use super::received::is_in_beams;
 use super::verdict::{Association, Verdict};
 use crate::surfaces::{Kind, Surfaces};
 

@@ -10,9 +10,10 @@
 use super::config::AssociationConfig;
 use super::hypotheses::Scene;
 use super::likelihood::LOG_TWO_PI;
+use super::measurement::Measurement;
 use super::prior::{is_blocked, log_open, probability_of_order};
-use super::received::{Measurement, departure_outliers};
 use crate::lscn::Probabilities;
+use crate::paths::departure_outliers;
 use crate::reflection::{Jacobians, point_covariance, vector_point};
 
 /// Log weights of what is not in the store.

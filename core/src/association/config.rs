@@ -1,38 +1,6 @@
 //! Every tuned number of the association.
 
-/// How far measured paths are off, and when their departures mean anything. Figures: 8716 paths of flights against the truth. The
-/// estimator's covariance is that of thermal noise, ten to fifty times too small; a path with another one near is worse.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PathErrors {
-    /// Standard deviation of the delay beside the estimator's own, m: alone, and with a neighbour. Medians of the error: 11 and
-    /// 21 mm; 90 %: 25 and 69 mm.
-    pub delay_m: [f32; 2],
-    /// The same of the arrival along any tangent, rad. Medians of the error: 1.9 and 4.5 mrad; 90 %: 3.8 and 18 mrad.
-    pub arrival_rad: [f32; 2],
-    /// Share of departures that mean nothing: alone, with a neighbour, and where the path leaves beside the beams. Beyond 3.7
-    /// standard deviations: 6 and 17 %; upwards 26 %, downwards 96 %.
-    pub departure_outliers: [f32; 3],
-    /// Difference of lengths within which paths are neighbours, m: one and a half times what the band resolves (1.22 m).
-    pub neighbour_m: f32,
-    /// Angle within which they are, rad: what the arrays resolve (16 degrees).
-    pub neighbour_rad: f32,
-    /// A path that is weaker by more is no neighbour, and one that is stronger by more may have an echo of the estimator within
-    /// [`Self::neighbour_m`], dB. Echoes were met 15 to 20 dB down.
-    pub comparable_db: f32,
-}
-
-impl Default for PathErrors {
-    fn default() -> Self {
-        Self {
-            delay_m: [0.020, 0.036],
-            arrival_rad: [0.94e-3, 3.1e-3],
-            departure_outliers: [0.03, 0.25, 0.7],
-            neighbour_m: 1.5,
-            neighbour_rad: 0.28,
-            comparable_db: 12.0,
-        }
-    }
-}
+use crate::paths::PathErrors;
 
 /// Settings of the association.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,12 +9,13 @@ use nalgebra::Vector3;
 use super::chain::{Chain, MOST_REFLECTIONS};
 use super::config::AssociationConfig;
 use super::likelihood::{Likelihood, innovation_covariance, joined, likelihood};
+use super::measurement::{Measurement, is_in_beams};
 use super::pose::PoseEstimate;
 use super::prior::{Known, is_blocked, log_offered, log_open, log_surfaces, probability_of_order};
-use super::received::{Measurement, departure_outliers, is_in_beams};
 use crate::geometry::Plane;
 use crate::geometry::{Gmt, Rotation, World};
 use crate::lscn::Probabilities;
+use crate::paths::departure_outliers;
 use crate::surfaces::SurfaceIds;
 
 /// Confirmed surfaces that threes are made of: a third of a million instructions for nine paths.

@@ -9,7 +9,7 @@ use super::chain::{Chain, POSE_STATES};
 use super::config::AssociationConfig;
 use super::hypotheses::Scene;
 use super::likelihood::{chi_square_of_three, joined};
-use super::received::Measurement;
+use super::measurement::Measurement;
 use crate::geometry::Plane;
 use crate::surfaces::{MOST_REFLECTIONS, SurfaceIds};
 

@@ -6,14 +6,15 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 use super::chain::{Chain, Prediction};
 use super::config::AssociationConfig;
 use super::likelihood::{innovation_covariance, joined};
+use super::measurement::{Measurement, is_in_beams};
 use super::points::{PathPoints, SurfacePoint, each_once, points_of};
 use super::pose::PoseEstimate;
 use super::prior::probability_of_order;
-use super::received::{Measurement, ReceivedPath, is_in_beams};
 use super::verdict::{Association, Decision, Verdict};
 use crate::geometry::Plane;
 use crate::localization::filter::{MAX_PLANES, Transmitter};
 use crate::lscn::Probabilities;
+use crate::paths::ReceivedPath;
 use crate::surfaces::birth::BirthPath;
 use crate::surfaces::{MOST_REFLECTIONS, Sighting, StatusChanges, SurfaceIds, Surfaces, Waiting};
 

@@ -20,23 +20,22 @@ mod hypotheses;
 mod joint;
 mod learn;
 mod likelihood;
+mod measurement;
 mod points;
 mod pose;
 mod prior;
-mod received;
 #[cfg(test)]
 mod tests;
 mod verdict;
 
-pub use config::{AssociationConfig, PathErrors};
+pub use crate::paths::ReceivedPath;
+pub use config::AssociationConfig;
 pub use hypotheses::{LeftOut, SURFACES_OF_THREES};
 pub use learn::{Learned, POINTS, SweepPaths};
 pub use likelihood::Likelihood;
+pub use measurement::{Measurement, is_in_beams};
 pub use points::SurfacePoint;
 pub use pose::PoseEstimate;
-pub use received::{
-    Measurement, Neighbourhood, ReceivedPath, departure_outliers, is_in_beams, neighbourhood,
-};
 pub use verdict::{Association, Decision, Verdict};
 
 use heapless::Vec;
@@ -48,6 +47,7 @@ use self::prior::known;
 use self::verdict::claim_once;
 use crate::localization::filter::Transmitter;
 use crate::lscn::Probabilities;
+use crate::paths::neighbourhood;
 use crate::surfaces::Surfaces;
 
 /// Which surfaces made these paths? `paths`: those of one sweep, strongest first; `transmitter`: where it is and how its mast stands, its error

@@ -5,7 +5,7 @@ use heapless::Vec;
 use super::clutter::Clutter;
 use super::config::AssociationConfig;
 use super::hypotheses::{LeftOut, Weighed, log_add};
-use super::received::Neighbourhood;
+use crate::paths::Neighbourhood;
 use crate::surfaces::SurfaceIds;
 
 /// What is decided of a path.

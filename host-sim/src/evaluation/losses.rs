@@ -163,8 +163,8 @@ mod tests {
             "ok",
             "no pose yet",
             "not one reflection",
-            "angle of departure not known well enough",
-            "ill-conditioned: the point's error is too large",
+            MeasuredPath::NOT_CONFIRMED,
+            MeasuredPath::AMBIGUOUS,
             "line of sight",
             MeasuredPath::OK_HIGHER_ORDER,
         ];
@@ -182,8 +182,8 @@ mod tests {
             accepted: 1,
             no_pose: 1,
             improbable: 2,
-            departure_unknown: 1,
-            ill_conditioned: 1,
+            not_confirmed: 1,
+            ambiguous: 1,
             refused: 1,
             ..FirstOrderPaths::default()
         };

@@ -173,6 +173,7 @@ mod tests {
             path,
             order: 1,
             reflection: 1,
+            surface: None,
             time_s: 1.0,
             gmt_index: 0,
             position_m: [1.0, 2.0, 3.0],

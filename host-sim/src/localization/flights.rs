@@ -48,13 +48,16 @@ impl TrueSweep {
 /// Paths that a receiver keeps.
 const PATHS: usize = 9;
 
+/// Normal of a plane, and a point in the middle of its faces, m.
+pub type NormalAndMiddle = (Vector3<f64>, Vector3<f64>);
+
 /// Normal of every flat surface of a scene, and a point in its middle, m. Faces in one plane count once.
-pub fn planes_of(scene: &Scene) -> Vec<(Vector3<f64>, Vector3<f64>)> {
+pub fn planes_of(scene: &Scene) -> Vec<NormalAndMiddle> {
     flat(scene).0
 }
 
 /// The planes of a scene, and the place among them of each face's.
-fn flat(scene: &Scene) -> (Vec<(Vector3<f64>, Vector3<f64>)>, Vec<usize>) {
+fn flat(scene: &Scene) -> (Vec<NormalAndMiddle>, Vec<usize>) {
     let mut planes: Vec<(Vector3<f64>, Vector3<f64>, f64)> = Vec::new();
     let mut of_faces = Vec::new();
     for face in scene.faces() {
