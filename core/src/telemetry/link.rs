@@ -302,7 +302,8 @@ const VERDICTS: [SweepVerdict; 9] = [
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::association::{Neighbourhood, Verdict};
+    use crate::association::Verdict;
+    use crate::paths::Neighbourhood;
     use crate::surfaces::SurfaceIds;
 
     /// Of earlier versions of the format: a departure that was not known.

@@ -49,7 +49,7 @@ impl TrueSweep {
 const PATHS: usize = 9;
 
 /// Normal of a plane, and a point in the middle of its faces, m.
-pub type NormalAndMiddle = (Vector3<f64>, Vector3<f64>);
+type NormalAndMiddle = (Vector3<f64>, Vector3<f64>);
 
 /// Normal of every flat surface of a scene, and a point in its middle, m. Faces in one plane count once.
 pub fn planes_of(scene: &Scene) -> Vec<NormalAndMiddle> {
