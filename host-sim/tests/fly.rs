@@ -360,6 +360,6 @@ fn a_scene_that_is_raised_is_flown_as_it_was() {
         as_it_is > 20.0 && (raised - as_it_is).abs() <= 0.05 * as_it_is,
         "{as_it_is} {raised}"
     );
-    // Ground that is told ten metres too low costs points.
-    assert!(below < 0.95 * as_it_is, "{as_it_is} {below}");
+    // Ground that is told ten metres too low costs the points of its own reflections, and hardly any other: nothing else hangs on it.
+    assert!(below < as_it_is && below > 0.9 * as_it_is, "{as_it_is} {below}");
 }

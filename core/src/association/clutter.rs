@@ -11,6 +11,7 @@ use super::config::AssociationConfig;
 use super::hypotheses::Scene;
 use super::likelihood::LOG_TWO_PI;
 use super::measurement::Measurement;
+use super::part::part;
 use super::prior::{is_blocked, log_open, probability_of_order};
 use crate::lscn::Probabilities;
 use crate::paths::departure_outliers;
@@ -83,7 +84,7 @@ fn new<const N: usize>(scene: &Scene<'_, N>, measured: &Measurement) -> Option<(
     let covariance = point_covariance(
         &Jacobians::at(&baseline, path, &solution),
         path,
-        &scene.pose.covariance.fixed_view::<3, 3>(0, 0).into_owned(),
+        &part(&scene.pose.covariance, (0, 0)),
     );
     // Both tangents together, so half of it for one.
     let across_m2 = (covariance.trace() - towards.dot(&(covariance * towards))).max(0.0);

@@ -339,6 +339,6 @@ pub(super) fn weigh_all<'m, const N: usize, const K: usize>(
     };
     search.run(&mut candidates);
     let left_out = search.left_out;
-    let weighed = crate::bounded::gather(candidates.into_iter().map(|candidate| candidate.weighed));
+    let weighed = crate::bounded::gather(candidates.iter().map(|candidate| candidate.weighed.clone()));
     (weighed, left_out)
 }

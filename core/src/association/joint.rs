@@ -10,6 +10,7 @@ use super::config::AssociationConfig;
 use super::hypotheses::Scene;
 use super::likelihood::{chi_square_of_three, joined};
 use super::measurement::Measurement;
+use super::part::part;
 use crate::geometry::Plane;
 use crate::surfaces::{MOST_REFLECTIONS, SurfaceIds};
 
@@ -47,16 +48,16 @@ impl Joint {
         let chain = Chain::over(&planes);
         let predicted = chain.predict(&scene.transmitter_m, &scene.pose.position_m)?;
         let derivatives = chain.derivatives(&scene.transmitter_m, &predicted, &measured.tangents);
-        let three = |m: &SMatrix<f64, 3, 5>| -> Matrix3<f64> { m.fixed_columns::<3>(0).into_owned() };
-        let mut noise: Matrix3<f64> = measured.noise.fixed_view::<3, 3>(0, 0).into_owned();
+        let three = |m: &SMatrix<f64, 3, 5>| -> Matrix3<f64> { part(m, (0, 0)) };
+        let mut noise: Matrix3<f64> = part(&measured.noise, (0, 0));
         for (plane, of) in planes.iter().zip(&joined(&derivatives, ids)) {
             let of = three(of);
             noise += of.tr_mul(&(plane.covariance * of));
         }
         let innovation = measured.innovation(predicted.range_m, &predicted.arrival, &predicted.departure);
-        let innovation: Vector3<f64> = innovation.fixed_rows::<3>(0).into_owned();
+        let innovation: Vector3<f64> = part(&innovation, (0, 0));
         // The error with the other sign: by its derivative the innovation grows.
-        let by_pose = derivatives.pose.fixed_columns::<3>(0).into_owned();
+        let by_pose: SMatrix<f64, POSE_STATES, 3> = part(&derivatives.pose, (0, 0));
         let rest = innovation - by_pose.tr_mul(&self.error);
         let spread = self.covariance * by_pose;
         let covariance = noise + by_pose.tr_mul(&spread);

@@ -7,6 +7,7 @@ use super::chain::{Chain, Prediction};
 use super::config::AssociationConfig;
 use super::likelihood::{innovation_covariance, joined};
 use super::measurement::{Measurement, is_in_beams};
+use super::part::part;
 use super::points::{PathPoints, SurfacePoint, each_once, points_of};
 use super::pose::PoseEstimate;
 use super::prior::probability_of_order;
@@ -115,11 +116,11 @@ impl<const N: usize> Surfaces<N> {
             &seen.pose,
             &seen.measured.noise,
         );
-        let covariance: Matrix3<f64> = covariance.fixed_view::<3, 3>(0, 0).into_owned();
+        let covariance: Matrix3<f64> = part(&covariance, (0, 0));
         let innovation =
             seen.measured
                 .innovation(predicted.range_m, &predicted.arrival, &predicted.departure);
-        let innovation: Vector3<f64> = innovation.fixed_rows::<3>(0).into_owned();
+        let innovation: Vector3<f64> = part(&innovation, (0, 0));
         let sigma = |variance: f64| libm::sqrt(variance.max(0.0));
         let across_m = predicted.range_m * sigma(covariance.m22.max(covariance.m33));
         let sighting = Sighting {
@@ -249,7 +250,7 @@ impl<const K: usize> Seen<'_, K> {
     }
 
     fn position_covariance_m2(&self) -> Matrix3<f64> {
-        self.pose.covariance.fixed_view::<3, 3>(0, 0).into_owned()
+        part(&self.pose.covariance, (0, 0))
     }
 
     pub(super) fn birth_path(&self) -> BirthPath {
@@ -284,7 +285,7 @@ fn updated(
     covariance: &Matrix3<f64>,
 ) -> Option<Plane> {
     // The innovation changes by this times the plane's error, so the correction is the error that explains it, with the other sign.
-    let by: Matrix3<f64> = derivatives.fixed_columns::<3>(0).into_owned();
+    let by: Matrix3<f64> = part(derivatives, (0, 0));
     let h = -by.transpose();
     let before = plane.covariance;
     let gain = before * h.transpose() * covariance.try_inverse()?;

@@ -3,6 +3,7 @@
 use nalgebra::{SMatrix, Vector3};
 
 use super::chain::{ROWS, Tangents};
+use super::part::part;
 use super::pose::PoseEstimate;
 use crate::geometry::World;
 use crate::localization::filter::{range_of_delay_m, wrap_delay_m};
@@ -60,12 +61,9 @@ impl Measurement {
             c_tau_m: range_of_delay_m(length_m),
             aoa: arrival,
             aod: None,
-            covariance: noise.fixed_view::<3, 3>(0, 0).into_owned(),
+            covariance: part(&noise, (0, 0)),
         }
-        .to_world(
-            &pose.attitude,
-            &pose.covariance.fixed_view::<3, 3>(3, 3).into_owned(),
-        );
+        .to_world(&pose.attitude, &part(&pose.covariance, (3, 3)));
         world.covariance.m11 += pose.clock_variance_m2();
         Self {
             length_m,

@@ -21,6 +21,7 @@ mod joint;
 mod learn;
 mod likelihood;
 mod measurement;
+mod part;
 mod points;
 mod pose;
 mod prior;

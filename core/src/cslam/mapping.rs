@@ -151,13 +151,13 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         for surface in &learned.changes.demoted {
             let _freed = self.memory.map.withdraw(*surface);
         }
-        let outcomes = association.verdicts.into_iter().enumerate();
+        let outcomes = association.verdicts.iter().enumerate();
         Mapping {
             outcomes: gather(outcomes.map(|(index, verdict)| {
                 if station.line == Some(index) {
                     Outcome::LineOfSight
                 } else {
-                    Outcome::Associated(verdict)
+                    Outcome::Associated(verdict.clone())
                 }
             })),
             points,

@@ -140,7 +140,6 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             }
             _ => Mapping::default(),
         };
-        let mut outcomes = mapping.outcomes.into_iter();
         let mut paths = Vec::new();
         for (index, (path, received)) in heard.iter().zip(&received).enumerate() {
             let _fits = paths.push(PathReport {
@@ -148,7 +147,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 received: *received,
                 gain_db: path.gain_db,
                 probabilities: judged.get(index).and_then(|judged| judged.probabilities),
-                outcome: outcomes.next().unwrap_or(Outcome::NoPose),
+                outcome: mapping.outcomes.get(index).cloned().unwrap_or(Outcome::NoPose),
             });
         }
         let link = match paths.first() {

@@ -1,7 +1,7 @@
 //! Attacks and noise by the million: none is taken, none is a panic.
 
 use cslam_core::telemetry::{
-    Content, Decoder, Deframer, Key, MAX_FRAME, Message, Opener, PoseReport, REORDERING, Sender,
+    Content, Decoder, Deframer, Key, MAX_FRAME, MAX_PACKET, Message, Opener, PoseReport, REORDERING, Sender,
     TelemetryError, Uplink, VERSION,
 };
 
@@ -93,7 +93,7 @@ fn read_noise<M: Content + std::fmt::Debug>(
     let mut random = Random(u64::from(kind) + 100 * u64::from(up));
     let bodies = bodies(kind, examples);
     let mut messages = 0;
-    let mut packet = [0; 7 + 340];
+    let mut packet = [0; MAX_PACKET];
     packet[..3].copy_from_slice(&[VERSION, u8::from(up) << 7 | kind, UAV]);
     for counter in 0..INPUTS {
         let length = if counter % 2 == 0 || bodies.is_empty() {
@@ -208,7 +208,7 @@ fn ten_million_forgeries_are_refused() {
     let mut opener = Opener::<Uplink>::new(UAV, &Key::TEST);
     let (mut judged, mut taken) = (0, 0);
     // A command to reboot, which a forger would like to send.
-    let mut packet = [2, 0xc0 | 2, UAV, 0, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 0];
+    let mut packet = [VERSION, 0xc0 | 2, UAV, 0, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 0];
     for counter in 0..FORGED {
         packet[3..7].copy_from_slice(&counter.to_be_bytes());
         random.fill(&mut packet[8..]);

@@ -6,7 +6,7 @@
 //! by slot.
 //!
 //! Points follow the surface that they lie on: when a UAV withdraws one, what it put into the map leaves it. So a voxel keeps apart what
-//! different surfaces put into it ([`cell`]), and a point that leaves gives its slot to the last one.
+//! different surfaces put into it (`cell`), and a point that leaves gives its slot to the last one.
 
 use std::collections::HashMap;
 
