@@ -12,8 +12,7 @@
 use heapless::Vec;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use crate::geometry::Plane;
-use crate::geometry::Real;
+use crate::geometry::{Plane, Real};
 use crate::surfaces::LEAST_HEIGHT_M;
 pub(super) use crate::surfaces::MOST_REFLECTIONS;
 

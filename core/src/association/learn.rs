@@ -151,8 +151,9 @@ impl<const N: usize> Surfaces<N> {
             {
                 continue;
             }
-            let is_held = seen.sweep.held.contains(id);
-            if let Some(plane) = updated(plane, of, &innovation, &covariance).filter(|_| !is_held) {
+            if !seen.sweep.held.contains(id)
+                && let Some(plane) = updated(plane, of, &innovation, &covariance)
+            {
                 surface.plane = plane;
                 surface.floor_covariance(&config);
             }

@@ -4,8 +4,7 @@ use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
 use super::chain::Chain;
-use crate::geometry::Plane;
-use crate::geometry::{Position, World};
+use crate::geometry::{Plane, Position, World};
 use crate::reflection::ReflectionPoint;
 use crate::surfaces::{MOST_REFLECTIONS, SurfaceIds, Surfaces, Waiting};
 

@@ -3,10 +3,10 @@
 use heapless::Vec;
 
 use super::SURFACES;
-use crate::association::{POINTS, ReceivedPath, Verdict};
+use crate::association::{POINTS, Verdict};
 use crate::localization::Pose;
 use crate::localization::bsm::{Bearing, Refusal};
-use crate::localization::filter::{Health, SweepVerdict, Transmitter};
+use crate::localization::filter::{Health, SweepVerdict};
 use crate::lscn::{LinkState, Probabilities};
 use crate::ltd::EstimatedPath;
 use crate::map::Insertion;
@@ -66,8 +66,6 @@ pub struct SurfaceChanges {
 pub struct PathReport {
     /// As estimated: body axes, clock offset included.
     pub estimated: EstimatedPath,
-    /// As data association takes it.
-    pub received: ReceivedPath,
     /// Path gain between dipoles, dB, see [`super::LinkBudget::path_gain_db`].
     pub gain_db: Option<f32>,
     /// Line of sight, first-order, higher-order; `None` when it could not be classified.
@@ -126,8 +124,6 @@ pub struct SweepReport<const K: usize> {
     pub innovations: Vec<Innovation, 3>,
     /// Direction of departure by beam squint, or why there is none.
     pub bearing: Result<Bearing, Refusal>,
-    /// The GMT as it was taken; `None` before its first beacon.
-    pub transmitter: Option<Transmitter>,
     /// Pose at the start of the sweep, with the sweep taken in.
     pub pose: Option<Pose>,
     /// The pose's clock offset with the whole delay periods that two-way timing tells, m; `None` without either.

@@ -141,10 +141,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             _ => Mapping::default(),
         };
         let mut paths = Vec::new();
-        for (index, (path, received)) in heard.iter().zip(&received).enumerate() {
+        for (index, path) in heard.iter().enumerate() {
             let _fits = paths.push(PathReport {
                 estimated: path.estimated,
-                received: *received,
                 gain_db: path.gain_db,
                 probabilities: judged.get(index).and_then(|judged| judged.probabilities),
                 outcome: mapping.outcomes.get(index).cloned().unwrap_or(Outcome::NoPose),
@@ -170,7 +169,6 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             innovations: localized.innovations,
             bearing,
             clock_offset_m: pose.as_ref().and_then(|pose| self.clock_offset_m(pose)),
-            transmitter: gmt,
             pose,
             health: self.localizer.health(),
         })

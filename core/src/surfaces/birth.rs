@@ -8,8 +8,7 @@ use nalgebra::SMatrix;
 
 use super::surface::{Kind, Surface};
 use super::{LEAST_HEIGHT_M, SurfaceConfig};
-use crate::geometry::Plane;
-use crate::geometry::{Direction, Matrix3, Position, Vector3, World};
+use crate::geometry::{Direction, Matrix3, Plane, Position, Vector3, World};
 use crate::reflection::vector_point;
 
 /// Step of difference quotients, m and rad: in `f64` both their errors are below a millionth.

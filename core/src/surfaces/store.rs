@@ -7,8 +7,7 @@ use super::evidence::Evidence;
 use super::surface::{Kind, Status, Surface};
 use super::waiting::WaitingPoints;
 use super::{SurfaceConfig, SurfaceIds};
-use crate::geometry::Plane;
-use crate::geometry::{Direction, Matrix3, Position, Vector3};
+use crate::geometry::{Direction, Matrix3, Plane, Position, Vector3};
 
 /// Number of the ground.
 pub const GROUND: u16 = 0;

@@ -2,8 +2,7 @@
 
 use super::SurfaceConfig;
 use super::evidence::Evidence;
-use crate::geometry::Plane;
-use crate::geometry::{Matrix3, Position, Real, Vector3};
+use crate::geometry::{Matrix3, Plane, Position, Real, Vector3};
 
 /// What kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -102,8 +102,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     pub(super) fn report_sweep(&mut self, report: &SweepReport<PATHS>) {
         let beacon = self.cslam.last_beacon();
         let gmt_m = beacon.map(|beacon| beacon.position_m.into());
-        let stop = beacon.map_or(0, |beacon| (beacon.sweep / beacon.sweeps_per_stop.max(1)) as u16);
         let sweeps_per_stop = beacon.map_or(1, |beacon| beacon.sweeps_per_stop.max(1));
+        let stop_of = |sweep: u32| (sweep / sweeps_per_stop) as u16;
+        let stop = beacon.map_or(0, |beacon| stop_of(beacon.sweep));
         self.schedule.sighted = report.verdict.is_taken();
         match report.verdict {
             SweepVerdict::Started => self.announce(Event::Started),
@@ -113,7 +114,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         for mapped in &report.points {
             let point = PointReport {
                 sweep: mapped.sweep,
-                stop: (mapped.sweep / sweeps_per_stop) as u16,
+                stop: stop_of(mapped.sweep),
                 position_m: mapped.point.position.to_array(),
                 sigma_m: mapped.point.sigma_m(),
                 probability: mapped.probability,

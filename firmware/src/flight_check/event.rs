@@ -13,8 +13,7 @@
 //! A path is c tau and its sigma (m), AoA x y z (body axes) and its sigma (rad), face of departure (-1 for none), its two
 //! cosines and their sigmas, the planes that reflected it from the GMT on (-1 for none): f64. Flag 1: the first path is the line of sight.
 
-use cslam_core::geometry::Plane;
-use cslam_core::geometry::{Direction, Matrix3, Position, Rotation, Vector3};
+use cslam_core::geometry::{Direction, Matrix3, Plane, Position, Rotation, Vector3};
 use cslam_core::localization::ImuSample;
 use cslam_core::localization::filter::{
     Bounces, FaceDirection, MappedPlane, PathMeasurement, ReflectedPath, Transmitter,

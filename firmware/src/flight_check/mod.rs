@@ -129,11 +129,7 @@ pub fn run<R: Read, T: Real, const N: usize>(
                     heard: &[],
                 };
                 let verdict = observer.sweep(|| localizer.sweep(&measurement));
-                for held in localizer.filter().planes() {
-                    if let Some(plane) = planes.iter_mut().find(|plane| plane.id == held.id) {
-                        *plane = *held;
-                    }
-                }
+                localizer.filter().update_map(&mut planes);
                 let line = Line {
                     sweep: sweeps,
                     verdict,

@@ -2,8 +2,7 @@
 
 use core::f64::consts::PI;
 
-use cslam_core::geometry::Plane;
-use cslam_core::geometry::{Direction, Position, Real, Rotation};
+use cslam_core::geometry::{Direction, Plane, Position, Real, Rotation};
 use cslam_core::localization::filter::{
     Bounces, CLOCK_OFFSET, Filter, FilterConfig, MappedPlane, PathMeasurement, ReflectedPath,
     SweepMeasurement, SweepVerdict, Transmitter, wrap_delay_m,
@@ -193,7 +192,7 @@ fn sweep<T: Real, const N: usize>(
         heard: &[],
     };
     let verdict = filter.sweep(&measurement);
-    receiver.take_back(filter.planes());
+    filter.update_map(&mut receiver.map);
     record(filter, truth, beacon.sweep, &seen, verdict)
 }
 
@@ -415,15 +414,6 @@ impl<'a> Receiver<'a> {
         (1..=self.scenario.most_reflections)
             .contains(&planes.len())
             .then_some(planes)
-    }
-
-    /// Keeps what a filter has learnt of planes.
-    fn take_back<'p>(&mut self, held: impl Iterator<Item = &'p MappedPlane>) {
-        for held in held {
-            if let Some(plane) = self.map.iter_mut().find(|plane| plane.id == held.id) {
-                *plane = *held;
-            }
-        }
     }
 
     /// The run of outliers that this sweep belongs to.

@@ -8,8 +8,7 @@ use std::vec::Vec;
 use super::world::{Link, Noise, Paths, confirmed, measured, sweep, wall};
 use crate::association::ReceivedPath;
 use crate::association::chain::Chain;
-use crate::geometry::Plane;
-use crate::geometry::Position;
+use crate::geometry::{Plane, Position};
 use crate::lscn::Probabilities;
 use crate::surfaces::{GROUND, Kind, Status, Surface, SurfaceConfig, Surfaces};
 

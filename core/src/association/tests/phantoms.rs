@@ -2,8 +2,7 @@
 
 use super::world::{Link, Noise, Paths, confirmed, measured, sweep, wall};
 use crate::association::Decision;
-use crate::geometry::Plane;
-use crate::geometry::{Direction, Position};
+use crate::geometry::{Direction, Plane, Position};
 use crate::lscn::Probabilities;
 use crate::surfaces::{GROUND, Status, SurfaceConfig, Surfaces};
 

@@ -8,8 +8,7 @@ use nalgebra::Vector3;
 
 use super::world::{Link, Noise, Paths, confirmed, measured, sweep, wall};
 use crate::association::{AssociationConfig, Decision, SurfacePoint, associate};
-use crate::geometry::Plane;
-use crate::geometry::Position;
+use crate::geometry::{Plane, Position};
 use crate::surfaces::birth::Birth;
 use crate::surfaces::{GROUND, Kind, Status, Surface, SurfaceConfig, Surfaces};
 

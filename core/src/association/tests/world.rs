@@ -7,8 +7,7 @@ use crate::association::chain::Chain;
 use crate::association::{
     Association, AssociationConfig, Learned, PoseEstimate, ReceivedPath, SweepPaths, associate,
 };
-use crate::geometry::Plane;
-use crate::geometry::{Body, Direction, Gmt, Matrix3, Position, Rotation, World};
+use crate::geometry::{Body, Direction, Gmt, Matrix3, Plane, Position, Rotation, World};
 use crate::localization::filter::Transmitter;
 use crate::lscn::Probabilities;
 use crate::path::Departure;

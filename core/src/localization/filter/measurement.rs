@@ -11,8 +11,7 @@ use super::layout::{ARRAY_AXIS, ARRAY_SLOPE, ATTITUDE, CLOCK_OFFSET, FACE_BIAS, 
 use super::nominal::{Nominal, range_of_delay_m, wrap_delay_m};
 use super::row::Row;
 use crate::array::{GmtArrays, UavArrays};
-use crate::geometry::Plane;
-use crate::geometry::{Body, Direction, Gmt, Real, Rotation, World};
+use crate::geometry::{Body, Direction, Gmt, Plane, Real, Rotation, World};
 
 /// Direction in which a path left, by a face of the GMT.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,8 +2,7 @@
 
 use core::hint::black_box;
 
-use cslam_core::geometry::Plane;
-use cslam_core::geometry::{Direction, Matrix3, Position, Rotation, Vector3};
+use cslam_core::geometry::{Direction, Matrix3, Plane, Position, Rotation, Vector3};
 use cslam_core::localization::filter::{
     Bounces, FaceDirection, LevelYaw, MappedPlane, PathMeasurement, ReflectedPath, SweepMeasurement,
     Transmitter, states,

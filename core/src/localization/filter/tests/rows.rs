@@ -3,8 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::super::*;
-use crate::geometry::Plane;
-use crate::geometry::{Gmt, World};
+use crate::geometry::{Gmt, Plane, World};
 
 const N: usize = states(2);
 
