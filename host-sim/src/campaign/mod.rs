@@ -4,6 +4,7 @@
 //! on where it was, shards of several machines can lie in one directory, and two builds are compared flight by flight.
 
 mod compare;
+mod constants;
 mod effects;
 mod figure;
 mod seeds;
@@ -11,6 +12,7 @@ mod shard;
 mod summary;
 
 pub use compare::{Comparison, compare};
+pub use constants::{AS_THEY_ARE, Constant, ConstantsTable, Varied};
 pub use effects::{EffectsTable, alone, left_out};
 pub use figure::{FIGURES, Figure, number};
 pub use seeds::{Lists, Purpose};

@@ -3,6 +3,7 @@
 //! `default.toml` beside this file is the whole of it, with the defaults, units, ranges and sources; `cslam config` prints it. A file of
 //! a user's holds what shall be otherwise. Every command reads the same file and takes the tables that concern it.
 
+mod association;
 mod board;
 mod filter;
 mod receiver;
@@ -16,6 +17,7 @@ use crate::input::{InputError, from_toml, read_text};
 use crate::measurement::Sigmas;
 use crate::world::{Profile, WorldConfig};
 
+pub use association::{AssociationFigures, SurfaceFigures};
 pub use board::BoardConfig;
 pub use filter::{FilterFigures, HpcFigures, ResidualFigures};
 pub use receiver::{

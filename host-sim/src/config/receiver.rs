@@ -6,7 +6,7 @@ use cslam_core::localization::imu::MagneticField;
 use cslam_firmware::storage::{self, GmtPlace};
 use serde::{Deserialize, Serialize};
 
-use super::{FilterFigures, HpcFigures, ResidualFigures};
+use super::{AssociationFigures, FilterFigures, HpcFigures, ResidualFigures, SurfaceFigures};
 use crate::estimate;
 use crate::input::InputError;
 use crate::sensors::MagnetometerConfig;
@@ -42,6 +42,10 @@ pub struct ReceiverConfig {
     pub filter: FilterFigures,
     /// The paper's localization.
     pub hpc: HpcFigures,
+    /// Data association.
+    pub association: AssociationFigures,
+    /// The surfaces that it associates with.
+    pub surfaces: SurfaceFigures,
 }
 
 impl ReceiverConfig {
@@ -70,7 +74,11 @@ impl ReceiverConfig {
         }
         self.residuals.check().map_err(|error| error.under("residuals"))?;
         self.filter.check().map_err(|error| error.under("filter"))?;
-        self.hpc.check().map_err(|error| error.under("hpc"))
+        self.hpc.check().map_err(|error| error.under("hpc"))?;
+        self.association
+            .check()
+            .map_err(|error| error.under("association"))?;
+        self.surfaces.check().map_err(|error| error.under("surfaces"))
     }
 }
 

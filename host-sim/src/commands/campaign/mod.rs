@@ -16,7 +16,9 @@ use flown::flown;
 use kept::Kept;
 use worlds::Named;
 
-use crate::campaign::{EffectsTable, Flight, Lists, Purpose, Shard, Summary, compare, read_shards};
+use crate::campaign::{
+    Constant, ConstantsTable, EffectsTable, Flight, Lists, Purpose, Shard, Summary, compare, read_shards,
+};
 use crate::commands::seeds::AnySeed;
 use crate::commands::threads::Threads;
 use crate::config::Mode;
@@ -56,6 +58,10 @@ pub(crate) struct Args {
     /// The worlds budget and real, then budget with each effect of real alone, and real without each: what breaks it
     #[arg(long, conflicts_with_all = ["profiles", "configs"])]
     effects: bool,
+    /// The receiver with each number of [receiver.association] and [receiver.surfaces] halved and doubled: what hangs on them. With
+    /// --keep-paths each flight costs a second
+    #[arg(long, conflicts_with = "effects")]
+    constants: bool,
     /// Fly at most this many sweeps of each
     #[arg(long, value_name = "N")]
     steps: Option<usize>,
@@ -192,21 +198,29 @@ fn report(args: &Args, out: &Path, worlds: &[Named]) -> anyhow::Result<()> {
     for (name, summary) in &summaries {
         if args.json {
             progress::note(summary.text(name));
-        } else if !args.effects {
-            // Of the worlds of all effects, one table says enough.
+        } else if !args.effects && !args.constants {
+            // Of all effects, and of all constants, one table says enough.
             println!("{}", summary.text(name));
         }
     }
     if args.json {
         println!("{}", serde_json::to_string(&object)?);
-    } else if args.effects {
-        for mode in &args.modes {
-            let own: Vec<&Shard> = shards
-                .iter()
-                .filter(|shard| shard.flight.mode == mode.name())
-                .collect();
-            println!("{}", EffectsTable::of(&own).text(mode.name()));
-        }
+        return Ok(());
+    }
+    if !args.effects && !args.constants {
+        return Ok(());
+    }
+    for mode in &args.modes {
+        let own: Vec<&Shard> = shards
+            .iter()
+            .filter(|shard| shard.flight.mode == mode.name())
+            .collect();
+        let text = if args.effects {
+            EffectsTable::of(&own).text(mode.name())
+        } else {
+            ConstantsTable::of(&own, &Constant::all(&worlds::base(args)?)?).text(mode.name())
+        };
+        println!("{text}");
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use super::Args;
-use crate::campaign::{Build, alone, left_out};
+use crate::campaign::{AS_THEY_ARE, Build, Constant, Varied, alone, left_out};
 use crate::config::Config;
 use crate::input::InputError;
 use crate::recording::crc32;
@@ -22,6 +22,8 @@ pub(super) fn of(args: &Args) -> anyhow::Result<Vec<Named>> {
     let executable_crc = crc32(&fs::read(std::env::current_exe()?)?);
     let configs = if args.effects {
         with_effects()?
+    } else if args.constants {
+        with_constants(args)?
     } else {
         asked_for(args)?
     };
@@ -85,6 +87,31 @@ fn with_effects() -> anyhow::Result<Vec<(String, Config)>> {
         }
     }
     Ok(configs)
+}
+
+/// The receiver as it is, and with each constant of data association halved and doubled.
+fn with_constants(args: &Args) -> anyhow::Result<Vec<(String, Config)>> {
+    let base = base(args)?;
+    let mut configs = vec![(AS_THEY_ARE.to_owned(), base.clone())];
+    for constant in Constant::all(&base)? {
+        for varied in [Varied::Halved, Varied::Doubled] {
+            configs.push((constant.world(varied), constant.set(&base, varied)?));
+        }
+    }
+    Ok(configs)
+}
+
+/// What the constants are varied of: one configuration in one world.
+///
+/// # Errors
+/// [`InputError`] when there are more, or when it cannot be read.
+pub(super) fn base(args: &Args) -> Result<Config, InputError> {
+    match asked_for(args)?.as_slice() {
+        [(_, config)] => Ok(config.clone()),
+        _ => Err(InputError::new(
+            "--constants: expected one world and one configuration",
+        )),
+    }
 }
 
 /// Name of a world: that of its file, of the profile that was asked for, or both.

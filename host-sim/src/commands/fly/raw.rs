@@ -173,6 +173,8 @@ pub(crate) fn fly(
     let mut receiver = Receiver {
         magnetic_field: field.map(|field| field.config()),
         residuals: told.residuals.config(),
+        association: told.association.config(),
+        surfaces: told.surfaces.config(),
         ..methods(told, told.gmt_setup.or_at(site.gmt_m))?
     };
     if let Some(height_m) = &mut receiver.accept.point.ground_z_m {
