@@ -1,20 +1,19 @@
 //! What half and twice each number of data association and its surfaces does.
 
-use serde::Serialize;
+use toml::Value;
 
-use super::figure::{FIGURES, Figure};
+use super::figure::Figure;
 use super::shard::Shard;
 use super::summary::Summary;
-use crate::config::Config;
+use crate::config::{Config, MOST_SHARE};
+use crate::input::toml_keys::{find, put};
 use crate::table::Table;
 
 /// Tables of the configuration whose numbers are varied.
-const TABLES: [[&str; 2]; 2] = [["receiver", "association"], ["receiver", "surfaces"]];
+const TABLES: [&str; 2] = ["receiver.association", "receiver.surfaces"];
 /// Probabilities that are wanted: what is halved and doubled is how often they are missed.
 const WANTED: [&str; 3] = ["explained", "tentative", "confirmed_probability"];
-/// Shares end here when they are doubled.
-const MOST_SHARE: f64 = 0.9999;
-/// Those are shares.
+/// Shares: doubled, they end at [`MOST_SHARE`].
 const SHARES: [&str; 4] = [
     "departure_outliers",
     "unknown_share",
@@ -28,12 +27,12 @@ pub const AS_THEY_ARE: &str = "constants";
 /// One number of the configuration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constant {
-    /// From the table `receiver` on, as messages have it; of a list with its place.
-    pub name: String,
-    path: Vec<String>,
+    /// Its key, from the root on.
+    key: String,
+    /// Its place, when the key has a list.
     element: Option<usize>,
     /// As it is.
-    pub value: f64,
+    value: f64,
 }
 
 /// Which way a constant is varied.
@@ -51,29 +50,37 @@ impl Constant {
     /// # Errors
     /// That of the serialiser.
     pub fn all(config: &Config) -> Result<Vec<Self>, toml::ser::Error> {
-        let value = toml::Value::try_from(config)?;
+        let all = toml::Table::try_from(config)?;
         let mut found = Vec::new();
-        for table in TABLES {
-            let path: Vec<String> = table.map(str::to_owned).into();
-            let table = table.iter().try_fold(&value, |value, key| value.get(key));
-            if let Some(table) = table {
-                collect(table, &path, &mut found);
+        for key in TABLES {
+            if let Some(table) = find(&all, key) {
+                collect(table, key, &mut found);
             }
         }
         Ok(found)
     }
 
+    /// Its key without the table that all have in common; of a list with its place.
+    fn name(&self) -> String {
+        let key = self.key.trim_start_matches("receiver.");
+        self.element
+            .map_or_else(|| key.to_owned(), |element| format!("{key}.{element}"))
+    }
+
     /// What it becomes.
-    pub fn varied(&self, varied: Varied) -> f64 {
+    fn varied(&self, varied: Varied) -> f64 {
         let factor = match varied {
             Varied::Halved => 0.5,
             Varied::Doubled => 2.0,
         };
-        let is_one_of = |keys: &[&str]| self.path.last().is_some_and(|key| keys.contains(&key.as_str()));
+        let is_one_of = |keys: &[&str]| {
+            let (_, key) = self.key.rsplit_once('.').unwrap_or_default();
+            keys.contains(&key)
+        };
         if is_one_of(&WANTED) {
             1.0 - (1.0 - self.value) * factor
         } else if is_one_of(&SHARES) {
-            (self.value * factor).min(MOST_SHARE)
+            (self.value * factor).min(MOST_SHARE.into())
         } else {
             self.value * factor
         }
@@ -85,7 +92,7 @@ impl Constant {
             Varied::Halved => "half",
             Varied::Doubled => "twice",
         };
-        format!("{}-{by}", self.name)
+        format!("{}-{by}", self.name())
     }
 
     /// The configuration with it varied.
@@ -93,48 +100,46 @@ impl Constant {
     /// # Errors
     /// The message of the parser.
     pub fn set(&self, config: &Config, varied: Varied) -> anyhow::Result<Config> {
-        let mut value = toml::Value::try_from(config)?;
-        let mut at = Some(&mut value);
-        for key in &self.path {
-            at = at.and_then(|value| value.get_mut(key));
-        }
-        if let Some(element) = self.element {
-            at = at.and_then(|value| value.get_mut(element));
-        }
-        if let Some(number) = at {
+        let mut all = toml::Table::try_from(config)?;
+        let mut value = find(&all, &self.key).cloned();
+        let number = match self.element {
+            None => value.as_mut(),
+            Some(element) => value.as_mut().and_then(|list| list.get_mut(element)),
+        };
+        if let Some(number) = number {
             let wanted = self.varied(varied);
             *number = match number {
-                toml::Value::Integer(_) => toml::Value::Integer(wanted as i64),
-                _ => toml::Value::Float(wanted),
+                Value::Integer(_) => Value::Integer(wanted as i64),
+                _ => Value::Float(wanted),
             };
         }
-        Ok(value.try_into()?)
+        put(&mut all, &self.key, value);
+        Ok(all.try_into()?)
     }
 }
 
-fn collect(value: &toml::Value, path: &[String], found: &mut Vec<Constant>) {
-    let constant = |value: f64, element: Option<usize>| {
-        let name = path[1..].join(".");
-        Constant {
-            name: element.map_or_else(|| name.clone(), |index| format!("{name}.{index}")),
-            path: path.to_vec(),
+/// Every number of a value, which the key has.
+fn collect(value: &Value, key: &str, found: &mut Vec<Constant>) {
+    let mut push = |value: Option<f64>, element| {
+        found.extend(value.map(|value| Constant {
+            key: key.to_owned(),
             element,
             value,
-        }
+        }));
     };
     match value {
-        toml::Value::Table(table) => {
-            for (key, value) in table {
-                collect(value, &[path, std::slice::from_ref(key)].concat(), found);
+        Value::Table(table) => {
+            for (inner, value) in table {
+                collect(value, &format!("{key}.{inner}"), found);
             }
         }
-        toml::Value::Array(values) => {
-            let numbers = values.iter().enumerate();
-            found.extend(numbers.filter_map(|(index, value)| Some(constant(value.as_float()?, Some(index)))));
+        Value::Array(values) => {
+            for (element, value) in values.iter().enumerate() {
+                push(value.as_float(), Some(element));
+            }
         }
-        toml::Value::Integer(value) => found.push(constant(*value as f64, None)),
-        toml::Value::Float(value) => found.push(constant(*value, None)),
-        _ => {}
+        Value::Integer(value) => push(Some(*value as f64), None),
+        other => push(other.as_float(), None),
     }
 }
 
@@ -142,7 +147,7 @@ fn collect(value: &toml::Value, path: &[String], found: &mut Vec<Constant>) {
 const COLUMNS: [&str; 2] = ["map.precision_by_faces", "map.accepted"];
 
 /// One number, and what comes of half and twice of it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 struct Row {
     name: String,
     value: f64,
@@ -151,7 +156,7 @@ struct Row {
 }
 
 /// Every number, in the order of the configuration.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ConstantsTable {
     flights: usize,
     as_they_are: [Option<f64>; COLUMNS.len()],
@@ -162,18 +167,13 @@ impl ConstantsTable {
     /// Of the shards of one mode.
     pub fn of(shards: &[&Shard], constants: &[Constant]) -> Self {
         let of = |world: &str| {
-            let own: Vec<&Shard> = shards
-                .iter()
-                .copied()
-                .filter(|shard| shard.flight.world == world)
-                .collect();
-            let summary = Summary::of(&own);
-            let pooled = COLUMNS.map(|key| summary.figures.iter().find(|line| line.key == key)?.pooled);
+            let summary = Summary::of_world(shards, world);
+            let pooled = COLUMNS.map(|key| summary.line(key)?.pooled);
             (summary.flights, pooled)
         };
         let (flights, as_they_are) = of(AS_THEY_ARE);
         let row = |constant: &Constant| Row {
-            name: constant.name.clone(),
+            name: constant.name(),
             value: constant.value,
             halved: of(&constant.world(Varied::Halved)).1,
             doubled: of(&constant.world(Varied::Doubled)).1,
@@ -187,7 +187,7 @@ impl ConstantsTable {
 
     /// It as text.
     pub fn text(&self, mode: &str) -> String {
-        let figures = COLUMNS.map(|key| FIGURES.iter().find(|figure| figure.key == key));
+        let figures = COLUMNS.map(Figure::by_key);
         let name = |figure: Option<&Figure>| figure.map_or("", |figure| figure.name);
         let mut header = vec![format!("{mode}, {} flights", self.flights), "value".into()];
         for by in ["half", "twice"] {
@@ -221,20 +221,20 @@ mod tests {
         let config = Config::default();
         let all = Constant::all(&config).expect("serialisable");
         assert!(all.len() > 35, "{}", all.len());
-        let before = toml::Value::try_from(&config).expect("serialisable");
+        let before = Value::try_from(&config).expect("serialisable");
         for constant in &all {
             for varied in [Varied::Halved, Varied::Doubled] {
                 let changed = constant.set(&config, varied).expect("in range");
                 changed.receiver.check().expect("in range");
-                assert_ne!(changed, config, "{}", constant.name);
-                let after = toml::Value::try_from(&changed).expect("serialisable");
-                let numbers = |value: &toml::Value| -> Vec<f64> {
+                assert_ne!(changed, config, "{}", constant.name());
+                let after = Value::try_from(&changed).expect("serialisable");
+                let numbers = |value: &Value| -> Vec<f64> {
                     let mut found = Vec::new();
-                    collect(value, &["all".to_owned()], &mut found);
+                    collect(value, "all", &mut found);
                     found.into_iter().map(|constant| constant.value).collect()
                 };
                 let pairs = numbers(&before).into_iter().zip(numbers(&after));
-                assert_eq!(pairs.filter(|(a, b)| a != b).count(), 1, "{}", constant.name);
+                assert_eq!(pairs.filter(|(a, b)| a != b).count(), 1, "{}", constant.name());
             }
         }
     }
@@ -243,12 +243,16 @@ mod tests {
     fn of_a_wanted_probability_the_misses_are_halved() {
         let config = Config::default();
         let all = Constant::all(&config).expect("serialisable");
-        let of = |name: &str| all.iter().find(|constant| constant.name == name).expect("known");
+        let of = |name: &str| {
+            all.iter()
+                .find(|constant| constant.name() == name)
+                .expect("known")
+        };
         let explained = of("association.explained");
         assert!((explained.varied(Varied::Halved) - 0.975).abs() < 1e-6);
         assert!((explained.varied(Varied::Doubled) - 0.9).abs() < 1e-6);
         let outliers = of("association.errors.departure_outliers.2");
-        assert!((outliers.varied(Varied::Doubled) - MOST_SHARE).abs() < 1e-9);
+        assert!((outliers.varied(Varied::Doubled) - f64::from(MOST_SHARE)).abs() < 1e-9);
         assert!((of("surfaces.reach_m").varied(Varied::Doubled) - 12.0).abs() < 1e-9);
     }
 }

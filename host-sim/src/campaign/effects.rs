@@ -1,6 +1,6 @@
 //! What each effect of the world `real` does: alone over `budget`, and left out of `real`.
 
-use super::figure::{FIGURES, Figure};
+use super::figure::Figure;
 use super::shard::Shard;
 use super::summary::Summary;
 use crate::table::Table;
@@ -37,14 +37,9 @@ struct Row {
 
 impl Row {
     fn of(effect: &'static str, world: &str, shards: &[&Shard]) -> Self {
-        let own: Vec<&Shard> = shards
-            .iter()
-            .copied()
-            .filter(|shard| shard.flight.world == world)
-            .collect();
-        let summary = Summary::of(&own);
+        let summary = Summary::of_world(shards, world);
         let value = |(key, of_flights): (&str, bool)| {
-            let line = summary.figures.iter().find(|line| line.key == key)?;
+            let line = summary.line(key)?;
             if of_flights { line.median } else { line.pooled }
         };
         Self {
@@ -97,7 +92,7 @@ impl EffectsTable {
     /// It as text.
     pub fn text(&self, mode: &str) -> String {
         let table = |title: String, rows: &[Row]| {
-            let figures = COLUMNS.map(|(key, median)| (figure(key), median));
+            let figures = COLUMNS.map(|(key, median)| (Figure::by_key(key), median));
             let mut header = vec![title, "flights".into(), "points of correct order".into()];
             header.extend(figures.iter().map(|(figure, median)| {
                 let name = figure.map_or("", |figure| figure.name);
@@ -128,10 +123,6 @@ impl EffectsTable {
             table(format!("{mode}, real without one effect"), &self.left_out)
         )
     }
-}
-
-fn figure(key: &str) -> Option<&'static Figure> {
-    FIGURES.iter().find(|figure| figure.key == key)
 }
 
 #[cfg(test)]

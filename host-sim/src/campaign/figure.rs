@@ -102,6 +102,11 @@ pub fn number(report: &Value, key: &str) -> Option<f64> {
 }
 
 impl Figure {
+    /// The figure of a key.
+    pub fn by_key(key: &str) -> Option<&'static Self> {
+        FIGURES.iter().find(|figure| figure.key == key)
+    }
+
     /// The figure of a flight.
     pub fn of(&self, report: &Value) -> Option<f64> {
         number(report, self.key)

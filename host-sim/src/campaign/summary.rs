@@ -92,6 +92,21 @@ impl Summary {
         }
     }
 
+    /// Of those of these shards that flew through a world.
+    pub fn of_world(shards: &[&Shard], world: &str) -> Self {
+        let own: Vec<&Shard> = shards
+            .iter()
+            .copied()
+            .filter(|shard| shard.flight.world == world)
+            .collect();
+        Self::of(&own)
+    }
+
+    /// The figure of a key.
+    pub fn line(&self, key: &str) -> Option<&Line> {
+        self.figures.iter().find(|line| line.key == key)
+    }
+
     /// It as text.
     pub fn text(&self, title: &str) -> String {
         let mut table = Table::new([

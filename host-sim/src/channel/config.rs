@@ -5,9 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::hardware::within;
 use super::impairments::Impairments;
-use crate::input::InputError;
+use crate::input::{InputError, within};
 
 /// The whole configuration of a channel simulation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -2,24 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::input::InputError;
-
-/// A key with its value and the least and greatest one that it may have.
-pub(super) type Range<'k> = (&'k str, f64, f64, f64);
-
-/// Checks values against their ranges.
-pub(super) fn within(ranges: &[Range<'_>]) -> Result<(), InputError> {
-    match ranges
-        .iter()
-        .find(|(_, value, low, high)| !(low..=high).contains(&value))
-    {
-        None => Ok(()),
-        Some((key, value, low, high)) => {
-            let message = format!("is {value}, expected {low} to {high}");
-            Err(InputError::at_key(*key, message))
-        }
-    }
-}
+use crate::input::{InputError, within};
 
 /// Errors of the UAV's arrays beside phase, axis and delay.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

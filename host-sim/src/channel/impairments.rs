@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::effects::amplifier::Amplifier;
 use super::effects::interference::Interference;
-use super::hardware::{AirframeEffects, GmtArrayErrors, Oscillators, ReceiverErrors, UavArrayErrors, within};
-use crate::input::InputError;
+use super::hardware::{AirframeEffects, GmtArrayErrors, Oscillators, ReceiverErrors, UavArrayErrors};
+use crate::input::{InputError, within};
 use crate::sigmf::Codebook;
 
 /// Beams of a sweep.

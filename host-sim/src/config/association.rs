@@ -7,7 +7,7 @@ use cslam_core::paths::PathErrors;
 use cslam_core::surfaces::SurfaceConfig;
 use serde::{Deserialize, Serialize};
 
-use crate::input::InputError;
+use crate::input::{InputError, above_zero, within};
 
 /// Table `[receiver.association]`: which surfaces made a path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -19,17 +19,10 @@ pub struct AssociationFigures(#[serde(with = "AssociationKeys")] AssociationConf
 #[serde(transparent)]
 pub struct SurfaceFigures(#[serde(with = "SurfaceKeys")] SurfaceConfig);
 
-/// A key, its value, and the range it has to lie in, ends included.
-type Figure = (&'static str, f32, [f32; 2]);
-
-/// Positive numbers: the smallest one is above zero.
-const POSITIVE: [f32; 2] = [f32::MIN_POSITIVE, f32::MAX];
-/// Shares and probabilities that are neither zero nor one.
-const SHARE: [f32; 2] = [f32::MIN_POSITIVE, 0.9999];
-/// Probabilities more likely than not.
-const LIKELY: [f32; 2] = [0.5, 0.9999];
-/// Logarithms of probabilities.
-const LOG: [f32; 2] = [-1000.0, 0.0];
+/// Most that a share or a probability may be.
+pub const MOST_SHARE: f32 = 0.9999;
+/// Least logarithm of a probability.
+const LEAST_LOG: f32 = -1000.0;
 
 impl AssociationFigures {
     /// For the flight code.
@@ -39,30 +32,38 @@ impl AssociationFigures {
 
     pub(super) fn check(&self) -> Result<(), InputError> {
         let (a, e) = (&self.0, &self.0.errors);
-        let mut figures = vec![
-            ("network_doubt", a.network_doubt, [f32::MIN_POSITIVE, 0.3]),
-            ("singles_offered", a.singles_offered, POSITIVE),
-            ("offered_growth", a.offered_growth, POSITIVE),
-            ("reach_per_m", a.reach_per_m, LOG),
-            ("blocked", a.blocked, LOG),
-            ("clear_m", a.clear_m, POSITIVE),
-            ("unknown_share", a.unknown_share, SHARE),
-            ("clutter_length_m", a.clutter_length_m, POSITIVE),
-            ("artefact_density", a.artefact_density, POSITIVE),
-            ("explained", a.explained, LIKELY),
-            ("tentative", a.tentative, LIKELY),
-            ("gate_sigmas", a.gate_sigmas, POSITIVE),
-            ("errors.neighbour_m", e.neighbour_m, POSITIVE),
-            ("errors.neighbour_rad", e.neighbour_rad, POSITIVE),
-            ("errors.comparable_db", e.comparable_db, POSITIVE),
+        let mut above = vec![
+            ("network_doubt", a.network_doubt),
+            ("singles_offered", a.singles_offered),
+            ("offered_growth", a.offered_growth),
+            ("clear_m", a.clear_m),
+            ("unknown_share", a.unknown_share),
+            ("clutter_length_m", a.clutter_length_m),
+            ("artefact_density", a.artefact_density),
+            ("gate_sigmas", a.gate_sigmas),
+            ("errors.neighbour_m", e.neighbour_m),
+            ("errors.neighbour_rad", e.neighbour_rad),
+            ("errors.comparable_db", e.comparable_db),
         ];
-        figures.extend(e.delay_m.map(|value| ("errors.delay_m", value, POSITIVE)));
-        figures.extend(e.arrival_rad.map(|value| ("errors.arrival_rad", value, POSITIVE)));
-        figures.extend(
+        above.extend(e.delay_m.map(|value| ("errors.delay_m", value)));
+        above.extend(e.arrival_rad.map(|value| ("errors.arrival_rad", value)));
+        above.extend(
             e.departure_outliers
-                .map(|value| ("errors.departure_outliers", value, SHARE)),
+                .map(|value| ("errors.departure_outliers", value)),
         );
-        within(&figures)
+        all_above_zero(&above)?;
+        within(&[
+            ("network_doubt", a.network_doubt, 0.0, 0.3),
+            ("reach_per_m", a.reach_per_m, LEAST_LOG, 0.0),
+            ("blocked", a.blocked, LEAST_LOG, 0.0),
+            ("unknown_share", a.unknown_share, 0.0, MOST_SHARE),
+            ("explained", a.explained, 0.5, MOST_SHARE),
+            ("tentative", a.tentative, 0.5, MOST_SHARE),
+        ])?;
+        within(
+            &e.departure_outliers
+                .map(|value| ("errors.departure_outliers", value, 0.0, MOST_SHARE)),
+        )
     }
 }
 
@@ -74,51 +75,42 @@ impl SurfaceFigures {
 
     pub(super) fn check(&self) -> Result<(), InputError> {
         let s = &self.0;
-        let mut figures = vec![
-            ("confirmed_probability", s.confirmed_probability, LIKELY),
-            ("most_shift_m", s.most_shift_m, POSITIVE),
-            ("lean_rad", s.lean_rad, POSITIVE),
-            ("doubtful_log_odds", s.doubtful_log_odds, POSITIVE),
-            ("same_m", s.same_m, POSITIVE),
-            ("same_rad", s.same_rad, POSITIVE),
-            ("reach_m", s.reach_m, POSITIVE),
-            ("independent_m", s.independent_m, POSITIVE),
-            ("detection", s.detection, SHARE),
-            ("contradiction_log_odds", s.contradiction_log_odds, POSITIVE),
-            ("least_shift_m", s.least_shift_m, POSITIVE),
-            ("least_tilt_rad", s.least_tilt_rad, POSITIVE),
-            ("ground_shift_m", s.ground_shift_m, POSITIVE),
-            ("ground_tilt_rad", s.ground_tilt_rad, POSITIVE),
-            ("most_point_m", s.most_point_m, POSITIVE),
+        let mut above = vec![
+            ("most_shift_m", s.most_shift_m),
+            ("lean_rad", s.lean_rad),
+            ("doubtful_log_odds", s.doubtful_log_odds),
+            ("same_m", s.same_m),
+            ("same_rad", s.same_rad),
+            ("reach_m", s.reach_m),
+            ("independent_m", s.independent_m),
+            ("detection", s.detection),
+            ("contradiction_log_odds", s.contradiction_log_odds),
+            ("least_shift_m", s.least_shift_m),
+            ("least_tilt_rad", s.least_tilt_rad),
+            ("ground_shift_m", s.ground_shift_m),
+            ("ground_tilt_rad", s.ground_tilt_rad),
+            ("most_point_m", s.most_point_m),
         ];
-        figures.extend(
-            s.indistinct_shares
-                .map(|value| ("indistinct_shares", value, SHARE)),
-        );
-        within(&figures)
+        above.extend(s.indistinct_shares.map(|value| ("indistinct_shares", value)));
+        all_above_zero(&above)?;
+        within(&[
+            ("confirmed_probability", s.confirmed_probability, 0.5, MOST_SHARE),
+            ("detection", s.detection, 0.0, MOST_SHARE),
+        ])?;
+        within(
+            &s.indistinct_shares
+                .map(|value| ("indistinct_shares", value, 0.0, MOST_SHARE)),
+        )
     }
 }
 
-/// The first figure that is out of its range, or no number.
-fn within(figures: &[Figure]) -> Result<(), InputError> {
-    for &(key, value, [low, high]) in figures {
-        if !(value.is_finite() && (low..=high).contains(&value)) {
-            let expected = if low == f32::MIN_POSITIVE {
-                if high == f32::MAX {
-                    "a number above 0".to_owned()
-                } else {
-                    format!("above 0 to {high}")
-                }
-            } else {
-                format!("{low} to {high}")
-            };
-            return Err(InputError::at_key(
-                key,
-                format!("is {value}, expected {expected}"),
-            ));
-        }
-    }
-    Ok(())
+/// As [`above_zero`], in single precision.
+fn all_above_zero(figures: &[(&str, f32)]) -> Result<(), InputError> {
+    let figures: Vec<_> = figures
+        .iter()
+        .map(|(key, value)| (*key, f64::from(*value)))
+        .collect();
+    above_zero(&figures)
 }
 
 #[derive(Serialize, Deserialize)]

@@ -10,7 +10,7 @@ use cslam_core::localization::hpc;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 
-use crate::input::InputError;
+use crate::input::{InputError, above_zero};
 
 /// Table `[receiver.filter]`: what the filter believes about sensors, radio and calibration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -97,20 +97,6 @@ impl FilterFigures {
             ));
         }
         Ok(())
-    }
-}
-
-/// Finite and above zero.
-fn above_zero(figures: &[(&str, f64)]) -> Result<(), InputError> {
-    match figures
-        .iter()
-        .find(|(_, value)| !(value.is_finite() && *value > 0.0))
-    {
-        Some((key, value)) => Err(InputError::at_key(
-            *key,
-            format!("is {value}, expected a number above 0"),
-        )),
-        None => Ok(()),
     }
 }
 

@@ -17,7 +17,7 @@ use crate::input::{InputError, from_toml, read_text};
 use crate::measurement::Sigmas;
 use crate::world::{Profile, WorldConfig};
 
-pub use association::{AssociationFigures, SurfaceFigures};
+pub use association::{AssociationFigures, MOST_SHARE, SurfaceFigures};
 pub use board::BoardConfig;
 pub use filter::{FilterFigures, HpcFigures, ResidualFigures};
 pub use receiver::{

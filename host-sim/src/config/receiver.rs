@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{AssociationFigures, FilterFigures, HpcFigures, ResidualFigures, SurfaceFigures};
 use crate::estimate;
-use crate::input::InputError;
+use crate::input::{InputError, within};
 use crate::sensors::MagnetometerConfig;
 
 /// Farthest that the ground is from the world frame's origin, m.
@@ -264,16 +264,10 @@ impl EarthField {
 
     fn check(&self) -> Result<(), InputError> {
         // The earth's is 22 to 67 uT.
-        for (key, value, low, high) in [
+        within(&[
             ("strength_ut", self.strength_ut, 1.0, 100.0),
             ("inclination_deg", self.inclination_deg, -90.0, 90.0),
             ("declination_deg", self.declination_deg, -180.0, 180.0),
-        ] {
-            if !(low..=high).contains(&value) {
-                let message = format!("is {value}, expected {low} to {high}");
-                return Err(InputError::at_key(key, message));
-            }
-        }
-        Ok(())
+        ])
     }
 }

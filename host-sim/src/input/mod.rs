@@ -2,13 +2,16 @@
 //! and what was expected.
 
 pub mod limits;
+mod ranges;
 mod read;
+pub mod toml_keys;
 mod toml_places;
 
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+pub use ranges::{above_zero, within};
 pub use read::{from_json, from_json_line, from_toml, lines, read_bytes, read_exactly, read_text, unpack};
 
 /// Most characters of a message: what an input holds may be quoted in it, whatever its length.

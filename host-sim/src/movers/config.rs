@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::BodyKind;
-use crate::input::InputError;
+use crate::input::{InputError, within};
 use crate::scene::MAX_COORDINATE_M;
 
 /// Most movers for each unit of ground.
@@ -63,7 +63,7 @@ impl MoversConfig {
             ("people_per_100_m2", self.people_per_100_m2),
         ];
         for (key, value) in densities {
-            within(key, value, 0.0, MOST_DENSE)?;
+            within(&[(key, value, 0.0, MOST_DENSE)])?;
         }
         for (place, mover) in self.given.iter().enumerate() {
             let table = format!("given[{place}]");
@@ -71,23 +71,13 @@ impl MoversConfig {
             let check = || {
                 for (key, ends) in ends {
                     for value in ends {
-                        within(key, value, -MAX_COORDINATE_M, MAX_COORDINATE_M)?;
+                        within(&[(key, value, -MAX_COORDINATE_M, MAX_COORDINATE_M)])?;
                     }
                 }
-                within("speed_m_per_s", mover.speed_m_per_s, 0.0, 60.0)
+                within(&[("speed_m_per_s", mover.speed_m_per_s, 0.0, 60.0)])
             };
             check().map_err(|error| error.under(&table))?;
         }
         Ok(())
     }
-}
-
-/// # Errors
-/// [`InputError`] naming the key, when its value is out of a range.
-fn within(key: &str, value: f64, low: f64, high: f64) -> Result<(), InputError> {
-    if (low..=high).contains(&value) {
-        return Ok(());
-    }
-    let message = format!("is {value}, expected {low} to {high}");
-    Err(InputError::at_key(key, message))
 }

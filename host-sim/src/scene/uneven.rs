@@ -8,7 +8,7 @@ use super::kinds::{FaceKind, Kinds};
 use super::panels::{Facade, PANE_M, Panel};
 use super::relief::{Relief, Shape};
 use super::{Face, Material, Placement, Scene, Vec3};
-use crate::input::InputError;
+use crate::input::{InputError, within};
 
 /// How far the surfaces of a scene are off their faces. The default is not at all. Under a roof ground and walls are level in any case.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,20 +55,10 @@ impl Unevenness {
     /// # Errors
     /// [`InputError`] naming the key and what was expected.
     pub fn check(&self) -> Result<(), InputError> {
-        let ranges = [
+        within(&[
             ("ground_relief_rms_m", self.ground_relief_rms_m, 0.0, 1.0),
             ("ground_relief_length_m", self.ground_relief_length_m, 5.0, 1000.0),
-        ];
-        let wrong = ranges
-            .into_iter()
-            .find(|(_, value, low, high)| !(low..=high).contains(&value));
-        match wrong {
-            Some((key, value, low, high)) => Err(InputError::at_key(
-                key,
-                format!("is {value}, expected {low} to {high}"),
-            )),
-            None => Ok(()),
-        }
+        ])
     }
 }
 

@@ -1,8 +1,9 @@
 //! What sets the world `real` apart from `budget`, effect by effect, so that each can be switched on or off alone.
 
-use toml::{Table, Value};
+use toml::Table;
 
 use super::config::{Profile, WorldConfig};
+use crate::input::toml_keys::{find, put};
 
 /// One effect of the world `real`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -117,31 +118,6 @@ impl Effect {
 
 fn table(profile: Profile) -> Result<Table, toml::de::Error> {
     Table::try_from(WorldConfig::of(profile)).map_err(serde::de::Error::custom)
-}
-
-/// The value of a key with dots; `None` where it is left out.
-fn find<'t>(table: &'t Table, key: &str) -> Option<&'t Value> {
-    match key.split_once('.') {
-        None => table.get(key),
-        Some((first, rest)) => find(table.get(first)?.as_table()?, rest),
-    }
-}
-
-/// Sets or takes away the value of a key with dots.
-fn put(table: &mut Table, key: &str, value: Option<Value>) {
-    match (key.split_once('.'), value) {
-        (Some((first, rest)), value) => {
-            if let Some(inner) = table.get_mut(first).and_then(Value::as_table_mut) {
-                put(inner, rest, value);
-            }
-        }
-        (None, Some(value)) => {
-            table.insert(key.to_owned(), value);
-        }
-        (None, None) => {
-            table.remove(key);
-        }
-    }
 }
 
 #[cfg(test)]

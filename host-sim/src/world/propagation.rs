@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::input::InputError;
+use crate::input::{InputError, within};
 use crate::movers::MoversConfig;
 use crate::tracer::{DEFAULT_MAX_ORDER, Diffraction, Diffuse, MAX_ORDER, Propagation};
 use crate::vegetation::VegetationConfig;
@@ -115,7 +115,7 @@ impl PropagationConfig {
 
     /// Checks every figure; the error names the key.
     pub(super) fn check(&self) -> Result<(), InputError> {
-        let ranges = [
+        within(&[
             ("max_order", f64::from(self.max_order), 0.0, MAX_ORDER as f64),
             (
                 "diffraction_least_gain_db",
@@ -136,19 +136,8 @@ impl PropagationConfig {
                 1000.0,
             ),
             ("diffuse_range_db", self.diffuse_range_db, 0.0, 200.0),
-        ];
-        match ranges
-            .into_iter()
-            .find(|(_, value, low, high)| !(low..=high).contains(&value))
-        {
-            Some((key, value, low, high)) => Err(InputError::at_key(
-                key,
-                format!("is {value}, expected {low} to {high}"),
-            )),
-            None => {
-                self.movers.check().map_err(|error| error.under("movers"))?;
-                self.vegetation.check().map_err(|error| error.under("vegetation"))
-            }
-        }
+        ])?;
+        self.movers.check().map_err(|error| error.under("movers"))?;
+        self.vegetation.check().map_err(|error| error.under("vegetation"))
     }
 }

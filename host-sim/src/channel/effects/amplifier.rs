@@ -9,9 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::channel::C64;
 use crate::channel::antenna::phasor;
-use crate::channel::hardware::within;
 use crate::channel::spectrum::Transform;
-use crate::input::InputError;
+use crate::input::{InputError, within};
 
 /// Points between samples at which the waveform is distorted, the sample itself included: what the third and fifth order
 /// spread does not fold back.

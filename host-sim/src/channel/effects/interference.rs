@@ -6,11 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use super::Draw;
 use crate::channel::C64;
-use crate::channel::hardware::within;
 use crate::channel::noise::Gaussian;
 use crate::channel::spectrum::Transform;
 use crate::channel::waves::{Plane, Wave};
-use crate::input::InputError;
+use crate::input::{InputError, within};
 use crate::random::Stream;
 
 /// Bins of 480 kHz of a burst: 100 MHz; its middle is up to as many bins off the carrier as leave it in the active band.

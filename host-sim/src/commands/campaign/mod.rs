@@ -210,6 +210,12 @@ fn report(args: &Args, out: &Path, worlds: &[Named]) -> anyhow::Result<()> {
     if !args.effects && !args.constants {
         return Ok(());
     }
+    // The first world is that of which the others are variants.
+    let constants = worlds
+        .first()
+        .map(|world| Constant::all(&world.config))
+        .transpose()?
+        .unwrap_or_default();
     for mode in &args.modes {
         let own: Vec<&Shard> = shards
             .iter()
@@ -218,7 +224,7 @@ fn report(args: &Args, out: &Path, worlds: &[Named]) -> anyhow::Result<()> {
         let text = if args.effects {
             EffectsTable::of(&own).text(mode.name())
         } else {
-            ConstantsTable::of(&own, &Constant::all(&worlds::base(args)?)?).text(mode.name())
+            ConstantsTable::of(&own, &constants).text(mode.name())
         };
         println!("{text}");
     }

@@ -91,27 +91,18 @@ fn with_effects() -> anyhow::Result<Vec<(String, Config)>> {
 
 /// The receiver as it is, and with each constant of data association halved and doubled.
 fn with_constants(args: &Args) -> anyhow::Result<Vec<(String, Config)>> {
-    let base = base(args)?;
+    let asked = asked_for(args)?;
+    let [(_, base)] = asked.as_slice() else {
+        let message = "--constants: expected one world and one configuration";
+        return Err(InputError::new(message).into());
+    };
     let mut configs = vec![(AS_THEY_ARE.to_owned(), base.clone())];
-    for constant in Constant::all(&base)? {
+    for constant in Constant::all(base)? {
         for varied in [Varied::Halved, Varied::Doubled] {
-            configs.push((constant.world(varied), constant.set(&base, varied)?));
+            configs.push((constant.world(varied), constant.set(base, varied)?));
         }
     }
     Ok(configs)
-}
-
-/// What the constants are varied of: one configuration in one world.
-///
-/// # Errors
-/// [`InputError`] when there are more, or when it cannot be read.
-pub(super) fn base(args: &Args) -> Result<Config, InputError> {
-    match asked_for(args)?.as_slice() {
-        [(_, config)] => Ok(config.clone()),
-        _ => Err(InputError::new(
-            "--constants: expected one world and one configuration",
-        )),
-    }
 }
 
 /// Name of a world: that of its file, of the profile that was asked for, or both.
