@@ -157,11 +157,15 @@ impl<const N: usize> Surfaces<N> {
                 surface.plane = plane;
                 surface.floor_covariance(&config);
             }
+            let mut last_m = None;
             for (_, point) in met {
                 surface.extend(point);
+                last_m = Some(point.map(|c| c as f32));
             }
-            if !seen.measured.neighbourhood.may_be_artefact {
-                let odds = surface.evidence.take(&sighting, &config);
+            if let Some(point_m) = last_m
+                && !seen.measured.neighbourhood.may_be_artefact
+            {
+                let odds = surface.evidence.take(&sighting, &point_m, &config);
                 surface.add_log_odds(odds, &config);
             }
         }

@@ -20,7 +20,7 @@ pub struct SurfaceConfig {
     pub same_rad: f32,
     /// Nothing is learnt of a surface further than this outside what was seen of it, m: a wall is only known where it was seen. Tuned.
     pub reach_m: f32,
-    /// Motion of the transmitter that makes what the network says of a path independent, m. Tuned.
+    /// Motion of the transmitter, or of the point of reflection, that makes what the network says of a path independent, m. Tuned.
     pub independent_m: f32,
     /// Share of the other chains whose image moves with the transmitter just as the surface's own does: of those that a single
     /// reflection is mistaken for (three parallel walls are one plane), and of those that a chain is. Tuned.

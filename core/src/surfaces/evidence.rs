@@ -5,7 +5,9 @@
 //! by `delta` as well (reflections change no length), but where to is told by the chain. So there is one likelihood ratio for each
 //! position of the transmitter:
 //!
-//! - what the network says of the path, worth the whole of it once the transmitter has moved by [`SurfaceConfig::independent_m`];
+//! - what the network says of the path, in the mean over the position's sweeps: one observation, worth the whole of it once the
+//!   transmitter, or the point of the reflection as the UAV flies on, has moved by [`SurfaceConfig::independent_m`]. So a
+//!   transmitter that stands for a whole flight proves a surface as far as one opinion does, formed from many places;
 //! - that the source went where the surface says ([`displacement_log_ratio`]). Three parallel walls are one plane to every
 //!   position, so displacements say no more than how rare such chains are ([`SurfaceConfig::indistinct_shares`]).
 
@@ -17,6 +19,8 @@ use crate::geometry::Vector3;
 pub struct Evidence {
     /// Where the transmitter was when the last position was closed; at birth, where it was then, m.
     anchor_m: Vector3<f32>,
+    /// Where on the surface the path was reflected then, m.
+    anchor_point_m: Vector3<f32>,
     /// What was counted so far of the position in hand, and of all displacements.
     counted: f32,
     /// Log ratios of displacements, of single reflections and of chains: of the positions before, and of the one in hand.
@@ -59,11 +63,12 @@ pub fn displacement_log_ratio(moved_m: f32, source_sigma_m: f32, chi_square: f32
 }
 
 impl Evidence {
-    /// Of a surface that was born with the transmitter there.
+    /// Of a surface that was born with the transmitter there, of a path that was reflected at this point.
     #[must_use]
-    pub fn begun(transmitter_m: &Vector3<f32>) -> Self {
+    pub fn begun(transmitter_m: &Vector3<f32>, point_m: &Vector3<f32>) -> Self {
         Self {
             anchor_m: *transmitter_m,
+            anchor_point_m: *point_m,
             counted: 0.0,
             displaced: [0.0; 2],
             displacing: [0.0; 2],
@@ -93,13 +98,14 @@ impl Evidence {
             .sum()
     }
 
-    /// Takes in a path that the surface explained: by how much its log-odds change.
-    pub fn take(&mut self, seen: &Sighting, config: &SurfaceConfig) -> f32 {
+    /// Takes in a path that the surface explained, reflected off it at `point_m`: by how much its log-odds change.
+    pub fn take(&mut self, seen: &Sighting, point_m: &Vector3<f32>, config: &SurfaceConfig) -> f32 {
         self.last_sweep = seen.sweep;
         self.sweeps = self.sweeps.saturating_add(1);
         self.network += (seen.network_log_ratio - self.network) / f32::from(self.sweeps);
         let moved_m = (seen.transmitter_m - self.anchor_m).norm();
-        let independent = (moved_m / config.independent_m).min(1.0);
+        let along_m = (point_m - self.anchor_point_m).norm();
+        let independent = (moved_m.max(along_m) / config.independent_m).min(1.0);
         let ratio = displacement_log_ratio(moved_m, seen.source_sigma_m, seen.chi_square);
         let [alone, chain] = &mut self.displacing;
         *if seen.alone { alone } else { chain } = ratio;
@@ -117,7 +123,7 @@ impl Evidence {
                 last_sweep: seen.sweep,
                 displaced: displaced_now,
                 counted: displaced,
-                ..Self::begun(&seen.transmitter_m)
+                ..Self::begun(&seen.transmitter_m, point_m)
             };
         }
         change
@@ -126,6 +132,9 @@ impl Evidence {
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
+    use std::vec::Vec;
+
     use super::*;
 
     fn seen(x_m: f32, network_log_ratio: f32) -> Sighting {
@@ -141,12 +150,33 @@ mod tests {
 
     fn all(places_m: impl Iterator<Item = f32>, network: f32) -> f32 {
         let config = SurfaceConfig::default();
-        let mut evidence = Evidence::begun(&Vector3::zeros());
-        places_m.map(|x| evidence.take(&seen(x, network), &config)).sum()
+        let mut evidence = Evidence::begun(&Vector3::zeros(), &Vector3::zeros());
+        places_m
+            .map(|x| evidence.take(&seen(x, network), &Vector3::zeros(), &config))
+            .sum()
     }
 
     #[test]
-    fn a_transmitter_that_stands_proves_nothing() {
+    fn a_transmitter_that_stands_is_one_observation() {
+        let config = SurfaceConfig::default();
+        let mut evidence = Evidence::begun(&Vector3::zeros(), &Vector3::zeros());
+        let along = |x: u16| Vector3::new(f32::from(x) * 0.5, 0.0, 0.0);
+        let worth: Vec<f32> = (0..20)
+            .scan(0.0, |sum, k| {
+                *sum += evidence.take(&seen(0.0, 3.4), &along(k), &config);
+                Some(*sum)
+            })
+            .collect();
+        // Nothing while the wave meets the same place of the surface, and never more than one opinion.
+        assert!(
+            worth[0].abs() < 1e-6 && (worth[1] - 1.7).abs() < 1e-3,
+            "{worth:?}"
+        );
+        assert!(worth[2..].iter().all(|sum| (sum - 3.4).abs() < 1e-3), "{worth:?}");
+    }
+
+    #[test]
+    fn neither_moving_nor_seen_elsewhere_proves_nothing() {
         assert!(all((0..100).map(|_| 0.0), 3.4).abs() < 1e-5);
         let [once, often] = [1, 100].map(|sweeps| all((0..sweeps).map(|_| 0.3), 2.0));
         assert!(once > 0.5 && (once - often).abs() < 1e-3, "{once} {often}");
@@ -176,12 +206,14 @@ mod tests {
     fn displacements_alone_tell_a_wall_from_no_three_parallel_ones() {
         let config = SurfaceConfig::default();
         let after = |alone: bool, network: f32| {
-            let mut evidence = Evidence::begun(&Vector3::zeros());
+            let mut evidence = Evidence::begun(&Vector3::zeros(), &Vector3::zeros());
             let path = |k: u16| Sighting {
                 alone,
                 ..seen(f32::from(k) * 0.3, network)
             };
-            (1..200).map(|k| evidence.take(&path(k), &config)).sum::<f32>()
+            (1..200)
+                .map(|k| evidence.take(&path(k), &Vector3::zeros(), &config))
+                .sum::<f32>()
         };
         let [single, chain] = [true, false].map(|alone| after(alone, 0.0));
         let most = |share: f32| -libm::logf(share);

@@ -93,7 +93,7 @@ impl<const N: usize> Surfaces<N> {
                 log_odds: config.most_log_odds(),
                 status: Status::Tentative,
                 extent_m: [[0.0; 2]; 2],
-                evidence: Evidence::begun(&Vector3::zeros()),
+                evidence: Evidence::begun(&Vector3::zeros(), &Vector3::zeros()),
             });
         }
         surfaces
@@ -175,7 +175,7 @@ impl<const N: usize> Surfaces<N> {
             return None;
         }
         let id = self.next_id;
-        let mut evidence = Evidence::begun(transmitter_m);
+        let mut evidence = Evidence::begun(transmitter_m, birth.plane.centre.vector());
         evidence.last_sweep = sweep;
         let mut surface = Surface {
             id,

@@ -190,7 +190,7 @@ mod tests {
             log_odds: 0.0,
             status: Status::Tentative,
             extent_m: [[-3.0, 4.0], [-1.0, 2.0]],
-            evidence: Evidence::begun(&Vector3::zeros()),
+            evidence: Evidence::begun(&Vector3::zeros(), &Vector3::zeros()),
         }
     }
 

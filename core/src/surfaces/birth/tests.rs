@@ -94,7 +94,7 @@ fn a_pair_shows_its_other_wall_from_either_end() {
         log_odds: 5.0,
         status: Status::Confirmed,
         extent_m: [[-extent_m, extent_m]; 2],
-        evidence: Evidence::begun(&Vector3::zeros()),
+        evidence: Evidence::begun(&Vector3::zeros(), &Vector3::zeros()),
     };
     let path = path(&[east, north]);
     for (known, other, which, index) in [(east, north, Known::First, 1), (north, east, Known::Last, 0)] {
