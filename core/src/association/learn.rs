@@ -157,14 +157,15 @@ impl<const N: usize> Surfaces<N> {
                 surface.plane = plane;
                 surface.floor_covariance(&config);
             }
-            let mut last_m = None;
+            // One that is met twice is evidenced by where the wave left it for the UAV, whose flight moves that point.
+            let last = met.clone().last();
             for (_, point) in met {
                 surface.extend(point);
-                last_m = Some(point.map(|c| c as f32));
             }
-            if let Some(point_m) = last_m
+            if let Some((_, point_m)) = last
                 && !seen.measured.neighbourhood.may_be_artefact
             {
+                let point_m = point_m.map(|c| c as f32);
                 let odds = surface.evidence.take(&sighting, &point_m, &config);
                 surface.add_log_odds(odds, &config);
             }

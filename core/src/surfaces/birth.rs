@@ -108,12 +108,7 @@ impl BirthPath {
             .copy_from(&self.uav_covariance_m2);
         inputs.fixed_view_mut::<3, 3>(6, 6).copy_from(known);
         plane.covariance = jacobian * inputs * jacobian.transpose();
-        let log_odds = log_odds
-            - if plumb(&mut plane, config)? {
-                0.0
-            } else {
-                config.doubtful_log_odds
-            };
+        let log_odds = log_odds + plumb(&mut plane, config)?;
         let most = f64::from(config.most_shift_m);
         let variance = plane.covariance.m11;
         if variance.is_nan() || variance > most * most {
@@ -135,35 +130,44 @@ impl BirthPath {
     }
 }
 
-/// Corrects a plane by the prior that walls stand upright and floors lie level, one scalar update for each tilt that leans. Whether it was
-/// near enough to either; `None` when a number is none.
-fn plumb(plane: &mut Plane<f64>, config: &SurfaceConfig) -> Option<bool> {
+/// Corrects a plane by the prior that walls stand upright and floors lie level, one scalar update for each tilt that leans, and says how
+/// much likelier the lean is for a surface of a building than for what only seems one: `log (2 N / (N + U))`. `N` is the lean's
+/// density when it is what builders and the plane's own covariance leave, `U` the uniform one up to
+/// [`SurfaceConfig::upright_rad`]; of the planes that are none, half lean anyhow and half are images in surfaces of buildings, as
+/// upright as those. Never less than that of a plane that leans further, which is `-`[`SurfaceConfig::doubtful_log_odds`]. `None` when
+/// a number is none.
+fn plumb(plane: &mut Plane<f64>, config: &SurfaceConfig) -> Option<f32> {
     let normal = *plane.normal.vector();
     let most = f64::from(config.upright_rad());
-    let level = libm::hypot(normal.x, normal.y);
     let variance = f64::from(config.lean_rad * config.lean_rad);
     let (t1, t2) = plane.tangents();
-    if normal.z.abs() < most {
-        lean(plane, [t1.z, t2.z], -normal.z, variance)?;
-        Some(true)
-    } else if level < most {
-        lean(plane, [t1.x, t2.x], -normal.x, variance)?;
-        lean(plane, [t1.y, t2.y], -normal.y, variance)?;
-        Some(true)
+    let builders = if normal.z.abs() < most {
+        let upright = lean(plane, [t1.z, t2.z], -normal.z, variance)?;
+        2.0 * most * upright
+    } else if libm::hypot(normal.x, normal.y) < most {
+        let along_x = lean(plane, [t1.x, t2.x], -normal.x, variance)?;
+        let along_y = lean(plane, [t1.y, t2.y], -normal.y, variance)?;
+        core::f64::consts::PI * most * most * along_x * along_y
     } else {
-        Some(false)
-    }
+        return Some(-config.doubtful_log_odds);
+    };
+    // With `N / U` at hand: 2 N / (N + U).
+    let log_ratio = libm::log(2.0 * builders / (builders + 1.0)) as f32;
+    Some(log_ratio.max(-config.doubtful_log_odds))
 }
 
-/// One scalar update: a component of the normal is to change by `innovation`, and does by both tilts.
-fn lean(plane: &mut Plane<f64>, tilts: [f64; 2], innovation: f64, variance: f64) -> Option<()> {
+/// One scalar update: a component of the normal is to change by `innovation`, and does by both tilts. The density that the innovation had.
+fn lean(plane: &mut Plane<f64>, tilts: [f64; 2], innovation: f64, variance: f64) -> Option<f64> {
     let row = Vector3::new(0.0, tilts[0], tilts[1]);
     let spread = plane.covariance * row;
-    let gain = spread / (row.dot(&spread) + variance);
+    let innovation_variance = row.dot(&spread) + variance;
+    let gain = spread / innovation_variance;
     let by = gain * innovation;
     let covariance = plane.covariance - gain * spread.transpose();
     *plane = plane.corrected([by.x, by.y, by.z], covariance)?;
-    Some(())
+    let density = libm::exp(-0.5 * innovation * innovation / innovation_variance)
+        / libm::sqrt(core::f64::consts::TAU * innovation_variance);
+    density.is_finite().then_some(density)
 }
 
 /// The surface that a path of one reflection suggests. `None` when there is no such point, or when its plane would be known worse than

@@ -45,7 +45,7 @@ pub struct SurfaceConfig {
 impl Default for SurfaceConfig {
     fn default() -> Self {
         Self {
-            confirmed_probability: 0.95,
+            confirmed_probability: 0.98,
             most_shift_m: 0.3,
             lean_rad: 0.005,
             doubtful_log_odds: 1.5,

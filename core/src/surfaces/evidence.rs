@@ -6,7 +6,7 @@
 //! position of the transmitter:
 //!
 //! - what the network says of the path, in the mean over the position's sweeps: one observation, worth the whole of it once the
-//!   transmitter, or the point of the reflection as the UAV flies on, has moved by [`SurfaceConfig::independent_m`]. So a
+//!   transmitter, or the point of the reflection as the UAV flies on, has been [`SurfaceConfig::independent_m`] away. So a
 //!   transmitter that stands for a whole flight proves a surface as far as one opinion does, formed from many places;
 //! - that the source went where the surface says ([`displacement_log_ratio`]). Three parallel walls are one plane to every
 //!   position, so displacements say no more than how rare such chains are ([`SurfaceConfig::indistinct_shares`]).
@@ -15,12 +15,13 @@ use super::SurfaceConfig;
 use crate::geometry::Vector3;
 
 /// Log-odds of a surface from paths, position by position of the transmitter.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Evidence {
-    /// Where the transmitter was when the last position was closed; at birth, where it was then, m.
-    anchor_m: Vector3<f32>,
-    /// Where on the surface the path was reflected then, m.
-    anchor_point_m: Vector3<f32>,
+    /// Where the transmitter was when the last position was closed, and where on the surface the path was reflected then, m. None
+    /// before anything was seen.
+    anchors_m: Option<[Vector3<f32>; 2]>,
+    /// Furthest that either has been from there, m.
+    furthest_m: f32,
     /// What was counted so far of the position in hand, and of all displacements.
     counted: f32,
     /// Log ratios of displacements, of single reflections and of chains: of the positions before, and of the one in hand.
@@ -67,14 +68,8 @@ impl Evidence {
     #[must_use]
     pub fn begun(transmitter_m: &Vector3<f32>, point_m: &Vector3<f32>) -> Self {
         Self {
-            anchor_m: *transmitter_m,
-            anchor_point_m: *point_m,
-            counted: 0.0,
-            displaced: [0.0; 2],
-            displacing: [0.0; 2],
-            network: 0.0,
-            sweeps: 0,
-            last_sweep: 0,
+            anchors_m: Some([*transmitter_m, *point_m]),
+            ..Self::default()
         }
     }
 
@@ -103,9 +98,11 @@ impl Evidence {
         self.last_sweep = seen.sweep;
         self.sweeps = self.sweeps.saturating_add(1);
         self.network += (seen.network_log_ratio - self.network) / f32::from(self.sweeps);
-        let moved_m = (seen.transmitter_m - self.anchor_m).norm();
-        let along_m = (point_m - self.anchor_point_m).norm();
-        let independent = (moved_m.max(along_m) / config.independent_m).min(1.0);
+        let [transmitter_m, anchor_point_m] = *self.anchors_m.get_or_insert([seen.transmitter_m, *point_m]);
+        let moved_m = (seen.transmitter_m - transmitter_m).norm();
+        let along_m = (point_m - anchor_point_m).norm();
+        self.furthest_m = self.furthest_m.max(moved_m).max(along_m);
+        let independent = (self.furthest_m / config.independent_m).min(1.0);
         let ratio = displacement_log_ratio(moved_m, seen.source_sigma_m, seen.chi_square);
         let [alone, chain] = &mut self.displacing;
         *if seen.alone { alone } else { chain } = ratio;
@@ -148,9 +145,13 @@ mod tests {
         }
     }
 
+    fn at_origin() -> Evidence {
+        Evidence::begun(&Vector3::zeros(), &Vector3::zeros())
+    }
+
     fn all(places_m: impl Iterator<Item = f32>, network: f32) -> f32 {
         let config = SurfaceConfig::default();
-        let mut evidence = Evidence::begun(&Vector3::zeros(), &Vector3::zeros());
+        let mut evidence = at_origin();
         places_m
             .map(|x| evidence.take(&seen(x, network), &Vector3::zeros(), &config))
             .sum()
@@ -159,7 +160,7 @@ mod tests {
     #[test]
     fn a_transmitter_that_stands_is_one_observation() {
         let config = SurfaceConfig::default();
-        let mut evidence = Evidence::begun(&Vector3::zeros(), &Vector3::zeros());
+        let mut evidence = at_origin();
         let along = |x: u16| Vector3::new(f32::from(x) * 0.5, 0.0, 0.0);
         let worth: Vec<f32> = (0..20)
             .scan(0.0, |sum, k| {
@@ -173,6 +174,24 @@ mod tests {
             "{worth:?}"
         );
         assert!(worth[2..].iter().all(|sum| (sum - 3.4).abs() < 1e-3), "{worth:?}");
+    }
+
+    #[test]
+    fn a_way_there_and_back_keeps_its_worth() {
+        let config = SurfaceConfig::default();
+        let at = |x: f32| Vector3::new(x, 0.0, 0.0);
+        let mut evidence = Evidence::begun(&at(0.0), &at(0.0));
+        let worth = [0.0, 0.5, 1.0, 0.5, 0.0].map(|x| evidence.take(&seen(0.0, 3.4), &at(x), &config));
+        assert!((worth.iter().sum::<f32>() - 3.4).abs() < 1e-3, "{worth:?}");
+        assert!(worth.iter().all(|change| *change > -1e-3), "{worth:?}");
+    }
+
+    #[test]
+    fn where_a_surface_is_first_seen_is_where_its_evidence_begins() {
+        let config = SurfaceConfig::default();
+        let point_m = Vector3::new(70.0, 0.0, 0.0);
+        let first = Evidence::default().take(&seen(50.0, 3.4), &point_m, &config);
+        assert!(first.abs() < 1e-6, "{first}");
     }
 
     #[test]
@@ -206,7 +225,7 @@ mod tests {
     fn displacements_alone_tell_a_wall_from_no_three_parallel_ones() {
         let config = SurfaceConfig::default();
         let after = |alone: bool, network: f32| {
-            let mut evidence = Evidence::begun(&Vector3::zeros(), &Vector3::zeros());
+            let mut evidence = at_origin();
             let path = |k: u16| Sighting {
                 alone,
                 ..seen(f32::from(k) * 0.3, network)

@@ -93,7 +93,7 @@ impl<const N: usize> Surfaces<N> {
                 log_odds: config.most_log_odds(),
                 status: Status::Tentative,
                 extent_m: [[0.0; 2]; 2],
-                evidence: Evidence::begun(&Vector3::zeros(), &Vector3::zeros()),
+                evidence: Evidence::default(),
             });
         }
         surfaces

@@ -190,7 +190,7 @@ mod tests {
             log_odds: 0.0,
             status: Status::Tentative,
             extent_m: [[-3.0, 4.0], [-1.0, 2.0]],
-            evidence: Evidence::begun(&Vector3::zeros(), &Vector3::zeros()),
+            evidence: Evidence::default(),
         }
     }
 
@@ -255,9 +255,9 @@ mod tests {
     fn a_surface_is_confirmed_with_hysteresis() {
         let config = SurfaceConfig::default();
         let mut wall = wall();
-        wall.log_odds = 2.9;
+        wall.log_odds = config.confirmed_log_odds() - 0.01;
         assert_eq!(wall.next_status(&config), Status::Tentative);
-        wall.log_odds = 3.0;
+        wall.log_odds = config.confirmed_log_odds() + 0.01;
         assert_eq!(wall.next_status(&config), Status::Confirmed);
         wall.plane.covariance.m11 = 0.1;
         assert_eq!(wall.next_status(&config), Status::Tentative, "known too poorly");
@@ -267,7 +267,7 @@ mod tests {
         wall.log_odds = -0.1;
         assert_eq!(wall.next_status(&config), Status::Tentative);
         assert!(!wall.is_dead(&config));
-        wall.log_odds = -3.0;
+        wall.log_odds = -config.confirmed_log_odds() - 0.01;
         assert!(wall.is_dead(&config));
     }
 

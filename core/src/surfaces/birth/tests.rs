@@ -1,3 +1,5 @@
+use core::f32::consts::LN_2;
+
 use super::*;
 use crate::path::diagonal_covariance;
 use crate::surfaces::evidence::Evidence;
@@ -30,7 +32,13 @@ fn one_path_shows_the_wall_that_reflected_it() {
     let config = SurfaceConfig::default();
     let wall = wall([20.0, 0.0, 5.0], [-1.0, 0.05, 0.0]);
     let birth = from_single(&path(&[wall]), &config).expect("born");
-    assert_eq!((birth.kind, birth.log_odds), (Kind::Wall, 0.0));
+    assert_eq!(birth.kind, Kind::Wall);
+    // Upright: nearly as much for a wall as a lean can say.
+    assert!(
+        birth.log_odds > 0.4 && birth.log_odds < LN_2,
+        "{}",
+        birth.log_odds
+    );
     assert!(wall.height_m(birth.plane.centre.vector()).abs() < 1e-4);
     assert!((birth.plane.normal.vector() - wall.normal.vector()).norm() < 1e-4);
 }
@@ -63,10 +71,26 @@ fn a_wall_is_plumb_and_an_oblique_plane_is_doubtful() {
     let birth = |lean: f32| from_single(&path(&[wall([20.0, 0.0, 5.0], [-1.0, 0.0, lean])]), &config);
     let plumb = birth(0.03).expect("born");
     assert!(plumb.plane.normal.vector().z < 0.03 && plumb.plane.covariance.m33 <= 2.5e-5);
-    assert_eq!(plumb.log_odds, 0.0);
+    assert!(plumb.log_odds >= -config.doubtful_log_odds && plumb.log_odds < LN_2);
     let oblique = birth(0.1).expect("born");
     assert!((oblique.log_odds + config.doubtful_log_odds).abs() < 1e-6);
     assert!((oblique.plane.normal.vector().z - 0.0995).abs() < 1e-3);
+}
+
+#[test]
+fn a_lean_that_the_path_could_not_have_made_speaks_against_a_wall() {
+    let config = SurfaceConfig::default();
+    let log_odds = |lean: f32, arrival_rad: f32| {
+        let mut path = path(&[wall([20.0, 0.0, 5.0], [-1.0, 0.0, lean])]);
+        path.path_covariance = diagonal_covariance(0.03, f64::from(arrival_rad));
+        from_single(&path, &config).expect("born").log_odds
+    };
+    let leans = [0.0, 0.01, 0.02, 0.03, 0.039].map(|lean| log_odds(lean, 0.002));
+    assert!(leans.windows(2).all(|pair| pair[1] <= pair[0]), "{leans:?}");
+    assert!((leans[0] - LN_2).abs() < 0.2 && leans[3] < 0.0, "{leans:?}");
+    assert_eq!(leans[4], -config.doubtful_log_odds);
+    // A path that is known worse says less, both ways.
+    assert!(log_odds(0.03, 0.02) > leans[3] && log_odds(0.0, 0.02) < leans[0]);
 }
 
 #[test]
@@ -94,7 +118,7 @@ fn a_pair_shows_its_other_wall_from_either_end() {
         log_odds: 5.0,
         status: Status::Confirmed,
         extent_m: [[-extent_m, extent_m]; 2],
-        evidence: Evidence::begun(&Vector3::zeros(), &Vector3::zeros()),
+        evidence: Evidence::default(),
     };
     let path = path(&[east, north]);
     for (known, other, which, index) in [(east, north, Known::First, 1), (north, east, Known::Last, 0)] {

@@ -99,15 +99,17 @@ fn walls_one_behind_the_other_stay_two() {
 fn evidence_confirms_demotes_and_removes() {
     let mut surfaces = store();
     surfaces.add(&birth(20.0, 0.0, 0.0), &Vector3::zeros(), 1);
+    let confirmed = SurfaceConfig::default().confirmed_log_odds();
     let set = |surfaces: &mut Surfaces<3>, odds: f32| {
         surfaces.get_mut(1).expect("there").log_odds = odds;
         surfaces.update_status()
     };
-    assert_eq!(set(&mut surfaces, 3.0).confirmed.as_slice(), [1]);
+    assert_eq!(set(&mut surfaces, confirmed - 0.01), StatusChanges::default());
+    assert_eq!(set(&mut surfaces, confirmed + 0.01).confirmed.as_slice(), [1]);
     assert_eq!(set(&mut surfaces, 0.5), StatusChanges::default());
     assert_eq!(set(&mut surfaces, -0.5).demoted.as_slice(), [1]);
     wait(&mut surfaces, 1);
-    assert_eq!(set(&mut surfaces, -3.0).died.as_slice(), [1]);
+    assert_eq!(set(&mut surfaces, -confirmed - 0.01).died.as_slice(), [1]);
     assert!(surfaces.get(1).is_none() && surfaces.waiting().is_empty());
     let counters = surfaces.counters;
     assert_eq!((counters.confirmed, counters.demoted, counters.died), (1, 1, 1));
