@@ -180,6 +180,20 @@ impl Iq {
         Self::clipped(re >> 15, im >> 15, clips)
     }
 
+    /// Sum of the products of samples with Q15 factors whose magnitudes add up to one at most, one rounding, half up (SMLSD, SMLADX). Parts of
+    /// samples at both ends of their range may exceed 16 bits by the factor sqrt(2), and are clipped.
+    pub(crate) fn weighted_sum<const N: usize>(samples: [Self; N], weights: &[Self; N]) -> Self {
+        let (mut re, mut im) = (HALF_AT_15, HALF_AT_15);
+        for (x, w) in samples.into_iter().zip(weights) {
+            let (a, b) = (i32::from(x.re()), i32::from(x.im()));
+            let (c, d) = (i32::from(w.re()), i32::from(w.im()));
+            // At most sqrt(2) 2^15 times 2^15 in all: the sum stays within 32 bits, whatever is added first.
+            re = re.wrapping_add(a * c - b * d);
+            im = im.wrapping_add(a * d + b * c);
+        }
+        Self::new(clip(re >> 15), clip(im >> 15))
+    }
+
     /// `x w` plus a rounding term, Q15 times Q15. With `|w| <= 1` at most sqrt(2) 2^30 + 2^15 < 2^31.
     const fn product(self, w: Self, rounding: i32) -> (i32, i32) {
         let (a, b) = (self.re() as i32, self.im() as i32);
@@ -257,6 +271,22 @@ mod tests {
             let mut clips = 0;
             let full = wide(x.full_product(w, &mut clips));
             prop_assert_eq!((full, clips), limited(rounded(times(wide(x), wide(w)), 15)));
+        }
+
+        #[test]
+        fn a_weighted_sum_rounds_once_and_clips(
+            x in [any_iq(), any_iq(), any_iq()],
+            w in proptest::array::uniform3((0.0..1.0_f64, 0.0..core::f64::consts::TAU)),
+        ) {
+            // Magnitudes that add up to one, each part cut towards zero, as callers do.
+            let total: f64 = w.iter().map(|(size, _)| size).sum::<f64>().max(1e-9);
+            let q15 = |x: f64| (x * 32_767.0 / total) as i16;
+            let w = w.map(|(size, phase)| Iq::new(q15(size * libm::cos(phase)), q15(size * libm::sin(phase))));
+            let exact = x.into_iter().zip(w).fold([0; 2], |[re, im], (x, w)| {
+                let [a, b] = times(wide(x), wide(w));
+                [re + a, im + b]
+            });
+            prop_assert_eq!(wide(Iq::weighted_sum(x, &w)), limited(rounded(exact, 15)).0);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Reception of a squint symbol: from int16 samples to one spectrum that holds the transmit pattern and nothing else.
 //!
 //! Each array forms a beam towards the path's known arrival, with nulls where the caller knows interferers (the ground
-//! bounce; docs/signal-model.md, "Beam squint"). Waveform, reference delay and lever arms are taken out, then the arrays are added:
+//! bounce; docs/signal-model.md, "Beam squint"): of its channels one is made, in integers, before the transform, which is linear. Waveform, reference delay and lever arms are taken out, then the arrays are added:
 //! their oscillators are free, so the phases between them come from the symbol itself, as the principal direction of
 //! their Gram matrix. Against free gains for each array this loses nothing to first order, and it needs a quarter of
 //! the memory.
@@ -28,6 +28,8 @@ const LEAST_KEPT_OF_BOUNCE: f32 = 0.1;
 const GUARD: i32 = 12;
 /// Amplitudes are kept in units of 2^-34: thermal noise in sqrt(W) is then of the order of one.
 const REFERENCE_EXPONENT: i32 = -34;
+/// One, Q15.
+const Q15_ONE: f32 = 32_767.0;
 /// Iterations for the principal direction: the path stands far over the noise, a few suffice.
 const ITERATIONS: usize = 8;
 
@@ -50,12 +52,13 @@ pub(super) struct Reception<const A: usize, const E: usize, const C: usize, cons
     first: i32,
     /// Phase per subcarrier of a metre of delay, rad.
     per_m_rad: f32,
-    /// Conjugate weight of every channel; zeros for arrays that are left out.
-    weights: [Complex<f32>; C],
+    /// Conjugate weight of every channel, norm `1 / sqrt E` an array, Q15: magnitudes of an array add up to one at most. Zeros for arrays that are left out.
+    weights: [Iq; C],
     /// Delay taken out of each array, m; none where the array is left out.
     delay_m: [Option<f32>; A],
-    channel: Channel,
-    sum: [Complex<f32>; SAMPLES],
+    /// The beam of an array, and its spectrum.
+    beam: Channel,
+    spectrum: Channel,
     rows: [[Complex<f32>; ACTIVE]; A],
 }
 
@@ -67,10 +70,10 @@ impl<const A: usize, const E: usize, const C: usize, const ACTIVE: usize> Recept
             reference: core::array::from_fn(|index| waveform.symbol::<f32>(index).conj()),
             first: waveform.offset(0),
             per_m_rad: per_m as f32,
-            weights: [ZERO; C],
+            weights: [Iq::ZERO; C],
             delay_m: [None; A],
-            channel: [Iq::ZERO; SAMPLES],
-            sum: [ZERO; SAMPLES],
+            beam: [Iq::ZERO; SAMPLES],
+            spectrum: [Iq::ZERO; SAMPLES],
             rows: [[ZERO; ACTIVE]; A],
         }
     }
@@ -106,7 +109,9 @@ impl<const A: usize, const E: usize, const C: usize, const ACTIVE: usize> Recept
             }
             let (vector, kept) = towards(of(&steps), &basis);
             let keeps = kept > LEAST_KEPT;
-            *weights = vector.map(|v| if keeps { v.conj() } else { ZERO });
+            let scale = Q15_ONE / libm::sqrtf(E as f32);
+            let q15 = |v: Complex<f32>| Iq::new((v.re * scale) as i16, (-v.im * scale) as i16);
+            *weights = vector.map(|v| if keeps { q15(v) } else { Iq::ZERO });
             if let Some(delay_m) = self.delay_m.get_mut(j) {
                 *delay_m = keeps.then(|| c_tau_m - of(&leads_m));
             }
@@ -129,6 +134,8 @@ impl<const A: usize, const E: usize, const C: usize, const ACTIVE: usize> Recept
     ) -> Option<Spectrum<ACTIVE>> {
         let levelled = correlator.level(block);
         let (mut noise, mut count) = (0.0, 0.0);
+        // In units of weights of norm one.
+        let gain = libm::sqrtf(E as f32);
         let channels = levelled.samples().as_chunks::<E>().0;
         let weights = self.weights.as_chunks::<E>().0;
         for (j, (channels, weights)) in channels.iter().zip(weights).enumerate() {
@@ -137,14 +144,19 @@ impl<const A: usize, const E: usize, const C: usize, const ACTIVE: usize> Recept
                 *row = [ZERO; ACTIVE];
                 continue;
             };
-            self.sum = [ZERO; SAMPLES];
-            for (samples, weight) in channels.iter().zip(weights) {
-                correlator.spectrum(samples, &mut self.channel, work);
-                for (sum, x) in self.sum.iter_mut().zip(&self.channel) {
-                    *sum += Complex::new(f32::from(x.re()), f32::from(x.im())) * weight;
-                }
+            for (n, sum) in self.beam.iter_mut().enumerate() {
+                let samples = core::array::from_fn(|i| {
+                    channels
+                        .get(i)
+                        .and_then(|c| c.get(n))
+                        .copied()
+                        .unwrap_or(Iq::ZERO)
+                });
+                *sum = Iq::weighted_sum(samples, weights);
             }
-            for (position, sum) in self.sum.iter().enumerate() {
+            correlator.spectrum(&self.beam, &mut self.spectrum, work);
+            for (position, x) in self.spectrum.iter().enumerate() {
+                let sum = Complex::new(f32::from(x.re()), f32::from(x.im())) * gain;
                 let bin = bin_at(position) as i32;
                 let offset = if bin < SAMPLES as i32 / 2 {
                     bin
@@ -153,7 +165,7 @@ impl<const A: usize, const E: usize, const C: usize, const ACTIVE: usize> Recept
                 };
                 let index = offset - self.first;
                 if let Some(slot) = usize::try_from(index).ok().and_then(|index| row.get_mut(index)) {
-                    *slot = *sum;
+                    *slot = sum;
                 } else if index < -GUARD || index >= ACTIVE as i32 + GUARD {
                     noise += sum.norm_sqr();
                     count += 1.0;
