@@ -8,7 +8,7 @@ use core::marker::PhantomData;
 
 use super::iq::Iq;
 use super::kernels::{Kernels, Native};
-use super::level::Levelled;
+use super::level::{Levelled, Measured};
 use super::stages::{
     self, COLUMNS, Channel, FOLDED_COLUMNS, FoldedChannel, FoldedPowers, Pass, Powers, tap_at,
 };
@@ -100,9 +100,17 @@ impl<K: Kernels> Correlator<K> {
         watch.clips
     }
 
+    /// Measures a beam block, which stays as it is.
+    pub fn measure<'a, const CHANNELS: usize>(
+        &self,
+        block: BeamBlock<'a, CHANNELS>,
+    ) -> Measured<'a, CHANNELS> {
+        Measured::new::<K>(block)
+    }
+
     /// Measures a beam block and brings it to the level of the transform, in place.
     pub fn level<'a, const CHANNELS: usize>(&self, block: BeamBlock<'a, CHANNELS>) -> Levelled<'a, CHANNELS> {
-        Levelled::new::<K>(block)
+        self.measure(block).level()
     }
 
     /// Correlates all channels of a beam, in place, and sums their power.

@@ -9,6 +9,7 @@ use super::correlator::{Correlator, TAP_EXPONENT, Workspace};
 use super::departure::{Departures, Look};
 use super::detector::{Detector, fit_threshold};
 use super::effort::{Effort, WorkLimit};
+use super::gate::Gate;
 use super::grid::AngleGrid;
 use super::group::CLOSE_M;
 use super::known::{FITTED, KnownPaths, Levels, Seen};
@@ -51,6 +52,9 @@ pub struct EstimatorConfig<
     /// 1 dB above it one in forty, and nothing more than 3 dB above it; begins when the strongest path's SNR, mean over the
     /// elements, exceeds about 16 dB.
     pub screening: bool,
+    /// Whether a beam is passed over as soon as its power shows that it holds none, by the noise that earlier sweeps have shown, and
+    /// beams that show nothing but noise take turns: each is looked at in every third sweep. For sweeps that follow each other.
+    pub gating: bool,
     /// Standard deviation of the phase error that calibration leaves on a receive element, rad. Beside a path it leaves this
     /// square of its energy; what is weaker is not taken for a second path close to it.
     pub element_phase_sigma_rad: f32,
@@ -72,6 +76,7 @@ impl Default for EstimatorConfig {
             false_alarms_per_sweep: 1e-2,
             dynamic_range_db: 34.0,
             screening: true,
+            gating: true,
             element_phase_sigma_rad: 0.035,
             beam_gain_sigma_db: 0.3,
             work_limit: WorkLimit::FLIGHT,
@@ -94,12 +99,14 @@ pub struct EstimatedPath {
 }
 
 /// What one beam gave.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BeamReport {
     /// Paths found in it.
     pub paths: u8,
-    /// The beam was not searched: it carries less power than the weakest path worth reporting, or the cheap stage saw that no
-    /// such path is in it but those that an earlier beam showed better.
+    /// Mean power of a sample, all channels added, amplitude units squared.
+    pub power: f32,
+    /// The beam was not searched: by its power it holds no path worth reporting, or only noise when it was not its turn, or the cheap stage
+    /// saw that no such path is in it but those that an earlier beam showed better.
     pub weak: bool,
     /// Lanes that clipped in the transform, see [`super::BeamTaps::clips`].
     pub clips: u32,
@@ -127,6 +134,7 @@ pub struct Estimator<
     folded_template: Template,
     grid: AngleGrid<A>,
     detector: Detector,
+    gate: Option<Gate>,
     screen: Option<Screen<C>>,
     /// Noise variances that the fit of a path must explain.
     threshold: f32,
@@ -197,6 +205,7 @@ impl<
             model,
             detector: Detector::new(C, config.false_alarms_per_sweep, BEAMS * config.waveform.active),
             threshold: fit_threshold(config.false_alarms_per_sweep, BEAMS),
+            gate: config.gating.then(|| Gate::new(C * SAMPLES)),
             screen: config.screening.then(Screen::new::<E>),
             correlator: Correlator::new(&config.waveform),
             departures: Departures::new(&config.codebook, gain_sigma),
@@ -305,16 +314,26 @@ impl<
 
     /// Everything about one beam.
     fn search(&mut self, block: BeamBlock<'_, C>) -> BeamReport {
-        let levelled = self.correlator.level(block);
-        // A tap gathers Na times the power of a sample at most: a weaker beam cannot hold a path worth reporting.
-        let most = f64::from(self.template.active()) * levelled.mean_power();
+        let measured = self.correlator.measure(block);
+        let power = measured.mean_power();
         let weak = BeamReport {
             weak: true,
+            power: power as f32,
             ..BeamReport::default()
         };
-        if most < f64::from(self.share * self.strongest) {
+        // A tap gathers Na times the power of a sample at most: a path worth reporting adds this to its beam.
+        let floor_power = f64::from(self.share * self.strongest / self.template.active());
+        let opens = match &mut self.gate {
+            Some(gate) => {
+                gate.measured(power);
+                gate.opens(measured.beam(), power, floor_power)
+            }
+            None => power >= floor_power,
+        };
+        if !opens {
             return weak;
         }
+        let levelled = measured.level();
         let exponent = levelled.exponent().saturating_add(TAP_EXPONENT);
         let to_lsb = libm::scalbnf(1.0, exponent.saturating_mul(-2));
         let floor = self.share * self.strongest * to_lsb;
@@ -384,8 +403,14 @@ impl<
         let noise = search.run(&mut under, floor);
         self.meter.enter(Stage::Rest);
         self.noise = noise * libm::scalbnf(1.0, exponent.saturating_mul(2));
+        if let Some(gate) = &mut self.gate {
+            // A tap sums the noise of Na of the subcarriers of each channel; that of a sample is spread over all of them.
+            let bins = C as f32 * SAMPLES as f32 / self.template.active();
+            gate.shown(f64::from(self.noise * bins));
+        }
         BeamReport {
             paths: self.keep(noise, exponent, beam),
+            power: weak.power,
             weak: false,
             clips,
             unexamined,
@@ -456,6 +481,9 @@ impl<
         for (index, path) in merged.iter().enumerate() {
             // As many as were merged: there is room.
             let _ = paths.push(self.estimated(index, path));
+        }
+        if let Some(gate) = &mut self.gate {
+            gate.end_sweep(BEAMS);
         }
         self.detections.clear();
         self.known.clear();

@@ -19,6 +19,61 @@ pub(super) const MAX_MEAN_POWER: u64 = (1 << 26) + (1 << 24);
 /// A weak block is scaled up by at most this many bits: 12-bit samples at one LSB rms, left-aligned, still fill the range.
 const MAX_GAIN_BITS: i32 = 9;
 
+/// A beam block whose power is known, as it came.
+#[derive(Debug)]
+pub struct Measured<'a, const CHANNELS: usize> {
+    block: BeamBlock<'a, CHANNELS>,
+    mean_power: f64,
+    /// Energy of its strongest channel, squared LSB.
+    strongest: u64,
+}
+
+impl<'a, const CHANNELS: usize> Measured<'a, CHANNELS> {
+    /// Measures a block.
+    pub(super) fn new<K: Kernels>(block: BeamBlock<'a, CHANNELS>) -> Self {
+        let (mut energy, mut strongest) = (0_u64, 0_u64);
+        for channel in block.samples.iter() {
+            let channel_energy = K::energy(channel);
+            energy += channel_energy;
+            strongest = strongest.max(channel_energy);
+        }
+        let mean_power = scalbn(energy as f64 / SAMPLES as f64, block.exponent.saturating_mul(2));
+        Self {
+            block,
+            mean_power,
+            strongest,
+        }
+    }
+
+    /// See [`Levelled::mean_power`].
+    #[must_use]
+    pub fn mean_power(&self) -> f64 {
+        self.mean_power
+    }
+
+    /// Transmit beam.
+    pub(super) fn beam(&self) -> u16 {
+        self.block.beam
+    }
+
+    /// Shifts the block in place where its level asks for it.
+    #[must_use]
+    pub fn level(self) -> Levelled<'a, CHANNELS> {
+        let Self {
+            mut block,
+            mean_power,
+            strongest,
+        } = self;
+        let shift = match shift(strongest) {
+            shift if shift < 0 => shift.max(-headroom(block.samples)),
+            shift => shift,
+        };
+        rescale(block.samples, shift);
+        block.exponent = block.exponent.saturating_add(shift);
+        Levelled { block, mean_power }
+    }
+}
+
 /// A beam block at the level of the transform.
 #[derive(Debug)]
 pub struct Levelled<'a, const CHANNELS: usize> {
@@ -27,24 +82,6 @@ pub struct Levelled<'a, const CHANNELS: usize> {
 }
 
 impl<'a, const CHANNELS: usize> Levelled<'a, CHANNELS> {
-    /// Measures a block and shifts it in place where its level asks for it.
-    pub(super) fn new<K: Kernels>(mut block: BeamBlock<'a, CHANNELS>) -> Self {
-        let (mut energy, mut strongest) = (0_u64, 0_u64);
-        for channel in block.samples.iter() {
-            let channel_energy = K::energy(channel);
-            energy += channel_energy;
-            strongest = strongest.max(channel_energy);
-        }
-        let mean_power = scalbn(energy as f64 / SAMPLES as f64, block.exponent.saturating_mul(2));
-        let shift = match shift(strongest) {
-            shift if shift < 0 => shift.max(-headroom(block.samples)),
-            shift => shift,
-        };
-        rescale(block.samples, shift);
-        block.exponent = block.exponent.saturating_add(shift);
-        Self { block, mean_power }
-    }
-
     /// Mean power of a sample, all channels added, in squared amplitude units (exponent applied): comparable over beams.
     /// No path of the beam can be stronger.
     #[must_use]

@@ -328,6 +328,7 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
 {
     fn push_beam(&mut self, block: BeamBlock<'_, C>) -> BeamReport {
         let levelled = self.correlator.level(block);
+        let power = levelled.mean_power() as f32;
         let taps = self.correlator.correlate(levelled, &mut self.work);
         let (clips, unexamined) = (taps.clips(), taps.unexamined());
         let peak = self.detector.peak(taps.profile());
@@ -353,6 +354,7 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
         }
         BeamReport {
             paths,
+            power,
             weak: false,
             clips,
             unexamined,

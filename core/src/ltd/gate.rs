@@ -1,0 +1,169 @@
+//! Which beams are looked at: their power, against the noise that earlier sweeps have shown.
+//!
+//! Noise is the same in all beams of a sweep, and the power of a block of thousands of samples is known to better than a percent, without any
+//! transform. So it tells two things. A beam whose power is the noise's and no more holds no path above what its power could hide;
+//! where the sweep's strongest path is far over that, the beam is passed over. And a beam that shows nothing over the noise is
+//! quiet: it may hide a path that only a transform finds, 20 dB under the noise of a sample. Quiet beams take turns: a path
+//! that hides in one is found within [`TURNS`] sweeps, and a sweep in which nothing is heard costs a third.
+//!
+//! The noise is learned over whole sweeps before it is used, from the least power of any block. Where signals reach all beams (indoors) that is
+//! no noise; the noise of the taps between the paths, which only a transform shows, says so and is taken instead.
+
+/// Sweeps in which every quiet beam has its turn.
+pub(super) const TURNS: u16 = 3;
+/// Standard deviations above the noise up to which a beam is quiet.
+const QUIET_SIGMAS: f64 = 2.0;
+/// Standard deviations by which the power of a beam with a path at the floor may fall short of its mean.
+const SHORT_SIGMAS: f64 = 3.0;
+/// Standard deviations by which the least of 72 equal powers lies under their mean: the median of that order statistic.
+const LEAST_SIGMAS: f64 = 2.4;
+/// What the least power may exceed the noise of the taps by: twice what that is known to.
+const SIGNAL_EVERYWHERE: f64 = 1.05;
+/// Growth that a sweep allows: a noise that was learned too low, or that rises as the front end warms up, is caught up with by 0.1 % a second.
+const GROWTH: f64 = 1.000_5;
+
+/// The noise, and what this sweep adds to it. Powers are those of [`super::Measured::mean_power`].
+#[derive(Clone, Debug)]
+pub(super) struct Gate {
+    /// Relative standard deviation of a block's power.
+    spread: f64,
+    /// Mean power of a block of noise, learned.
+    noise: Option<f64>,
+    /// Least power of a block of this sweep, how many they are, and least noise that a transform showed.
+    least: f64,
+    beams: u16,
+    shown: f64,
+    /// Whose turn it is.
+    turn: u16,
+}
+
+impl Gate {
+    /// A gate that knows nothing, for blocks of so many samples over all channels.
+    pub(super) fn new(samples: usize) -> Self {
+        Self {
+            spread: 1.0 / libm::sqrt(samples as f64),
+            noise: None,
+            least: f64::INFINITY,
+            beams: 0,
+            shown: f64::INFINITY,
+            turn: 0,
+        }
+    }
+
+    /// Whether a beam of this power is worth a look for paths that add `floor` or more to it.
+    pub(super) fn opens(&self, beam: u16, power: f64, floor: f64) -> bool {
+        if power < floor {
+            return false;
+        }
+        let Some(noise) = self.noise else { return true };
+        let short = SHORT_SIGMAS * self.spread * libm::sqrt(noise * (noise + 2.0 * floor));
+        let is_quiet = power < noise * (1.0 + QUIET_SIGMAS * self.spread);
+        let has_turn = beam % TURNS == self.turn;
+        power >= noise + floor - short && (has_turn || !is_quiet)
+    }
+
+    /// Takes the power of a block.
+    pub(super) fn measured(&mut self, power: f64) {
+        // A block of zeros is none.
+        if power > 0.0 {
+            self.least = self.least.min(power);
+        }
+        self.beams = self.beams.saturating_add(1);
+    }
+
+    /// Takes the noise of the taps of a beam, as the mean power of a block of such noise.
+    pub(super) fn shown(&mut self, noise: f64) {
+        if noise > 0.0 {
+            self.shown = self.shown.min(noise);
+        }
+    }
+
+    /// Learns from a sweep of at most `beams` beams, which is over. One that lacks half of them teaches nothing.
+    pub(super) fn end_sweep(&mut self, beams: usize) {
+        let noise = self.least / (1.0 - LEAST_SIGMAS * self.spread);
+        let noise = if noise > SIGNAL_EVERYWHERE * self.shown {
+            self.shown
+        } else {
+            noise
+        };
+        if usize::from(self.beams) * 2 >= beams && noise.is_finite() {
+            self.noise = Some(self.noise.map_or(noise, |before| noise.min(before * GROWTH)));
+        }
+        (self.least, self.beams, self.shown) = (f64::INFINITY, 0, f64::INFINITY);
+        self.turn = (self.turn + 1) % TURNS;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Samples of a block.
+    const BLOCK: usize = 16_384;
+
+    /// A gate after a sweep of noise of power one, with this power in all beams beside it.
+    fn learned(everywhere: f64) -> Gate {
+        let mut gate = Gate::new(BLOCK);
+        for beam in 0..72 {
+            gate.measured(1.0 + everywhere + 0.005 * f64::from(beam % 9 - 3));
+        }
+        gate.shown(1.01);
+        gate.end_sweep(72);
+        gate
+    }
+
+    #[test]
+    fn before_it_knows_the_noise_it_asks_for_the_floor_alone() {
+        let gate = Gate::new(BLOCK);
+        assert!((0..72).all(|beam| gate.opens(beam, 1e-9, 0.0)));
+        assert!(!gate.opens(0, 0.5, 0.6) && gate.opens(0, 0.7, 0.6));
+    }
+
+    #[test]
+    fn quiet_beams_take_turns_and_all_of_them_within_three_sweeps() {
+        let mut gate = learned(0.0);
+        let mut looked = [0; 72];
+        for _ in 0..TURNS {
+            for (beam, looked) in (0..).zip(&mut looked) {
+                *looked += u32::from(gate.opens(beam, 1.0, 0.0));
+                gate.measured(1.0);
+            }
+            gate.end_sweep(72);
+        }
+        assert_eq!(looked, [1; 72]);
+        assert!((0..72).all(|beam| gate.opens(beam, 1.03, 0.0)), "these are loud");
+    }
+
+    #[test]
+    fn a_floor_over_the_noise_closes_beams_that_cannot_reach_it() {
+        let gate = learned(0.0);
+        let opened = |power: f64| (0..72).filter(|beam| gate.opens(*beam, power, 0.1)).count();
+        assert_eq!([opened(1.03), opened(1.09), opened(1.2)], [0, 72, 72]);
+    }
+
+    #[test]
+    fn signals_in_all_beams_are_not_taken_for_noise() {
+        let noise = |everywhere| learned(everywhere).noise.expect("learned");
+        assert!((noise(0.0) - 1.0).abs() < 0.02, "{}", noise(0.0));
+        assert!((noise(3.0) - 1.0).abs() < 0.02, "{}", noise(3.0));
+    }
+
+    #[test]
+    fn a_jammer_leaves_nothing_behind_and_a_warm_front_end_is_followed() {
+        let mut gate = learned(0.0);
+        let sweeps = |gate: &mut Gate, power: f64, count: usize| {
+            for _ in 0..count {
+                (0..72).for_each(|_| gate.measured(power));
+                gate.shown(power);
+                gate.end_sweep(72);
+            }
+            gate.noise.expect("learned")
+        };
+        assert!(sweeps(&mut gate, 100.0, 20) < 1.02);
+        assert!(sweeps(&mut gate, 1.03, 60) > 1.02);
+        // What was lost on the way, or came as zeros, teaches nothing.
+        (0..20).for_each(|_| gate.measured(1e-6));
+        gate.end_sweep(72);
+        assert!(sweeps(&mut gate, 0.0, 1) > 1.02);
+    }
+}
