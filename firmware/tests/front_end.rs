@@ -3,8 +3,8 @@
 use cslam_core::ltd::Iq;
 use cslam_firmware::front_end::{
     Arrival, BEAMS, Block, Checksum, Content, Counters, FRAMES_PER_SWEEP, FrameError, FrontEnd,
-    HEADER_LENGTH, Header, Kind, SAMPLE_BYTES, SQUINT_SYMBOLS, SoftwareCrc, Status, WINDOW, read_samples,
-    write_samples,
+    HEADER_LENGTH, Header, Kind, POWER_BYTES, Powers, SAMPLE_BYTES, SQUINT_SYMBOLS, SoftwareCrc, Status,
+    WINDOW, powers_checksum, read_samples, write_powers, write_samples,
 };
 use proptest::prelude::*;
 
@@ -30,6 +30,7 @@ fn header(kind: Kind, sequence: u32, samples: &Block) -> Header {
         exponent: -38,
         sweep_ns: 123_456_789_012,
         offset_ns: 4_000,
+        powers: false,
         payload_checksum: match kind {
             Kind::Begin => 0,
             _ => SoftwareCrc.samples(samples),
@@ -59,6 +60,7 @@ fn a_header_has_the_layout_of_the_document() {
         exponent: -2,
         sweep_ns: 0x1112_1314_1516_1718,
         offset_ns: 0x4142_4344,
+        powers: false,
         payload_checksum: 0x2122_2324,
         dropped: 0x3132_3334,
         status: Status(Status::CLIPPED | Status::UNTIMED),
@@ -80,12 +82,13 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
     #[test]
     fn every_header_survives(
-        kind in 0usize..3, session: u16, sequence: u32, sweep: u32, index in 0u16..33, exponent in -128i16..=128,
+        kind in 0usize..3, powers: bool, session: u16, sequence: u32, sweep: u32, index in 0u16..33, exponent in -128i16..=128,
         sweep_ns: u64, offset_ns: u32, payload_checksum: u32, dropped: u32, status: u16,
     ) {
         let header = Header {
             kind: [Kind::Begin, Kind::Beam, Kind::Squint][kind],
             session, sequence, sweep, index, exponent, sweep_ns, offset_ns, payload_checksum, dropped,
+            powers: powers && kind == 0,
             status: Status(status),
         };
         prop_assert_eq!(Header::decode(&header.encode()), Ok(header));
@@ -93,13 +96,19 @@ proptest! {
 
     /// Whatever a sender with the right checksum writes: what passes is what it wrote.
     #[test]
-    fn hostile_headers_are_read_as_they_are_or_refused(kind in 0u8..5, index in 0u16..110, bytes: [[u8; 32]; 2]) {
+    fn hostile_headers_are_read_as_they_are_or_refused(
+        kind in 0u8..5, powers: bool, index in 0u16..110, bytes: [[u8; 32]; 2],
+    ) {
         let mut bytes = bytes.as_flattened().to_vec();
         bytes[..6].copy_from_slice(&[b'C', b'S', b'L', b'F', 1, kind]);
         bytes[16..18].copy_from_slice(&index.to_le_bytes());
         let exponent = i16::from(bytes[18] as i8);
         bytes[18..20].copy_from_slice(&exponent.to_le_bytes());
-        let length = if kind == 1 { 0 } else { SAMPLE_BYTES as u32 };
+        let length = match (kind, powers) {
+            (1, false) => 0,
+            (1, true) => POWER_BYTES as u32,
+            _ => SAMPLE_BYTES as u32,
+        };
         bytes[20..24].copy_from_slice(&length.to_le_bytes());
         let checksum = SoftwareCrc.bytes(&bytes[..HEADER_LENGTH - 4]);
         bytes[HEADER_LENGTH - 4..].copy_from_slice(&checksum.to_le_bytes());
@@ -211,7 +220,40 @@ fn a_begin_needs_no_samples_and_says_how_many_frames_follow() {
         ..header(Kind::Begin, 0, &samples)
     };
     let frame = link.receive(&begin.encode(), &mut samples).expect("sound");
-    assert!(matches!(frame.content, Content::Begin { frames: 105 }));
+    assert!(matches!(
+        frame.content,
+        Content::Begin {
+            frames: 105,
+            powers: None
+        }
+    ));
+}
+
+#[test]
+fn a_begin_tells_the_powers_of_the_beams() {
+    let powers: Powers = std::array::from_fn(|beam| 1e-10 / (beam + 1) as f32);
+    let mut samples = block(8);
+    write_powers(&powers, &mut samples);
+    let begin = |sequence| Header {
+        powers: true,
+        payload_checksum: powers_checksum(&powers),
+        index: 105,
+        ..header(Kind::Begin, sequence, &samples)
+    };
+    let [first, second] = [begin(0), begin(1)].map(|header| header.encode());
+    assert_eq!(first[20..24], 288_u32.to_le_bytes());
+    let mut link = FrontEnd::new(SoftwareCrc, SESSION);
+    let frame = link.receive(&first, &mut samples).expect("sound");
+    assert!(matches!(frame.content, Content::Begin { powers: Some(told), .. } if told == powers));
+    // What lies behind the powers is filler.
+    samples[0][72] = Iq::from_word(!samples[0][72].word());
+    samples[0][71] = Iq::from_word(samples[0][71].word() ^ 1);
+    assert_eq!(
+        link.receive(&second, &mut samples).expect_err("damaged"),
+        FrameError::PayloadChecksum { sequence: 1 }
+    );
+    samples[0][71] = Iq::from_word(samples[0][71].word() ^ 1);
+    link.receive(&second, &mut samples).expect("sound again");
 }
 
 #[test]

@@ -11,6 +11,7 @@ use cslam_core::ltd::{EstimatedPath, Estimator, EstimatorConfig, PaperEstimator,
 use cslam_core::path::Path;
 use serde::{Deserialize, Serialize};
 
+use crate::channel;
 use crate::sigmf::{self, Recording};
 
 /// Which estimator.
@@ -148,7 +149,7 @@ pub fn estimate(recording: &mut Recording, mode: Mode, gmt_heading_rad: f64) -> 
     };
     let mut estimator = estimator(mode, &config);
     let mut clips = 0_u32;
-    for block in &mut recording.blocks {
+    for block in channel::strongest_first(&mut recording.blocks) {
         clips = clips.saturating_add(estimator.push_beam(block.view()).clips);
     }
     let paths = estimator.finish();

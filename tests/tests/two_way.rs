@@ -16,6 +16,7 @@ fn begin(sweep: u32) -> Header {
         exponent: 0,
         sweep_ns: 1_000_000_000 + 500_000_000 * u64::from(sweep),
         offset_ns: 0,
+        powers: false,
         payload_checksum: 0,
         dropped: 0,
         status: Status(0),

@@ -8,7 +8,7 @@ use cslam_core::cslam::{PATHS, SweepReport};
 use cslam_core::ltd::Iq;
 use cslam_core::telemetry::Key;
 use cslam_firmware::app::Observer;
-use cslam_firmware::front_end::{HEADER_LENGTH, Header, read_samples};
+use cslam_firmware::front_end::{HEADER_LENGTH, Header, POWER_BYTES, read_samples};
 use cslam_firmware::sensor_stream::{LENGTH, UAV};
 use cslam_host_sim::evaluation::{Surfaces, downlink};
 use cslam_host_sim::random::Stream;
@@ -249,8 +249,12 @@ impl Wires<'_, '_> {
                 Fault::Drop => {}
                 Fault::Overrun => self.frames.given_up += 1,
                 Fault::Flip => {
-                    // A begin has no samples that could be damaged.
-                    let bytes = if frame[5] == 1 { HEADER_LENGTH } else { frame.len() };
+                    // Behind its powers a begin has filler.
+                    let bytes = if frame[5] == 1 {
+                        HEADER_LENGTH + POWER_BYTES
+                    } else {
+                        frame.len()
+                    };
                     let bit = self.faults.below(8 * bytes);
                     frame[bit / 8] ^= 1 << (bit % 8);
                     self.frames.damaged += 1;

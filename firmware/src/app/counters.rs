@@ -18,6 +18,12 @@ pub struct Counters {
     pub blocks: u32,
     /// Blocks of a sweep that had ended.
     pub late_blocks: u32,
+    /// Sweeps of which the front end did not say how strong their beams are.
+    pub powers_missing: u32,
+    /// Beams that were not as strong as the front end said.
+    pub powers_contradicted: u32,
+    /// Beams that were stronger than the one that the front end sent before.
+    pub beams_unordered: u32,
     /// Sweeps with paths that were estimated elsewhere, in which beam squint wanted to hear another path than it did there: they have no
     /// bearing.
     pub sightings_unheard: u32,

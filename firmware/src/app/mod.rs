@@ -13,6 +13,7 @@
 //! A sweep ends when all its blocks and its beacon are in, [`AppConfig::beacon_patience_ns`] later when the beacon does not come,
 //! [`AppConfig::sweep_patience_ns`] later when blocks are missing, and at the latest when the next one begins.
 
+mod announced;
 mod board;
 mod counters;
 mod downlink;
@@ -31,10 +32,11 @@ use cslam_core::localization::ImuSample;
 use cslam_core::ltd::PathEstimator;
 use cslam_core::telemetry::{ConfigReport, Decoder, ResetCause, Uplink};
 
+use announced::Announced;
 use reports::Schedule;
 
 use crate::front_end::{
-    Block, Checksum, Content, Exchange, FrameError, FrontEnd, HEADER_LENGTH, SoftwareCrc,
+    Block, Checksum, Content, Exchange, FrameError, FrontEnd, HEADER_LENGTH, Powers, SoftwareCrc,
 };
 
 pub use board::{Best, BoardEstimatorConfig, Map, VOXELS};
@@ -143,6 +145,7 @@ pub struct Application<'m, E, const VOXELS: usize, const STATES: usize, C = Soft
     status: BoardStatus,
     request: Option<Request>,
     open: Option<Open>,
+    announced: Announced,
     last_sweep: Option<u32>,
     /// Number of the front end's exchange that was used last, 0 for none.
     last_exchange: u32,
@@ -172,6 +175,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             request: None,
             cslam,
             open: None,
+            announced: Announced::default(),
             last_sweep: None,
             last_exchange: 0,
             now_ns: 0,
@@ -236,8 +240,13 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         let (sweep, sweep_ns) = (frame.header.sweep, frame.header.sweep_ns);
         // Every frame tells when its sweep began, so none of them is indispensable.
         let symbol = match frame.content {
-            Content::Begin { .. } => {
-                let _new = self.enter(sweep, sweep_ns, observer);
+            Content::Begin { powers, .. } => {
+                match powers {
+                    Some(powers) => self.powers(sweep, sweep_ns, &powers, observer),
+                    None => {
+                        let _new = self.enter(sweep, sweep_ns, observer);
+                    }
+                }
                 // It comes again with every sweep until there is a newer one.
                 let exchange = Exchange::of(header).filter(|it| it.number != self.last_exchange);
                 if let Some(exchange) = exchange {
@@ -258,6 +267,13 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         Ok(())
     }
 
+    /// How strong the beams of a sweep are, by the front end's word.
+    pub fn powers(&mut self, sweep: u32, sweep_ns: u64, powers: &Powers, observer: &mut impl Observer) {
+        if self.enter(sweep, sweep_ns, observer) {
+            self.announced.take(powers);
+        }
+    }
+
     /// A block of samples. `false` when it belongs to a sweep that has ended: it is counted and not used.
     pub fn capture(&mut self, capture: Capture<'_>, observer: &mut impl Observer) -> bool {
         if !self.enter(capture.sweep, capture.sweep_ns, observer) {
@@ -267,7 +283,9 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         counters::count(&mut self.counters.blocks);
         match capture.symbol {
             Symbol::Beam(block) => {
-                let _counted = observer.stage(Stage::Beam, || self.cslam.beam(block));
+                let beam = block.beam;
+                let report = observer.stage(Stage::Beam, || self.cslam.beam(block));
+                self.announced.heard(beam, report.power, &mut self.counters);
             }
             Symbol::Squint(block) => {
                 // The first one ends the beams: their paths are estimated.
@@ -333,6 +351,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
 
     fn begin(&mut self, sweep: u32, time_ns: u64, observer: &mut impl Observer) {
         observer.stage(Stage::Inertial, || self.cslam.sweep(time_ns, sweep));
+        self.announced.begin(&mut self.counters);
         self.last_sweep = Some(sweep);
         self.open = Some(Open {
             sweep,

@@ -78,6 +78,7 @@ mod tests {
             exponent: 0,
             sweep_ns: 5_000_000_000,
             offset_ns: 0,
+            powers: false,
             payload_checksum: 0,
             dropped: 0,
             status: Status(0),

@@ -12,9 +12,9 @@
 //! | 12 | u32 | number of the sweep |
 //! | 16 | u16 | index: of the beam or the symbol; of a begin, the number of frames that follow |
 //! | 18 | i16 | exponent: amplitude = integer x 2^exponent |
-//! | 20 | u32 | bytes of samples behind this header |
+//! | 20 | u32 | bytes behind this header that count: of samples; of a begin 288 with [powers](super::Powers), 0 without |
 //! | 24 | u64 | time of the sweep's first sample by the UAV clock, ns: in every frame, so that none is missed most |
-//! | 32 | u32 | checksum of the samples, 0 without |
+//! | 32 | u32 | checksum of those bytes, 0 without |
 //! | 36 | u32 | frames of this session that the front end dropped because the receiver took none |
 //! | 40 | u16 | status, see [`Status`] |
 //! | 42 | | 2 bytes 0 |
@@ -24,7 +24,7 @@
 
 use super::checksum::SoftwareCrc;
 use super::error::FrameError;
-use super::{BEAMS, HEADER_LENGTH, SAMPLE_BYTES, SQUINT_SYMBOLS};
+use super::{BEAMS, HEADER_LENGTH, POWER_BYTES, SAMPLE_BYTES, SQUINT_SYMBOLS};
 
 /// First bytes of a frame.
 pub(super) const MAGIC: [u8; 4] = *b"CSLF";
@@ -37,7 +37,7 @@ const EXPONENT_LIMIT: i16 = 128;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Kind {
-    /// A sweep begins. No samples; the index says how many frames follow.
+    /// A sweep begins: no samples, but the beams' powers, where the front end tells them; the index says how many frames follow.
     Begin,
     /// Samples of a transmit beam.
     Beam,
@@ -60,15 +60,6 @@ impl Kind {
             Self::Begin => BEAMS + SQUINT_SYMBOLS + 1,
             Self::Beam => BEAMS,
             Self::Squint => SQUINT_SYMBOLS,
-        }
-    }
-
-    /// Bytes of samples behind the header.
-    #[must_use]
-    pub const fn payload_length(self) -> usize {
-        match self {
-            Self::Begin => 0,
-            Self::Beam | Self::Squint => SAMPLE_BYTES,
         }
     }
 }
@@ -113,7 +104,9 @@ pub struct Header {
     pub sweep_ns: u64,
     /// From there to the first sample of this block, ns; 0 for a begin.
     pub offset_ns: u32,
-    /// CRC-32 of the samples as they lie in memory, 0 without samples.
+    /// Whether a begin tells the powers of the sweep's beams. `false` for all other frames.
+    pub powers: bool,
+    /// CRC-32 of the samples as they lie in memory, or of the powers; 0 without either.
     pub payload_checksum: u32,
     /// Frames of this session that the front end dropped: the receiver took none for too long.
     pub dropped: u32,
@@ -122,6 +115,16 @@ pub struct Header {
 }
 
 impl Header {
+    /// Bytes behind the header that count.
+    #[must_use]
+    pub const fn payload_length(&self) -> usize {
+        match (self.kind, self.powers) {
+            (Kind::Begin, false) => 0,
+            (Kind::Begin, true) => POWER_BYTES,
+            (Kind::Beam | Kind::Squint, _) => SAMPLE_BYTES,
+        }
+    }
+
     /// The header as it is sent.
     #[must_use]
     pub fn encode(&self) -> [u8; HEADER_LENGTH] {
@@ -136,7 +139,7 @@ impl Header {
         writer.put(self.sweep.to_le_bytes());
         writer.put(self.index.to_le_bytes());
         writer.put(self.exponent.to_le_bytes());
-        writer.put((self.kind.payload_length() as u32).to_le_bytes());
+        writer.put((self.payload_length() as u32).to_le_bytes());
         writer.put(self.sweep_ns.to_le_bytes());
         writer.put(self.payload_checksum.to_le_bytes());
         writer.put(self.dropped.to_le_bytes());
@@ -183,6 +186,7 @@ impl Header {
             exponent: i16::from_le_bytes(reader.take()),
             sweep_ns: 0,
             offset_ns: 0,
+            powers: false,
             payload_checksum: 0,
             dropped: 0,
             status: Status(0),
@@ -200,10 +204,12 @@ impl Header {
             });
         }
         let length = u32::from_le_bytes(reader.take());
-        if length != kind.payload_length() as u32 {
+        header.powers = kind == Kind::Begin && length != 0;
+        let expected = header.payload_length() as u32;
+        if length != expected {
             return Err(FrameError::Length {
                 found: length,
-                expected: kind.payload_length() as u32,
+                expected,
             });
         }
         header.sweep_ns = u64::from_le_bytes(reader.take());

@@ -17,6 +17,7 @@ mod counters;
 mod error;
 mod exchange;
 mod header;
+mod powers;
 mod receive;
 mod sequence;
 
@@ -29,6 +30,7 @@ pub use counters::Counters;
 pub use error::FrameError;
 pub use exchange::Exchange;
 pub use header::{Header, Kind, Status};
+pub use powers::{POWER_BYTES, Powers, powers_checksum, write_powers};
 pub use receive::{Content, Frame, FrontEnd, read_samples, write_samples};
 pub use sequence::{Arrival, WINDOW};
 

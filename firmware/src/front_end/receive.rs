@@ -7,6 +7,7 @@ use super::checksum::{Checksum, SoftwareCrc};
 use super::counters::Counters;
 use super::error::FrameError;
 use super::header::{Header, Kind};
+use super::powers::{self, Powers, powers_checksum};
 use super::sequence::{Arrival, Refusal, Sequence};
 use super::{Block, HEADER_LENGTH, SAMPLE_BYTES};
 
@@ -17,6 +18,8 @@ pub enum Content<'a> {
     Begin {
         /// Frames that follow.
         frames: u16,
+        /// How strong the beams are that follow, where the front end says so.
+        powers: Option<Powers>,
     },
     /// Samples of a transmit beam.
     Beam(BeamBlock<'a>),
@@ -96,7 +99,7 @@ impl<C: Checksum> FrontEnd<C> {
     }
 
     /// Takes a frame as it lies in memory. On success a beam's samples are those of the buffer, ready to be worked on; of
-    /// a begin, `samples` is not looked at.
+    /// a begin, `samples` begins with the powers, or is not looked at.
     ///
     /// # Errors
     /// [`FrameError`]; the counters know already.
@@ -115,7 +118,10 @@ impl<C: Checksum> FrontEnd<C> {
             self.dropped = self.dropped.max(header.dropped);
         }
         let content = match header.kind {
-            Kind::Begin => Content::Begin { frames: header.index },
+            Kind::Begin => Content::Begin {
+                frames: header.index,
+                powers: header.powers.then(|| powers::read(samples)),
+            },
             Kind::Beam => Content::Beam(block(&header, samples)),
             Kind::Squint => Content::Squint(block(&header, samples)),
         };
@@ -140,7 +146,13 @@ impl<C: Checksum> FrontEnd<C> {
                 expected: self.session,
             });
         }
-        if header.kind.payload_length() > 0 && self.checksum.samples(samples) != header.payload_checksum {
+        let is_sound = match header.kind {
+            Kind::Begin => {
+                !header.powers || powers_checksum(&powers::read(samples)) == header.payload_checksum
+            }
+            Kind::Beam | Kind::Squint => self.checksum.samples(samples) == header.payload_checksum,
+        };
+        if !is_sound {
             return Err(FrameError::PayloadChecksum { sequence });
         }
         let arrival = self.sequence.take(sequence).map_err(|refusal| match refusal {

@@ -159,6 +159,7 @@ impl Source {
                 exponent: if kind == Kind::Begin { 0 } else { -38 },
                 sweep_ns: u64::from(sweep) * 500_000_000,
                 offset_ns: 4000 * u32::from(place),
+                powers: false,
                 payload_checksum: if kind == Kind::Begin {
                     0
                 } else {

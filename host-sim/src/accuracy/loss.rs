@@ -58,7 +58,7 @@ pub fn loss(snr_db: f64, trials: usize, seed: u64) -> Loss {
                 let mut sweep = range.hear(&[truth], trial);
                 let on_same = square(twin.strongest(sweep.blocks.first()?))?;
                 let on_wide = square(twin.strongest(wide.hear(&[truth], trial).blocks.first()?))?;
-                for block in &mut sweep.blocks {
+                for block in sweep.strongest_first() {
                     estimator.push_beam(block.view());
                 }
                 let path = estimator.finish().first()?.path;

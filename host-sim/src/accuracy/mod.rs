@@ -131,7 +131,7 @@ impl Range {
         estimator: &mut dyn PathEstimator<32, 9>,
     ) -> Vec<EstimatedPath> {
         let mut sweep = self.hear(truths, index);
-        for block in &mut sweep.blocks {
+        for block in sweep.strongest_first() {
             estimator.push_beam(block.view());
         }
         estimator.finish().to_vec()
@@ -158,6 +158,8 @@ pub fn estimator(mode: Mode) -> Box<dyn PathEstimator<32, 9>> {
     // The arrays of the range have no error.
     let config = EstimatorConfig {
         element_phase_sigma_rad: 0.0,
+        // Trials are no sweeps of one flight.
+        gating: false,
         ..EstimatorConfig::default()
     };
     estimate::estimator(mode, &config)

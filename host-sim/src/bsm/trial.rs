@@ -282,7 +282,7 @@ fn trial(case: &Case, receiver: &mut Receiver, seed: u64, index: u32) -> Errors 
     });
 
     let mut beams = simulator.sweep_rays(&scene.rays, &Instant::at_rest(), index);
-    for block in &mut beams.blocks {
+    for block in beams.strongest_first() {
         receiver.estimator.push_beam(block.view());
     }
     let paths = receiver.estimator.finish();

@@ -41,6 +41,7 @@ mod impairments;
 mod jamming;
 mod mix;
 mod noise;
+mod order;
 mod pieces;
 mod rays;
 mod reception;
@@ -72,6 +73,7 @@ pub use effects::interference::Interference;
 pub use hardware::{AirframeEffects, GmtArrayErrors, Oscillators, ReceiverErrors, UavArrayErrors};
 pub use impairments::{Impairments, Jammer, JammerKind};
 pub use noise::Gaussian;
+pub use order::strongest_first;
 pub use rays::{Instant, Ray, RayError};
 pub use simulator::{Block, CHANNELS, Simulator, Sweep};
 

@@ -60,7 +60,7 @@ impl Block {
     }
 }
 
-/// The blocks of one sweep, in beam order; lost beams are absent.
+/// The blocks of one sweep, in beam order; lost beams are absent. A receiver is given them [`Self::strongest_first`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sweep {
     /// Blocks.

@@ -3,7 +3,7 @@
 use cslam_core::ltd::Iq;
 use cslam_firmware::front_end::{
     Block, Checksum, FRAME_LENGTH, FRAMES_PER_SWEEP, HEADER_LENGTH, Header, Kind, SAMPLE_BYTES, SoftwareCrc,
-    Status, write_samples,
+    Status, powers_checksum, write_powers, write_samples,
 };
 use cslam_firmware::sensor_stream::SESSION;
 
@@ -19,14 +19,15 @@ pub struct FrontEndLink {
 pub type FrameBytes = [u8; FRAME_LENGTH];
 
 impl FrontEndLink {
-    /// The frames of a sweep in their order: its begin, its beams, its squint symbols. A begin has no samples; its frame is as long as
-    /// the others, with zeros.
+    /// The frames of a sweep in their order: its begin, its beams, strongest first, its squint symbols. A begin has the powers of the beams; its
+    /// frame is as long as the others, with zeros.
     pub fn sweep(
         &mut self,
         heard: &mut HeardSweep,
         sweep_ns: u64,
         mut each: impl FnMut(&FrameBytes) -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
+        let powers = heard.beams.powers();
         let begin = Header {
             kind: Kind::Begin,
             session: SESSION,
@@ -36,14 +37,17 @@ impl FrontEndLink {
             exponent: 0,
             sweep_ns,
             offset_ns: 0,
-            payload_checksum: 0,
+            powers: true,
+            payload_checksum: powers_checksum(&powers),
             dropped: 0,
             status: Status::default(),
         };
         let mut frame = Box::new([0; FRAME_LENGTH]);
-        self.put(begin, &[[Iq::ZERO; 512]; 32], &mut frame)?;
+        let mut filled = Box::new([[Iq::ZERO; 512]; 32]);
+        write_powers(&powers, &mut filled);
+        self.put(begin, &filled, &mut frame)?;
         each(&frame)?;
-        let beams = heard.beams.blocks.iter_mut().map(|block| (Kind::Beam, block));
+        let beams = heard.beams.strongest_first().map(|block| (Kind::Beam, block));
         let squint = heard.squint.blocks.iter_mut().map(|block| (Kind::Squint, block));
         for (kind, block) in beams.chain(squint) {
             let view = block.view();
@@ -51,6 +55,7 @@ impl FrontEndLink {
                 kind,
                 index: view.beam,
                 exponent: i16::try_from(view.exponent)?,
+                powers: false,
                 payload_checksum: SoftwareCrc.samples(view.samples),
                 ..begin
             };

@@ -211,7 +211,10 @@ pub(crate) fn hear<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     {
         let _used = receiver.estimated(sweep, sweep_ns, estimated, observer);
     }
-    let beams = heard.beams.blocks.iter_mut().map(|block| (false, block));
+    if !heard.beams.blocks.is_empty() {
+        receiver.powers(sweep, sweep_ns, &heard.beams.powers(), observer);
+    }
+    let beams = heard.beams.strongest_first().map(|block| (false, block));
     let squint = heard.squint.blocks.iter_mut().map(|block| (true, block));
     for (of_squint, block) in beams.chain(squint) {
         let symbol = if of_squint {

@@ -81,6 +81,7 @@ impl KnownPose {
             codebook: Codebook::default(),
             gmt_attitude,
             work_limit,
+            gating: false,
             ..EstimatorConfig::default()
         };
         if arrays == Arrays::Ideal {
@@ -97,7 +98,7 @@ impl KnownPose {
         link: &Link,
         instant: &Instant,
     ) -> anyhow::Result<Perceived> {
-        for block in &mut sweep.blocks {
+        for block in sweep.strongest_first() {
             estimator.push_beam(block.view());
         }
         let estimated = estimator.finish();
