@@ -60,17 +60,25 @@ impl Iq {
         (re * re) as u32 + (im * im) as u32
     }
 
-    /// `x / 2^bits`, round half up; a negative count shifts left, where the caller knows that there is room.
-    pub(super) const fn shifted(self, bits: i32) -> Self {
-        if bits > 0 {
-            let half = 1 << (bits - 1);
-            Self::narrow(
-                (self.re() as i32 + half) >> bits,
-                (self.im() as i32 + half) >> bits,
-            )
-        } else {
-            Self::narrow((self.re() as i32) << -bits, (self.im() as i32) << -bits)
-        }
+    /// `x / 2^bits`, round half up, of at least one bit.
+    pub(super) const fn shifted_right(self, bits: i32) -> Self {
+        let half = 1 << (bits - 1);
+        Self::narrow(
+            (self.re() as i32 + half) >> bits,
+            (self.im() as i32 + half) >> bits,
+        )
+    }
+
+    /// `x 2^bits`, where the caller knows that there is room.
+    pub(super) const fn shifted_left(self, bits: i32) -> Self {
+        Self(((self.0 & 0xffff_0000) << bits) | ((self.0 << bits) & 0xffff))
+    }
+
+    /// Both parts as magnitudes, or one less than that of a negative one: the bits of all that are set in any of many samples say how
+    /// far these can grow.
+    pub(super) const fn magnitudes(self) -> u32 {
+        let negative = (self.0 >> 15) & 0x0001_0001;
+        self.0 ^ (negative * 0xffff)
     }
 
     /// `re + j im` of values that are known to fit.
@@ -271,6 +279,19 @@ mod tests {
             let mut clips = 0;
             let full = wide(x.full_product(w, &mut clips));
             prop_assert_eq!((full, clips), limited(rounded(times(wide(x), wide(w)), 15)));
+        }
+
+        #[test]
+        fn shifts_are_exact_and_magnitudes_tell_the_room(x in any_iq(), bits in 1..9_i32) {
+            prop_assert_eq!(wide(x.shifted_right(bits)), rounded(wide(x), bits as u32));
+            let small = x.shifted_right(bits);
+            let room = |m: u32| ((m | (m >> 16)) as u16).leading_zeros() as i32 - 1;
+            let room = room(small.magnitudes());
+            prop_assert!((0..=15).contains(&room));
+            let left = room.min(bits);
+            prop_assert_eq!(wide(small.shifted_left(left)), wide(small).map(|part| part << left));
+            let grown = wide(small).map(|part| part << (room + 1));
+            prop_assert!(room == 15 || grown != limited(grown).0, "there was more room");
         }
 
         #[test]

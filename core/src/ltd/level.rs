@@ -130,20 +130,16 @@ fn shift(strongest: u64) -> i32 {
 
 /// Bits by which every sample of a block can grow.
 fn headroom<const CHANNELS: usize>(block: &[Channel; CHANNELS]) -> i32 {
-    let mut used = 0_u16;
-    for x in block.iter().flatten() {
-        let (re, im) = (x.re(), x.im());
-        used |= ((re ^ (re >> 15)) | (im ^ (im >> 15))) as u16;
-    }
-    used.leading_zeros() as i32 - 1
+    let used = block.iter().flatten().fold(0, |used, x| used | x.magnitudes());
+    ((used | (used >> 16)) as u16).leading_zeros() as i32 - 1
 }
 
 /// Shifts every sample right by `bits`, round half up, or left when negative.
 fn rescale<const CHANNELS: usize>(block: &mut [Channel; CHANNELS], bits: i32) {
-    if bits == 0 {
-        return;
-    }
-    for x in block.iter_mut().flatten() {
-        *x = x.shifted(bits);
+    let samples = block.as_flattened_mut();
+    if bits > 0 {
+        samples.iter_mut().for_each(|x| *x = x.shifted_right(bits));
+    } else if bits < 0 {
+        samples.iter_mut().for_each(|x| *x = x.shifted_left(-bits));
     }
 }
