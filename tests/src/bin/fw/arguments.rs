@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Parser, ValueEnum};
+use cslam_host_sim::world::Profile;
 
 /// Flies the firmware on an emulated Cortex-M7 in the loop with the simulated world, and compares it with the host; or puts it on a
 /// board.
@@ -15,6 +16,9 @@ pub(crate) struct Arguments {
     /// Scene to fly in
     #[arg(long, default_value = "outdoor")]
     pub(crate) scene: String,
+    /// World, with the figures of its name
+    #[arg(long, value_enum, default_value_t = Profile::Budget)]
+    pub(crate) world: Profile,
     /// Seed of the flight, of its sensors and of its channel
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,

@@ -8,7 +8,6 @@ use anyhow::Context;
 use cslam_core::ltd::Iq;
 use cslam_firmware::front_end::{HEADER_LENGTH, read_samples};
 use cslam_host_sim::raw_flight::{BoardReceiver, FrontEndLink, Recorder, drain, with_board_receiver};
-use cslam_host_sim::scene::Scene;
 use cslam_host_sim::sensors::Event;
 use cslam_host_sim::world::{World, WorldConfig};
 
@@ -32,9 +31,10 @@ impl Flown {
     /// What was flown, in a few lines.
     pub(crate) fn summary(&self, arguments: &Arguments) -> String {
         format!(
-            "flight in the loop: {} s over {}, seed {}, {} sweeps, {} map points, {} bytes of packets, in {:.0} s",
+            "flight in the loop: {} s over {}, world {}, seed {}, {} sweeps, {} map points, {} bytes of packets, in {:.0} s",
             arguments.seconds,
             arguments.scene,
+            arguments.world.name(),
             arguments.seed,
             self.sweeps,
             self.points,
@@ -47,9 +47,9 @@ impl Flown {
 /// Flies both receivers.
 pub(crate) fn fly(arguments: &Arguments, image: &Path) -> anyhow::Result<Flown> {
     let started = Instant::now();
-    let scene = Scene::load(&arguments.scene)?;
-    let mut config = WorldConfig::default();
+    let mut config = WorldConfig::of(arguments.world);
     config.flight.duration_s = arguments.seconds;
+    let scene = config.scene(&arguments.scene)?;
     let world = World::new(&scene, config, arguments.seed)?;
     let mut board = Board::start(image, arguments.count, arguments.limit_s)?;
     let mut packets = Vec::new();
