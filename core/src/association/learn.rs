@@ -158,7 +158,7 @@ impl<const N: usize> Surfaces<N> {
                 surface.floor_covariance(&config);
             }
             // One that is met twice is evidenced by where the wave left it for the UAV, whose flight moves that point.
-            let last = met.clone().last();
+            let last = met.clone().next_back();
             for (_, point) in met {
                 surface.extend(point);
             }

@@ -13,6 +13,7 @@ use super::{Block, HEADER_LENGTH, SAMPLE_BYTES};
 
 /// What a frame brought.
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "one at a time, and there is no heap")]
 pub enum Content<'a> {
     /// A sweep begins.
     Begin {
