@@ -18,11 +18,7 @@ fn memory_is_bounded() {
 }
 
 fn estimators() -> [(&'static str, Box<dyn PathEstimator<32, 9>>); 3] {
-    // The sweeps are of no one flight.
-    let config = EstimatorConfig {
-        gating: false,
-        ..EstimatorConfig::default()
-    };
+    let config = EstimatorConfig::single_sweeps();
     [
         ("best", Box::new(Best::new(&config))),
         ("paper", Box::new(Paper::new(&config))),

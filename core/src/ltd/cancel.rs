@@ -11,7 +11,7 @@ use nalgebra::{Complex, Vector3};
 use super::iq::Iq;
 use super::kernels::Native;
 use super::kernels::stage::Stages;
-use super::model::{ArrayModel, steering};
+use super::model::{ArrayModel, place, steering};
 use super::phase::phasor;
 use super::stages::{Channel, FRACTION_BITS};
 use super::template::{SPAN, Template};
@@ -53,14 +53,39 @@ impl<const A: usize> Source<A> {
         (delay, self.gains.map(|g| g * turn))
     }
 
-    /// Taps on both sides over which the path stands out of the noise.
-    fn reach(&self, noise: f32, occupancy: f32) -> usize {
-        let strongest = self.gains.iter().map(|g| g.norm_sqr()).fold(0.0, f32::max);
-        // |D(x)| <= 1 / (pi occupancy x) up to a quarter of the period, and less than twice that beyond.
-        let ratio = strongest / noise.max(f32::MIN_POSITIVE);
-        let reach = MARGIN * libm::sqrtf(ratio) / (core::f32::consts::PI * occupancy);
-        (reach.min(SAMPLES as f32) as usize).clamp(LEAST, SAMPLES / 2)
+    /// Largest amplitude at any array, LSB of a tap.
+    pub(super) fn amplitude(&self) -> f32 {
+        libm::sqrtf(self.gains.iter().map(|g| g.norm_sqr()).fold(0.0, f32::max))
     }
+
+    /// Amplitude of a source whose sidelobes are nowhere weaker than those of the difference to `other`: gains that differ, kernels that are
+    /// shifted, and outermost elements whose phase turns.
+    pub(super) fn difference<const E: usize>(
+        &self,
+        other: &Self,
+        model: &ArrayModel<A, E>,
+        template: &Template,
+    ) -> f32 {
+        use core::f32::consts::{PI, TAU};
+        let (delay, gains) = other.seen_from(self.origin, template.centre_turns());
+        let turned = (self.u - other.u).norm();
+        let mut most = 0.0_f32;
+        for ((step, lead), (new, old)) in model.arrays().zip(self.gains.iter().zip(&gains)) {
+            let shifted = (self.delay_taps - delay).abs() + lead.norm() * turned;
+            let phase = TAU * step.norm() * place::<E>(E - 1) * turned;
+            let relative = PI * template.occupancy() * shifted + phase;
+            most = most.max(libm::sqrtf((new - old).norm_sqr()) + relative * libm::sqrtf(old.norm_sqr()));
+        }
+        most
+    }
+}
+
+/// Taps on both sides over which a path of this amplitude stands out of the noise.
+pub(super) fn reach(amplitude: f32, noise: f32, occupancy: f32) -> usize {
+    // |D(x)| <= 1 / (pi occupancy x) up to a quarter of the period, and less than twice that beyond.
+    let ratio = amplitude / libm::sqrtf(noise.max(f32::MIN_POSITIVE));
+    let reach = MARGIN * ratio / (core::f32::consts::PI * occupancy);
+    (reach.min(SAMPLES as f32) as usize).clamp(LEAST, SAMPLES / 2)
 }
 
 /// Taps from one origin to another, the shorter way round the period.
@@ -78,22 +103,18 @@ pub(super) enum Change {
 }
 
 /// Changes the taps by the sum of the sources' models and keeps `profile` in step. Close sources of opposite phase are
-/// larger than their sum, which is what fits int16: they must go together. `noise`: variance of a tap, which sets the reach;
-/// adding back must use the sources and the value that were used for subtracting.
+/// larger than their sum, which is what fits int16: they must go together. `reach`: taps on both sides of the first source's origin
+/// ([`reach`]). Returns over how many taps.
 pub(super) fn change<const L: usize, const A: usize, const E: usize, const C: usize>(
     model: &ArrayModel<A, E>,
     template: &Template,
     taps: &mut [Channel; C],
     profile: &mut [u64; SAMPLES],
     sources: &[Source<A>; L],
-    noise: f32,
+    reach: usize,
     change: Change,
-) {
+) -> usize {
     const { assert!(C == A * E && L > 0) };
-    let reach = sources
-        .iter()
-        .map(|s| s.reach(noise, template.occupancy()))
-        .fold(LEAST, usize::max);
     let origin = sources[0].origin;
     // The whole period once: from -256 to 255.
     let count = (2 * reach + 1).min(SAMPLES);
@@ -125,6 +146,7 @@ pub(super) fn change<const L: usize, const A: usize, const E: usize, const C: us
             }
         }
     }
+    count
 }
 
 /// Q15 of a phase factor, parts within +-32 767; the cast cuts towards zero.
@@ -279,7 +301,7 @@ mod tests {
             &mut taps,
             &mut profile,
             &[source],
-            1e-3,
+            SAMPLES / 2,
             Change::Subtract,
         );
         let left: u64 = profile.iter().sum();
@@ -294,7 +316,7 @@ mod tests {
             &mut taps,
             &mut profile,
             &[source],
-            1e-3,
+            SAMPLES / 2,
             Change::Add,
         );
         assert_eq!(profile, profile_of(&taps));
@@ -355,12 +377,56 @@ mod tests {
             &mut taps,
             &mut profile,
             &[weak],
-            16.0,
+            reach(weak.amplitude(), 16.0, template.occupancy()),
             Change::Add,
         );
         let touched = |n: usize| profile.get(n).is_some_and(|&e| e > 0);
         // Amplitude ten times the noise: 3 x 10 / 2.55 = 11 taps.
         assert!(touched(100 - 10) && touched(100 + 10));
         assert!((112..600).all(|n| !touched(n % SAMPLES)) && !touched(88));
+    }
+
+    /// What the bound on a difference leaves out is under a third of the noise's amplitude, wherever and however a path is moved.
+    #[test]
+    fn beyond_its_reach_a_difference_is_under_the_noise() {
+        let waveform = Waveform::default();
+        let model = ArrayModel::<4, 8>::new(&UavArrays::default(), &waveform);
+        let template = Template::new(&waveform);
+        let noise = 16.0_f32;
+        for (by_taps, by_rad, by_gain) in [
+            (0.02, 0.0, 1.0),
+            (0.0, 0.002, 1.0),
+            (0.0, 0.0, 0.98),
+            (-0.02, 0.002, 1.02),
+        ] {
+            let old = source();
+            let u = old.u + Vector3::new(0.0, by_rad, 0.0);
+            let new = Source {
+                delay_taps: old.delay_taps + by_taps,
+                u: u / u.norm(),
+                gains: old.gains.map(|g| g * by_gain),
+                ..old
+            };
+            let taps = [&new, &old].map(|source| exact(&model, &waveform, source));
+            let amplitude = new.difference(&old, &model, &template);
+            let far = reach(amplitude, noise, template.occupancy()) as i32;
+            assert!(far < 200, "{far}: a small change must not reach everywhere");
+            let left = (far + 1..256)
+                .flat_map(|n| [n, -n])
+                .map(|n| (100 + n) as usize & (SAMPLES - 1));
+            let most = left
+                .flat_map(|n| (0..32).map(move |c| (c, n)))
+                .map(|(c, n)| {
+                    let [a, b] = taps.each_ref().map(|taps| taps[c][n]);
+                    let part = |x: i16, y: i16| f32::from(x) - f32::from(y);
+                    libm::hypotf(part(a.re(), b.re()), part(a.im(), b.im()))
+                })
+                .fold(0.0, f32::max);
+            // Both are rounded: up to 1.4 LSB, and beyond a quarter of the period the kernel is up to twice the bound.
+            assert!(
+                most < 2.0 * libm::sqrtf(noise) / 3.0 + 1.5,
+                "{by_taps} {by_rad}: {most} beyond {far}"
+            );
+        }
     }
 }

@@ -26,8 +26,9 @@ const COARSE_STEPS: i32 = 4;
 pub(super) const PASSES: [f32; 3] = [0.15, 0.04, 0.011];
 const SLOPE_RAD: f32 = 0.002;
 const ITERATIONS: usize = 12;
-/// A step shorter than this ends a descent: a hundredth of the best standard deviation there is.
-const STILL_RAD: f32 = 1e-5;
+/// A step shorter than this ends a descent: in the last pass a hundredth of the best standard deviation there is, in those before it
+/// little beside what the next one moves.
+pub(super) const STILL_RAD: [f32; 3] = [1e-3, 1e-3, 1e-5];
 /// Share of the product of its diagonal above which a Hessian's determinant is one: sums of [`LOOKS`] terms round by 24 x 6e-8 of
 /// each product at most.
 const LEAST_DETERMINANT: f32 = 3e-6;
@@ -127,8 +128,13 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
         [row, column].map(|[value, slope]| [value, slope * turns])
     }
 
-    /// Fits the direction to a path's looks, strongest first. The second value is the standard deviation along a tangent, rad.
-    pub(super) fn fit(&self, looks_in: impl Iterator<Item = Look>) -> Option<(Direction<Gmt>, f32)> {
+    /// Fits the direction to a path's looks, strongest first. The second value is the standard deviation along a tangent, rad. Where it is
+    /// not near the strongest beam it is sought everywhere, for one of the `searches` that are left.
+    pub(super) fn fit(
+        &self,
+        looks_in: impl Iterator<Item = Look>,
+        searches: &mut u8,
+    ) -> Option<(Direction<Gmt>, f32)> {
         let mut looks: Vec<(Aim, f32, f32), LOOKS> = Vec::new();
         let mut variances: Vec<f32, LOOKS> = Vec::new();
         for look in looks_in.take(LOOKS) {
@@ -142,7 +148,7 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
         let start = first.u;
         let mut best = Direction::from_vector(start).ok()?;
         let mut hessian = [0.0; 3];
-        for (pass, error) in PASSES.into_iter().enumerate() {
+        for (pass, (error, still_rad)) in PASSES.into_iter().zip(STILL_RAD).enumerate() {
             let floor = error * strongest * error * strongest;
             for ((_, _, weight), variance) in looks.iter_mut().zip(&variances) {
                 *weight = 1.0 / (variance + floor);
@@ -150,9 +156,9 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
             if pass == 0 {
                 best = self.coarse(&looks, &best);
             }
-            (best, hessian) = self.descend(&looks, best, &start);
+            (best, hessian) = self.descend(&looks, best, &start, still_rad);
         }
-        let (best, [h11, h12, h22]) = self.reconsider(&mut looks, &variances, best, hessian)?;
+        let (best, [h11, h12, h22]) = self.reconsider(&mut looks, &variances, (best, hessian), searches)?;
         let variance = mean_variance(h11, h12, h22);
         (variance > 0.0).then(|| (best, libm::sqrtf(variance)))
     }
@@ -181,6 +187,7 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
         looks: &[(Aim, f32, f32)],
         from: Direction<Gmt>,
         start: &Vector3<f32>,
+        still_rad: f32,
     ) -> (Direction<Gmt>, [f32; 3]) {
         let mut best = from;
         let mut damping = 1e-3;
@@ -205,7 +212,7 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
             } else {
                 damping *= 10.0;
             }
-            if step[0].abs().max(step[1].abs()) < STILL_RAD {
+            if step[0].abs().max(step[1].abs()) < still_rad {
                 break;
             }
         }

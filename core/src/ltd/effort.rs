@@ -1,34 +1,22 @@
-//! What joint fits and cancellation may take of a sweep.
+//! The work of a sweep, counted and bounded.
 //!
-//! Most sweeps fit a few pairs. Close to walls and to the GMT every second beam shows a cluster, and clusters ask for fits from
-//! several starts, each of up to 24 steps: without a limit such a sweep takes three times what the others take, and the next one waits.
-//! So the work is counted, in evaluations of a fit times the square of its paths (about 5000 instructions), and becomes thriftier
-//! in two steps: first no further
-//! starts and few steps, then no joint fits at all. A path that would have been one more of a group is then cancelled but not
-//! reported, and that is counted.
+//! Most sweeps take a third of what the chip has time for. Close to walls, where every second beam shows clusters of paths, and in a sweep in
+//! which nothing tells which beams matter, the search could take many times that, and the next sweep would wait. So all that the
+//! search does is counted, and there is a limit. Beams come strongest first, so what is spent is spent on the strongest
+//! paths: from then on no joint fit is begun, no further candidate of the beam is looked at, and no further beam is searched but
+//! one that is stronger than all before it, for its strongest path. What is left out is counted.
 
 use core::cell::Cell;
 
-/// The limit, in evaluations of a fit times the square of its paths (about 5000 instructions of a Cortex-M7 each).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct WorkLimit {
-    /// Work after which joint fits are begun once and end early.
-    pub thrifty: u32,
-    /// Work after which there are none.
-    pub spent: u32,
-}
+/// Thousands of instructions of a Cortex-M7 that the search of a sweep may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct WorkLimit(pub u32);
 
 impl WorkLimit {
-    /// What a Cortex-M7 at 480 MHz has time for beside all else (docs/firmware.md): 45 million instructions.
-    pub const FLIGHT: Self = Self {
-        thrifty: 5_000,
-        spent: 9_000,
-    };
+    /// What a Cortex-M7 at 480 MHz has time for beside all else (docs/firmware.md).
+    pub const FLIGHT: Self = Self(62_000);
     /// None, where nothing waits for the sweep.
-    pub const NONE: Self = Self {
-        thrifty: u32::MAX,
-        spent: u32::MAX,
-    };
+    pub const NONE: Self = Self(u32::MAX);
 }
 
 impl Default for WorkLimit {
@@ -38,15 +26,47 @@ impl Default for WorkLimit {
     }
 }
 
-/// Work of cancelling a path, or of putting it back.
-const CANCELLED: u32 = 12;
+/// What the search does. Its thousands of instructions are those of the kernels (`tests/golden/ltd_cost.txt`) and, where work depends on
+/// what is heard, of the stages of the table in docs/firmware.md over how often each ran.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Work {
+    /// A beam, transformed in full.
+    Transform,
+    /// A beam's folded taps.
+    Look,
+    /// So many known paths in the folded taps, cancelled over so many taps in all.
+    Recognise { paths: usize, taps: usize },
+    /// Coarse grid for one candidate.
+    Grid,
+    /// Evaluations of a fit of so many paths.
+    Fit { paths: usize, evaluations: usize },
+    /// So many paths cancelled together, or put back, over so many taps.
+    Cancel { paths: usize, taps: usize },
+}
+
+impl Work {
+    fn thousands(self) -> u32 {
+        let thousands = match self {
+            Self::Transform => 1_150,
+            Self::Look => 200,
+            Self::Recognise { paths, taps } => (22_000 * paths + 310 * taps) / 1_000,
+            Self::Grid => 40,
+            Self::Fit {
+                paths: 1,
+                evaluations,
+            } => 9 * evaluations,
+            Self::Fit { paths, evaluations } => 11 * paths * paths * evaluations,
+            Self::Cancel { paths, taps } => taps * (640 + 290 * paths) / 1_000,
+        };
+        thousands as u32
+    }
+}
 
 /// Work of a sweep so far.
 #[derive(Clone, Debug)]
 pub(super) struct Effort {
     limit: WorkLimit,
     work: Cell<u32>,
-    refused: Cell<u32>,
 }
 
 impl Effort {
@@ -55,48 +75,22 @@ impl Effort {
         Self {
             limit,
             work: Cell::new(0),
-            refused: Cell::new(0),
         }
     }
 
     /// A new sweep.
     pub(super) fn clear(&mut self) {
         self.work.set(0);
-        self.refused.set(0);
     }
 
     /// Adds work.
-    pub(super) fn spend(&self, work: u32) {
-        self.work.set(self.work.get().saturating_add(work));
+    pub(super) fn spend(&self, work: Work) {
+        self.work.set(self.work.get().saturating_add(work.thousands()));
     }
 
-    /// Adds the cancellation of so many paths.
-    pub(super) fn cancel(&self, paths: usize) {
-        self.spend(CANCELLED.saturating_mul(paths as u32));
-    }
-
-    /// Whether to be thrifty from now on.
-    pub(super) fn is_thrifty(&self) -> bool {
-        self.work.get() >= self.limit.thrifty
-    }
-
-    /// Whether nothing is left; asking is counted as a fit that was refused.
+    /// Whether nothing is left.
     pub(super) fn is_spent(&self) -> bool {
-        let spent = self.work.get() >= self.limit.spent;
-        if spent {
-            self.refused.set(self.refused.get().saturating_add(1));
-        }
-        spent
-    }
-
-    /// Work so far.
-    pub(super) fn work(&self) -> u32 {
-        self.work.get()
-    }
-
-    /// Joint fits that were refused.
-    pub(super) fn refused(&self) -> u32 {
-        self.refused.get()
+        self.work.get() >= self.limit.0
     }
 }
 
@@ -105,28 +99,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn work_makes_thrifty_and_then_refuses() {
-        let mut effort = Effort::new(WorkLimit {
-            thrifty: 30,
-            spent: 50,
+    fn work_adds_up_to_the_limit_and_a_new_sweep_begins_afresh() {
+        let mut effort = Effort::new(WorkLimit(1_580));
+        effort.spend(Work::Transform);
+        effort.spend(Work::Fit {
+            paths: 2,
+            evaluations: 9,
         });
-        effort.spend(29);
-        assert!(!effort.is_thrifty() && !effort.is_spent());
-        effort.cancel(1);
-        assert!(effort.is_thrifty() && !effort.is_spent());
-        effort.spend(9);
-        assert!(effort.is_spent() && effort.is_spent());
-        assert_eq!((effort.work(), effort.refused()), (50, 2));
+        assert!(!effort.is_spent());
+        effort.spend(Work::Cancel { paths: 2, taps: 28 });
+        assert!(effort.is_spent());
+        assert_eq!(effort.work.get(), 1_150 + 396 + 34);
         effort.clear();
-        assert_eq!((effort.work(), effort.refused()), (0, 0));
-        assert!(!effort.is_thrifty(), "a new sweep begins afresh");
+        assert!(!effort.is_spent());
     }
 
     #[test]
-    fn without_a_limit_no_fit_is_refused() {
+    fn without_a_limit_nothing_is_left_out() {
         let effort = Effort::new(WorkLimit::NONE);
-        effort.spend(100 * WorkLimit::FLIGHT.spent);
-        assert!(!effort.is_thrifty() && !effort.is_spent());
-        assert_eq!(effort.refused(), 0);
+        (0..1_000).for_each(|_| effort.spend(Work::Transform));
+        assert!(!effort.is_spent());
     }
 }

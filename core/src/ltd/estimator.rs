@@ -4,26 +4,27 @@ use heapless::Vec;
 use nalgebra::Matrix3;
 
 use super::PathEstimator;
-use super::beam::{Beam, Found, SOURCES, Search};
 use super::correlator::{Correlator, TAP_EXPONENT, Workspace};
 use super::departure::{Departures, Look};
 use super::detector::{Detector, fit_threshold};
-use super::effort::{Effort, WorkLimit};
+use super::effort::{Effort, Work, WorkLimit};
 use super::gate::Gate;
 use super::grid::AngleGrid;
-use super::group::CLOSE_M;
 use super::known::{FITTED, KnownPaths, Levels, Seen};
 use super::merge::{Detection, Detections, Merged};
 use super::meter::{Meter, Stage};
 use super::model::ArrayModel;
-use super::recall::Clusters;
 use super::screen::Screen;
+use super::search::{Beam, Found, SOURCES, Search};
 use super::template::Template;
 use crate::array::{Codebook, UavArrays};
 use crate::block::BeamBlock;
 use crate::geometry::{Body, Direction, Gmt, Rotation, World};
 use crate::path::{Departure, Path};
 use crate::waveform::{SAMPLES, Waveform};
+
+/// Paths of a sweep of which the departure is sought everywhere, the strongest that need it: 2.5 million instructions each. Others have none.
+const DEPARTURE_SEARCHES: u8 = 3;
 
 /// What the estimator needs to know about both ends of the link, and its few free parameters.
 #[derive(Clone, Debug)]
@@ -60,7 +61,7 @@ pub struct EstimatorConfig<
     pub element_phase_sigma_rad: f32,
     /// Standard deviation of a transmit beam's gain, dB: widens the angle of departure.
     pub beam_gain_sigma_db: f32,
-    /// What joint fits and cancellation may take of a sweep.
+    /// What the search of a sweep may take.
     pub work_limit: WorkLimit,
 }
 
@@ -80,6 +81,19 @@ impl Default for EstimatorConfig {
             element_phase_sigma_rad: 0.035,
             beam_gain_sigma_db: 0.3,
             work_limit: WorkLimit::FLIGHT,
+        }
+    }
+}
+
+impl EstimatorConfig {
+    /// For sweeps that are of no one flight, on a host that has the time: every beam may be looked at in each, and nothing is learned from
+    /// one for the next.
+    #[must_use]
+    pub fn single_sweeps() -> Self {
+        Self {
+            gating: false,
+            work_limit: WorkLimit::NONE,
+            ..Self::default()
         }
     }
 }
@@ -108,6 +122,8 @@ pub struct BeamReport {
     /// The beam was not searched: by its power it holds no path worth reporting, or only noise when it was not its turn, or the cheap stage
     /// saw that no such path is in it but those that an earlier beam showed better.
     pub weak: bool,
+    /// The beam was not searched because the sweep's work was spent, see [`WorkLimit`].
+    pub left_out: bool,
     /// Lanes that clipped in the transform, see [`super::BeamTaps::clips`].
     pub clips: u32,
     /// See [`super::BeamTaps::unexamined`].
@@ -138,7 +154,6 @@ pub struct Estimator<
     screen: Option<Screen<C>>,
     /// Noise variances that the fit of a path must explain.
     threshold: f32,
-    calibration_share: f32,
     correlator: Correlator,
     departures: Departures<BEAMS, FACES, X, Z>,
     gmt_attitude: Rotation<Gmt, World>,
@@ -150,9 +165,10 @@ pub struct Estimator<
     found: Vec<Found<A>, SOURCES>,
     detections: Detections<MOST>,
     known: KnownPaths,
-    clusters: Clusters,
     effort: Effort,
     strongest: f32,
+    /// Power of the strongest beam.
+    loudest: f64,
     /// Noise variance of a tap in the last beam searched, amplitude units squared.
     noise: f32,
     meter: M,
@@ -195,7 +211,8 @@ impl<
         meter: M,
     ) -> Self {
         const { assert!(C == A * E && K <= 255) };
-        let model = ArrayModel::new(&config.arrays, &config.waveform);
+        let model =
+            ArrayModel::new(&config.arrays, &config.waveform).calibrated_to(config.element_phase_sigma_rad);
         let share = libm::powf(10.0, -0.1 * config.dynamic_range_db);
         let gain_sigma = libm::powf(10.0, 0.05 * config.beam_gain_sigma_db) - 1.0;
         Self {
@@ -211,15 +228,14 @@ impl<
             departures: Departures::new(&config.codebook, gain_sigma),
             gmt_attitude: config.gmt_attitude,
             share,
-            calibration_share: square(config.element_phase_sigma_rad),
             work: Workspace::new(),
             profile: [0; SAMPLES],
             found: Vec::new(),
             detections: Detections::new(),
             known: KnownPaths::default(),
-            clusters: Clusters::default(),
             effort: Effort::new(config.work_limit),
             strongest: 0.0,
+            loudest: 0.0,
             noise: 0.0,
             meter,
         }
@@ -230,20 +246,12 @@ impl<
         self.detections.dropped()
     }
 
-    /// Work of joint fits and cancellation in the current sweep so far, and how many joint fits were refused because it was spent.
-    pub fn effort(&self) -> [u32; 2] {
-        [self.effort.work(), self.effort.refused()]
-    }
-
     /// Turns what the search found into detections, in amplitude units and metres.
     fn keep(&mut self, noise: f32, exponent: i32, beam: u16) -> u8 {
         let scale = libm::scalbnf(1.0, 2 * exponent);
         let metres = self.model.metres_per_tap();
         // Noise of the taps is correlated: least squares sees it as if 1 / occupancy stronger.
         let variance = 0.5 * noise / self.template.occupancy();
-        let close_taps = CLOSE_M / metres;
-        self.clusters
-            .learn(&self.found, &self.profile, (noise, C, scale), close_taps);
         let paths = || self.found.iter().filter(|f| !f.remainder);
         let members = |group: u8| paths().filter(|f| f.group == group).count() as u8;
         let mut count = 0;
@@ -323,6 +331,8 @@ impl<
         };
         // A tap gathers Na times the power of a sample at most: a path worth reporting adds this to its beam.
         let floor_power = f64::from(self.share * self.strongest / self.template.active());
+        let is_strongest = power > self.loudest;
+        self.loudest = self.loudest.max(power);
         let opens = match &mut self.gate {
             Some(gate) => {
                 gate.measured(power);
@@ -333,14 +343,27 @@ impl<
         if !opens {
             return weak;
         }
+        if self.effort.is_spent() && !is_strongest {
+            return BeamReport {
+                left_out: true,
+                ..weak
+            };
+        }
         let levelled = measured.level();
         let exponent = levelled.exponent().saturating_add(TAP_EXPONENT);
         let to_lsb = libm::scalbnf(1.0, exponent.saturating_mul(-2));
-        let floor = self.share * self.strongest * to_lsb;
+        let levels = Levels {
+            floor: self.share * self.strongest * to_lsb,
+            noise: self.noise * to_lsb,
+            to_lsb,
+            threshold: self.threshold,
+        };
+        let Levels { floor, noise, .. } = levels;
         if let Some(screen) = &self.screen
-            && screen.can_tell(floor, self.noise * to_lsb)
+            && screen.can_tell(floor, noise)
         {
             self.meter.enter(Stage::Detection);
+            self.effort.spend(Work::Look);
             let mut folded = self
                 .correlator
                 .detect(&levelled, screen.channels(), &mut self.work);
@@ -355,11 +378,8 @@ impl<
                         &self.folded_template,
                         screen.channels(),
                         &mut folded,
-                        &Levels {
-                            floor,
-                            noise: self.noise * to_lsb,
-                            to_lsb,
-                        },
+                        &levels,
+                        &self.effort,
                     )
                     .filter(|_| screen.is_empty(&folded, floor))
             };
@@ -370,6 +390,7 @@ impl<
             }
             self.meter.enter(Stage::FrontEnd);
         }
+        self.effort.spend(Work::Transform);
         let taps = self.correlator.correlate(levelled, &mut self.work);
         let (clips, unexamined) = (taps.clips(), taps.unexamined());
         self.profile = *taps.profile();
@@ -384,13 +405,8 @@ impl<
             template: &self.template,
             grid: &self.grid,
             detector: &self.detector,
-            threshold: self.threshold,
-            calibration_share: self.calibration_share,
-            screening: self.screen.is_some(),
-            ignored: IGNORED * floor,
+            levels,
             known: &self.known,
-            clusters: &self.clusters,
-            to_lsb,
             effort: &self.effort,
             meter: &self.meter,
         };
@@ -400,7 +416,7 @@ impl<
             found: &mut self.found,
         };
         self.meter.enter(Stage::Detection);
-        let noise = search.run(&mut under, floor);
+        let noise = search.run(&mut under);
         self.meter.enter(Stage::Rest);
         self.noise = noise * libm::scalbnf(1.0, exponent.saturating_mul(2));
         if let Some(gate) = &mut self.gate {
@@ -412,12 +428,13 @@ impl<
             paths: self.keep(noise, exponent, beam),
             power: weak.power,
             weak: false,
+            left_out: false,
             clips,
             unexamined,
         }
     }
 
-    fn estimated(&self, index: usize, merged: &Merged) -> EstimatedPath {
+    fn estimated(&self, index: usize, merged: &Merged, searches: &mut u8) -> EstimatedPath {
         let (c_tau_m, aoa, covariance) = merged.mean();
         let first = &merged.strongest;
         let looks = self.detections.looks(index).map(|look| Look {
@@ -427,7 +444,7 @@ impl<
         });
         let aod = self
             .departures
-            .fit(looks)
+            .fit(looks, searches)
             .map(|(direction, sigma_rad)| Departure {
                 direction: self.gmt_attitude.apply(direction),
                 sigma_rad,
@@ -478,27 +495,19 @@ impl<
         let merged: Vec<Merged, K> = self.detections.merge(self.share);
         self.meter.enter(Stage::Departure);
         let mut paths: Vec<EstimatedPath, K> = Vec::new();
+        let mut searches = DEPARTURE_SEARCHES;
         for (index, path) in merged.iter().enumerate() {
             // As many as were merged: there is room.
-            let _ = paths.push(self.estimated(index, path));
+            let _ = paths.push(self.estimated(index, path, &mut searches));
         }
         if let Some(gate) = &mut self.gate {
             gate.end_sweep(BEAMS);
         }
         self.detections.clear();
         self.known.clear();
-        self.clusters.clear();
         self.effort.clear();
-        (self.strongest, self.noise) = (0.0, 0.0);
+        (self.strongest, self.noise, self.loudest) = (0.0, 0.0, 0.0);
         self.meter.enter(outer);
         paths
     }
-}
-
-/// Sidelobes are cancelled as if a tap had at least this share of the weakest reportable path's energy for noise: those that stay
-/// hold a hundredth of that energy in all channels, 20 dB under it.
-const IGNORED: f32 = 1.0 / 360.0;
-
-fn square(x: f32) -> f32 {
-    x * x
 }

@@ -2,26 +2,21 @@
 //!
 //! A candidate near a group is tried as one more member: all members are put back, refitted with and without it, and it
 //! stays when it explains enough more, in noise variances and against what errors of the arrays' calibration would leave
-//! beside the others. Two close paths have local optima: where a joint fit leaves more than noise, it is started again
-//! from other places ([`super::starts`]).
+//! beside the others. Two close paths have local optima: where a joint fit leaves more than noise, it is started again from
+//! other places ([`super::starts`]).
 
-use heapless::Vec;
-
-use super::beam::{Beam, Found, SINGLE_STEPS, SOURCES, Search};
 use super::cancel::{Change, Source};
 use super::cholesky::regular;
 use super::fit::{Fit, Place, REACH};
 use super::meter::{Meter, Stage, within};
-use super::split::are_two_walls;
+use super::search::{Beam, Found, SINGLE_STEPS, Search};
+use super::starts::JOINT_STEPS;
 use super::window::{JOINT, Window};
-use crate::bounded::gather;
 
 /// Paths nearer than this in delay form a group, whatever their directions: a single array sees only a cone, so even
 /// opposite directions mix. (3 m and 45 degrees would suit two paths alone; that leaves false paths beside two strong
 /// ones of equal delay.)
 pub(super) const CLOSE_M: f32 = 4.0;
-/// Members of a group.
-pub(super) const MEMBERS: usize = 4;
 /// One more path must explain this many times the noise variance (log-likelihood). Eleven more parameters explain 5.5 on
 /// average.
 const MEMBER_GAIN: f32 = 25.0;
@@ -58,42 +53,10 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         let members = beam.members(group);
         within(self.meter, Stage::JointFit, || match *members.as_slice() {
             [a] => self.extend::<1, 3, 2, 6, C>(beam, [a], source, noise),
-            [a, b] => {
-                self.double(beam, [a, b], noise) || self.extend::<2, 6, 3, 9, C>(beam, [a, b], source, noise)
-            }
+            [a, b] => self.extend::<2, 6, 3, 9, C>(beam, [a, b], source, noise),
             [a, b, c] => self.extend::<3, 9, 4, 12, C>(beam, [a, b, c], source, noise),
             _ => false,
         })
-    }
-
-    /// Takes the two members of a group for four ([`super::split`]), if they leave more than noise and four do not.
-    fn double<const C: usize>(&self, beam: &mut Beam<'_, A, C>, members: [usize; 2], noise: f32) -> bool {
-        if self.effort.is_thrifty() || !beam.has_room(2) {
-            return false;
-        }
-        let Some(old) = beam.all(members) else {
-            return false;
-        };
-        let origin = old[0].source.origin;
-        let pair = old.map(|f| f.source.place(origin));
-        if !are_two_walls(&pair) {
-            return false;
-        }
-        let mut window = Window::new();
-        self.gather(&mut window, beam, origin, &pair, &old);
-        let content = window.content();
-        if !self.may_split(&content, noise) {
-            return false;
-        }
-        let two = self.explained(&window, &pair, 0, noise);
-        let worth = 2.0 * self.worth_of_member(noise, two);
-        if content.energy - two > worth.max(self.unexplained(&content, noise))
-            && let Some(four) = self.both_split(&window, &content, &pair, noise)
-        {
-            self.replace(beam, &members, &four, &old, noise);
-            return true;
-        }
-        false
     }
 
     /// Refits the members of a group.
@@ -142,36 +105,18 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
             core::array::from_fn(|i| before.get(i).copied().unwrap_or_else(|| source.place(origin)));
         let mut window = Window::new();
         self.gather(&mut window, beam, origin, &start, &old);
-        let kept: Fit<L, D, A> = self.fit(&window, before, noise, self.joint_steps());
-        let mut without = kept;
-        if L > 1 && !self.effort.is_thrifty() {
-            // The members may sit in a local optimum that the new source leads out of, in the place of one of them.
-            for replaced in 0..L {
-                let mut other = before;
-                other[replaced] = source.place(origin);
-                let fit: Fit<L, D, A> = self.fit(&window, other, noise, self.joint_steps());
-                if fit.energy > without.energy {
-                    without = fit;
-                }
-            }
-        }
-        let least = MEMBER_GAIN * noise / self.template.occupancy();
+        let without: Fit<L, D, A> = self.fit(&window, before, noise, JOINT_STEPS);
         let worth = self.worth_of_member(noise, without.energy);
         // One more member explains at most what is left.
-        let left = window.content().energy - without.energy;
-        let with: Option<Fit<M, N, A>> = (left > worth).then(|| self.best(&window, start, noise));
-        if let Some(with) = with
-            && with.energy - without.energy > worth
-            && is_sound(&with)
-        {
-            self.replace(beam, &members, &with, &old, noise);
-            true
-        } else if without.energy - kept.energy > least && is_sound(&without) {
-            self.replace(beam, &members, &without, &old, noise);
-            true
-        } else {
-            false
+        if window.content().energy - without.energy <= worth {
+            return false;
         }
+        let with: Fit<M, N, A> = self.best(&window, start, noise);
+        let is_worth_it = with.energy - without.energy > worth && is_sound(&with);
+        if is_worth_it {
+            self.replace(beam, &members, &with, &old, noise);
+        }
+        is_worth_it
     }
 
     /// Cancels the paths of a fit in the stead of a group's members and puts them in their places, a further one behind.
@@ -186,14 +131,20 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         let first = &old[0];
         let found: [Found<A>; L] =
             core::array::from_fn(|i| self.found(fit, i, first.source.origin, noise, first.group));
+        // What changes is the difference: a member that hardly moves changes no far sidelobe.
+        let amplitude = found.iter().enumerate().map(|(i, new)| match old.get(i) {
+            Some(old) => new.source.difference(&old.source, self.model, self.template),
+            None => new.source.amplitude(),
+        });
+        let reach = self.reach(amplitude.fold(0.0, f32::max), noise);
         if let ([new], [old]) = (found.as_slice(), old.as_slice()) {
-            // Their difference, in one go.
+            // In one go.
             let mut back = *old;
             back.source.gains = back.source.gains.map(|gain| -gain);
-            self.change(beam, &[*new, back], Change::Subtract);
+            self.change(beam, &[*new, back], reach, Change::Subtract);
         } else {
-            self.change(beam, old, Change::Add);
-            self.change(beam, &found, Change::Subtract);
+            self.change(beam, old, reach, Change::Add);
+            self.change(beam, &found, reach, Change::Subtract);
         }
         for (i, found) in found.into_iter().enumerate() {
             match members.get(i).and_then(|index| beam.found.get_mut(*index)) {
@@ -219,7 +170,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         let start = old.map(|f| f.source.place(origin));
         let mut window = Window::new();
         self.gather(&mut window, beam, origin, &start, &old);
-        let steps = if L == 1 { SINGLE_STEPS } else { self.joint_steps() };
+        let steps = if L == 1 { SINGLE_STEPS } else { JOINT_STEPS };
         let mut fit: Fit<L, D, A> = self.fit(&window, start, noise, steps);
         if L > 1 && self.arrays_are_exact(&window.content(), noise) {
             fit = self.better(&window, fit, noise);
@@ -237,32 +188,12 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
 
     /// Energy that one more member must explain beside others that explain `energy`: more than noise would, and than errors of the
     /// arrays leave beside them.
-    pub(super) fn worth_of_member(&self, noise: f32, energy: f32) -> f32 {
-        (MEMBER_GAIN * noise / self.template.occupancy()).max(self.calibration_share * energy)
-    }
-
-    /// Energy that at most four paths explain, a few steps from where they are put.
-    pub(super) fn explained<const C: usize>(
-        &self,
-        window: &Window<C, JOINT>,
-        places: &[Place],
-        steps: usize,
-        noise: f32,
-    ) -> f32 {
-        match *places {
-            [a] => self.fit::<1, 3, C, JOINT>(window, [a], noise, steps).energy,
-            [a, b] => self.fit::<2, 6, C, JOINT>(window, [a, b], noise, steps).energy,
-            [a, b, c] => self.fit::<3, 9, C, JOINT>(window, [a, b, c], noise, steps).energy,
-            [a, b, c, d] => {
-                self.fit::<4, 12, C, JOINT>(window, [a, b, c, d], noise, steps)
-                    .energy
-            }
-            _ => 0.0,
-        }
+    fn worth_of_member(&self, noise: f32, energy: f32) -> f32 {
+        (MEMBER_GAIN * noise / self.template.occupancy()).max(self.model.calibration_share() * energy)
     }
 
     /// Takes taps around some places into an empty window, with a group's members put back.
-    pub(super) fn gather<const M: usize, const C: usize>(
+    fn gather<const M: usize, const C: usize>(
         &self,
         window: &mut Window<C, JOINT>,
         beam: &Beam<'_, A, C>,
@@ -285,41 +216,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
     }
 }
 
-/// The places of a group without one of them.
-pub(super) fn without(places: &[Place], idle: usize) -> Vec<Place, MEMBERS> {
-    let others = places.iter().enumerate().filter(|(i, _)| *i != idle);
-    gather(others.map(|(_, place)| *place))
-}
-
 /// Whether a fit ended in its window, with members that can be told apart.
 pub(super) fn is_sound<const L: usize, const D: usize, const A: usize>(fit: &Fit<L, D, A>) -> bool {
     fit.places.iter().all(|p| p.delay_taps.abs() < JOINT as f32) && regular(&fit.hessian)
-}
-
-impl<const A: usize, const C: usize> Beam<'_, A, C> {
-    /// Whether so many more can be taken out.
-    pub(super) fn has_room(&self, more: usize) -> bool {
-        self.found.len() + more <= SOURCES
-    }
-
-    /// Whether a source is the first of its group.
-    pub(super) fn is_first(&self, index: usize, group: u8) -> bool {
-        self.found.iter().position(|f| f.group == group) == Some(index)
-    }
-
-    /// Indices of a group's members.
-    fn members(&self, group: u8) -> Vec<usize, MEMBERS> {
-        let mut members = Vec::new();
-        for (index, found) in self.found.iter().enumerate() {
-            if found.group == group && members.push(index).is_err() {
-                break;
-            }
-        }
-        members
-    }
-
-    fn all<const L: usize>(&self, members: [usize; L]) -> Option<[Found<A>; L]> {
-        let first = self.found.get(members[0]).copied()?;
-        Some(members.map(|index| self.found.get(index).copied().unwrap_or(first)))
-    }
 }

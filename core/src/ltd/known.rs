@@ -10,6 +10,7 @@ use nalgebra::{Complex, Vector3};
 
 use super::cancel::{fill, q15};
 use super::correlator::{FOLDED_CHANNELS, FOLDED_TAPS, Folded};
+use super::effort::{Effort, Work};
 use super::fit::Place;
 use super::kernels::Native;
 use super::kernels::stage::Stages;
@@ -62,6 +63,8 @@ pub(super) struct Levels {
     pub(super) noise: f32,
     /// Turns energies of the sweep into squared LSB.
     pub(super) to_lsb: f32,
+    /// A candidate is a path when its fit explains this many noise variances.
+    pub(super) threshold: f32,
 }
 
 /// A known path in a beam.
@@ -153,9 +156,12 @@ impl KnownPaths {
         channels: &[u8],
         folded: &mut Folded<'_>,
         levels: &Levels,
+        effort: &Effort,
     ) -> Option<Vec<Seen, FITTED>> {
         const { assert!(C == A * E) };
-        let Levels { floor, noise, to_lsb } = *levels;
+        let Levels {
+            floor, noise, to_lsb, ..
+        } = *levels;
         let each = (channels.len().min(FOLDED_CHANNELS) / A).max(1) as f32;
         // Amplitudes are half as large in the folded taps, and only some channels add up.
         let to_full = 4.0 * E as f32 / each;
@@ -202,9 +208,14 @@ impl KnownPaths {
                 energy,
             });
         }
+        let mut taps = 0;
         for found in &matches {
-            found.take_out(template, channels, folded, 0.25 * floor / C as f32);
+            taps += found.take_out(template, channels, folded, 0.25 * floor / C as f32);
         }
+        effort.spend(Work::Recognise {
+            paths: matches.len(),
+            taps,
+        });
         Some(seen)
     }
 }
@@ -299,8 +310,8 @@ impl<const A: usize, const E: usize> Match<A, E> {
         sum * (template.anywhere(delay(self) - delay(other)) / f32::max(count, 1.0))
     }
 
-    /// Cancels the path in the folded taps, as far as it exceeds `power`, the square of a tap, by its sidelobes.
-    fn take_out(&self, template: &Template, channels: &[u8], folded: &mut Folded<'_>, power: f32) {
+    /// Cancels the path in the folded taps, as far as it exceeds `power`, the square of a tap, by its sidelobes. Returns over how many taps.
+    fn take_out(&self, template: &Template, channels: &[u8], folded: &mut Folded<'_>, power: f32) -> usize {
         let strongest = self.gains.iter().map(|g| g.norm_sqr()).fold(0.0, f32::max);
         let ratio = strongest / power.max(f32::MIN_POSITIVE);
         let reach = MARGIN * libm::sqrtf(ratio) / (core::f32::consts::PI * template.occupancy());
@@ -332,6 +343,7 @@ impl<const A: usize, const E: usize> Match<A, E> {
                 }
             }
         }
+        count
     }
 }
 

@@ -14,7 +14,6 @@
 //! from the beams' energies (docs/signal-model.md, "Path estimation"). A beam whose folded taps show no path but known ones, none better than an
 //! earlier beam did, is not transformed: the folded taps tell how strong those are in it.
 
-mod beam;
 mod cancel;
 mod cholesky;
 mod correlator;
@@ -33,12 +32,12 @@ mod level;
 mod merge;
 mod meter;
 mod model;
+mod nomp;
 mod paper;
 mod phase;
-mod recall;
 mod screen;
+mod search;
 mod sidelobe;
-mod split;
 pub(crate) mod stages;
 mod starts;
 pub(crate) mod tables;

@@ -18,6 +18,8 @@ pub(super) struct ArrayModel<const A: usize, const E: usize> {
     /// Taps by which a wave from u leads at the array = lead . u.
     lead_taps: [Vector3<f32>; A],
     metres_per_tap: f64,
+    /// Share of a path's energy that errors of the arrays' calibration leave beside it.
+    calibration_share: f32,
 }
 
 impl<const A: usize, const E: usize> ArrayModel<A, E> {
@@ -30,7 +32,21 @@ impl<const A: usize, const E: usize> ArrayModel<A, E> {
                 .arrays()
                 .map(|array| array.centre_m / metres_per_tap as f32),
             metres_per_tap,
+            calibration_share: 0.0,
         }
+    }
+
+    /// The same arrays, of which calibration leaves this standard deviation of a phase on an element, rad.
+    pub(super) fn calibrated_to(self, element_phase_sigma_rad: f32) -> Self {
+        Self {
+            calibration_share: element_phase_sigma_rad * element_phase_sigma_rad,
+            ..self
+        }
+    }
+
+    /// Share of a path's energy that errors of the arrays' calibration leave beside it.
+    pub(super) fn calibration_share(&self) -> f32 {
+        self.calibration_share
     }
 
     pub(super) fn metres_per_tap(&self) -> f32 {

@@ -17,12 +17,12 @@ use heapless::Vec;
 use nalgebra::{Complex, Matrix3, Vector3};
 
 use super::PathEstimator;
-use super::beam::vertex;
 use super::correlator::{Correlator, Workspace};
 use super::detector::Detector;
 use super::estimator::{BeamReport, EstimatedPath, EstimatorConfig};
 use super::iq::Iq;
 use super::model::ArrayModel;
+use super::nomp::vertex;
 use super::phase::{phasor, round_half_up};
 use super::template::Template;
 use crate::block::BeamBlock;
@@ -356,6 +356,7 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
             paths,
             power,
             weak: false,
+            left_out: false,
             clips,
             unexamined,
         }

@@ -8,7 +8,7 @@
 
 use heapless::Vec;
 
-use super::departure::{Aim, Departures, LOOKS, PASSES};
+use super::departure::{Aim, Departures, LOOKS, PASSES, STILL_RAD};
 use crate::geometry::{Direction, Gmt};
 
 /// Misfit a degree of freedom above which a fit is not believed. An honest one has 1.
@@ -44,14 +44,14 @@ struct Place {
 }
 
 impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Departures<BEAMS, FACES, X, Z> {
-    /// Looks again, everywhere, when a fit is not to be believed. `looks` hold beam, amplitude and weight, `variances` what the
+    /// Looks again, everywhere, when a fit is not to be believed, and one of the `searches` is left. `looks` hold beam, amplitude and weight, `variances` what the
     /// amplitudes scatter by themselves. The direction with its Hessian; `None` when no single one explains the looks.
     pub(super) fn reconsider(
         &self,
         looks: &mut [(Aim, f32, f32)],
         variances: &[f32],
-        found: Direction<Gmt>,
-        hessian: [f32; 3],
+        (found, hessian): (Direction<Gmt>, [f32; 3]),
+        searches: &mut u8,
     ) -> Option<(Direction<Gmt>, [f32; 3])> {
         if looks.len() < LEAST_LOOKS {
             return Some((found, hessian));
@@ -61,14 +61,15 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
         if near.misfit <= MISFIT * freedom {
             return Some((found, hessian));
         }
+        *searches = searches.checked_sub(1)?;
         let mut best = near;
         let mut next: Option<Place> = None;
         for (start, _) in self.search(looks, variances) {
             let mut direction = start;
             let mut hessian = [0.0; 3];
-            for error in PASSES {
+            for (error, still_rad) in PASSES.into_iter().zip(STILL_RAD) {
                 self.weigh(looks, variances, &direction, error);
-                (direction, hessian) = self.descend(looks, direction, start.vector());
+                (direction, hessian) = self.descend(looks, direction, start.vector(), still_rad);
             }
             let place = self.place(looks, variances, direction, hessian);
             let other = if place.score < best.score {
@@ -262,6 +263,25 @@ mod tests {
         looks.into_iter().filter(|look| look.amplitude > least).collect()
     }
 
+    /// Of a path that leaves far below the beams the direction is sought everywhere, once for each search that is left, and not given without.
+    #[test]
+    fn a_search_of_all_directions_is_spent_and_without_one_nothing_is_guessed() {
+        let codebook = Codebook::<f64>::default();
+        let departures = Default72::new(&Codebook::<f32>::default(), 0.035);
+        let fit = |elevation_deg: f64, searches: &mut u8| {
+            let zenith = core::f64::consts::FRAC_PI_2 - elevation_deg.to_radians();
+            let truth = Direction::<Gmt, f64>::from_zenith_azimuth(zenith, 0.3).expect("angles");
+            let looks = looks(&codebook, &truth, 3);
+            departures.fit(looks.iter().copied(), searches).is_some()
+        };
+        let mut searches = 1;
+        assert!(fit(10.0, &mut searches) && searches == 1, "a beam looks there");
+        let _ = fit(-40.0, &mut searches);
+        assert_eq!(searches, 0);
+        assert!(!fit(-40.0, &mut searches) && searches == 0);
+        assert!(fit(10.0, &mut searches));
+    }
+
     /// Directions below, among and above the beams, one seed each: how many are found, are refused, are wrong and do not say
     /// so. Below and above, three elevations of beams leave most of them open.
     #[test]
@@ -276,7 +296,8 @@ mod tests {
                 let azimuth = -3.1 + 6.2 * (0.618_034 * f64::from(k)).fract();
                 let zenith = core::f64::consts::FRAC_PI_2 - elevation;
                 let truth = Direction::<Gmt, f64>::from_zenith_azimuth(zenith, azimuth).expect("angles");
-                match departures.fit(looks(&codebook, &truth, k + 1).iter().copied()) {
+                let looks = looks(&codebook, &truth, k + 1);
+                match departures.fit(looks.iter().copied(), &mut 1) {
                     None => refused += 1,
                     Some((u, sigma_rad)) => {
                         let off = u.vector().cast::<f64>().cross(truth.vector()).norm();

@@ -4,18 +4,18 @@
 //! where they came: a path and the slope of another beside it explain nearly as much as the two do, so a fit that comes too near
 //! does not find out again, but the way in which its members differ is the way in which the paths do.
 
-use super::beam::Search;
 use super::cholesky::regular;
 use super::fit::{Fit, Place};
 use super::meter::Meter;
+use super::search::Search;
 use super::window::{Content, JOINT, Window};
 
 /// Residual of a joint fit beyond noise, in standard deviations, that asks for another start.
 const RESIDUAL_SIGMAS: f32 = 4.0;
 /// Steps of a joint fit.
-const JOINT_STEPS: usize = 24;
-/// Steps of a joint fit from a start that is tried out, and when the sweep has taken much already.
-pub(super) const TRIAL_STEPS: usize = 6;
+pub(super) const JOINT_STEPS: usize = 24;
+/// Steps of a joint fit from a start that is tried out.
+const TRIAL_STEPS: usize = 6;
 /// Further starts of a joint fit.
 const ATTEMPTS: usize = 3;
 /// Half the separation in delay at which two paths of one direction are started, taps.
@@ -27,14 +27,6 @@ const APART_TAPS: f32 = 0.1;
 const EXACT: f32 = 0.02;
 
 impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
-    pub(super) fn joint_steps(&self) -> usize {
-        if self.effort.is_thrifty() {
-            TRIAL_STEPS
-        } else {
-            JOINT_STEPS
-        }
-    }
-
     /// Joint fit from a start; where it leaves more than noise, also from other starts.
     pub(super) fn best<const L: usize, const D: usize, const C: usize>(
         &self,
@@ -42,7 +34,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         start: [Place; L],
         noise: f32,
     ) -> Fit<L, D, A> {
-        let first = self.fit(window, start, noise, self.joint_steps());
+        let first = self.fit(window, start, noise, JOINT_STEPS);
         self.further(window, &start, first, noise)
     }
 
@@ -68,7 +60,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         let content = window.content();
         let most = self.unexplained(&content, noise);
         for attempt in 0..ATTEMPTS {
-            if self.effort.is_thrifty() {
+            if self.effort.is_spent() {
                 break;
             }
             let told_apart = regular(&best.hessian);
@@ -83,7 +75,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
             let trial: Fit<L, D, A> = self.fit(window, other, noise, TRIAL_STEPS);
             if trial.energy > best.energy {
                 // Only a start that led somewhere better is worth the way to the end.
-                let fit: Fit<L, D, A> = self.fit(window, trial.places, noise, self.joint_steps());
+                let fit: Fit<L, D, A> = self.fit(window, trial.places, noise, JOINT_STEPS);
                 best = if fit.energy > trial.energy { fit } else { trial };
             }
         }
@@ -91,24 +83,19 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
     }
 
     /// Energy that no start explains: that of noise, and what the arrays' errors leave.
-    pub(super) fn unexplained(&self, content: &Content, noise: f32) -> f32 {
+    fn unexplained(&self, content: &Content, noise: f32) -> f32 {
         let samples = content.samples as f32;
         // Mean and standard deviation of noise that is oversampled by 1 / occupancy.
         let mean = samples * noise;
         let spread = noise * libm::sqrtf(samples / self.template.occupancy());
         // One draw of the arrays' errors leaves up to twice the mean.
-        mean + RESIDUAL_SIGMAS * spread + 2.0 * self.calibration_share * content.energy
+        mean + RESIDUAL_SIGMAS * spread + 2.0 * self.model.calibration_share() * content.energy
     }
 
     /// Whether errors of the arrays are so small that what a fit leaves beyond noise are paths. Where they are not, the fit that
     /// leaves least is the one that takes them for paths.
     pub(super) fn arrays_are_exact(&self, content: &Content, noise: f32) -> bool {
-        self.arrays_leave(EXACT, content, noise)
-    }
-
-    /// Whether errors of the arrays leave no more than a share of what noise does.
-    pub(super) fn arrays_leave(&self, share: f32, content: &Content, noise: f32) -> bool {
-        self.calibration_share * content.energy <= share * content.samples as f32 * noise
+        self.model.calibration_share() * content.energy <= EXACT * content.samples as f32 * noise
     }
 
     /// Two paths of one delay by alternating projection, or one direction split in delay; a third stays where it was.
@@ -140,7 +127,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
 }
 
 /// Places of which the two that lie closest together are put apart, along the way from one to the other.
-pub(super) fn apart<const L: usize>(places: &[Place; L]) -> [Place; L] {
+fn apart<const L: usize>(places: &[Place; L]) -> [Place; L] {
     let mut apart = *places;
     let mut least = f32::INFINITY;
     for i in 0..L {

@@ -24,6 +24,8 @@ pub struct Counters {
     pub powers_contradicted: u32,
     /// Beams that were stronger than the one that the front end sent before.
     pub beams_unordered: u32,
+    /// Beams that were not searched because the work that a sweep may take was spent on stronger ones.
+    pub beams_left_out: u32,
     /// Sweeps with paths that were estimated elsewhere, in which beam squint wanted to hear another path than it did there: they have no
     /// bearing.
     pub sightings_unheard: u32,

@@ -286,6 +286,9 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
                 let beam = block.beam;
                 let report = observer.stage(Stage::Beam, || self.cslam.beam(block));
                 self.announced.heard(beam, report.power, &mut self.counters);
+                if report.left_out {
+                    counters::count(&mut self.counters.beams_left_out);
+                }
             }
             Symbol::Squint(block) => {
                 // The first one ends the beams: their paths are estimated.

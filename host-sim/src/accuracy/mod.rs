@@ -158,9 +158,7 @@ pub fn estimator(mode: Mode) -> Box<dyn PathEstimator<32, 9>> {
     // The arrays of the range have no error.
     let config = EstimatorConfig {
         element_phase_sigma_rad: 0.0,
-        // Trials are no sweeps of one flight.
-        gating: false,
-        ..EstimatorConfig::default()
+        ..EstimatorConfig::single_sweeps()
     };
     estimate::estimator(mode, &config)
 }

@@ -20,11 +20,7 @@ pub(super) struct Receiver {
 impl Receiver {
     #[inline(never)]
     pub(super) fn new(case: &Case) -> Self {
-        let mut config = EstimatorConfig {
-            // Trials are no sweeps of one flight.
-            gating: false,
-            ..EstimatorConfig::default()
-        };
+        let mut config = EstimatorConfig::single_sweeps();
         if !case.uav_errors {
             config.element_phase_sigma_rad = 0.0;
         }

@@ -16,11 +16,7 @@ type Best = Estimator<4, 8, CHANNELS, 72, 3, 8, 8, 360, PATHS>;
 type Paper = PaperEstimator<4, 8, CHANNELS, 72, PATHS>;
 
 fn estimator(mode: &str) -> Box<dyn PathEstimator<CHANNELS, PATHS>> {
-    // The sweeps are of no one flight.
-    let config = EstimatorConfig {
-        gating: false,
-        ..EstimatorConfig::default()
-    };
+    let config = EstimatorConfig::single_sweeps();
     match mode {
         "best" => Box::new(Best::new(&config)),
         _ => Box::new(Paper::new(&config)),

@@ -10,3 +10,4 @@ mod recorder;
 #[cfg(feature = "emulated")]
 mod recordings;
 mod screening;
+mod work;

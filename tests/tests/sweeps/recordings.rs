@@ -19,7 +19,7 @@ pub(crate) struct Recording {
 
 impl Recording {
     fn add(&mut self, name: &str, least: usize, sweep: &Sweep) {
-        for block in &sweep.blocks {
+        for block in sweep.clone().strongest_first() {
             self.bytes.extend(header(BLOCK, block.beam, block.exponent));
             let words = block.samples.iter().flatten().map(|x| x.word());
             self.bytes.extend(words.flat_map(u32::to_le_bytes));

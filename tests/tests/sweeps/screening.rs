@@ -10,8 +10,7 @@ type Best = Estimator<4, 8, 32, 72, 3, 8, 8, 360, 9>;
 fn estimator(screening: bool) -> Box<Best> {
     let config = EstimatorConfig {
         screening,
-        gating: false,
-        ..EstimatorConfig::default()
+        ..EstimatorConfig::single_sweeps()
     };
     Box::new(Best::new(&config))
 }

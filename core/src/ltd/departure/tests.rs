@@ -32,7 +32,7 @@ fn direction_comes_back_from_exact_amplitudes() {
             Direction::<Gmt, f64>::from_zenith_azimuth(core::f64::consts::FRAC_PI_2 - elevation, azimuth)
                 .expect("angles");
         let looks = looks(&codebook, &truth, 0.03);
-        let (found, sigma_rad) = departures.fit(looks.iter().copied()).expect("looks");
+        let (found, sigma_rad) = departures.fit(looks.iter().copied(), &mut 1).expect("looks");
         let off = found
             .vector()
             .cast::<f64>()
@@ -56,13 +56,15 @@ fn single_look_is_the_beam_and_says_how_little_it_knows() {
         amplitude: 1.0,
         variance: 1e-4,
     };
-    let (found, sigma_rad) = departures.fit([look].into_iter()).expect("a look");
+    let (found, sigma_rad) = departures.fit([look].into_iter(), &mut 1).expect("a look");
     let beam = codebook.beam(30).expect("beam").direction();
     assert!((found.vector() - beam).norm() < 1e-3);
     assert!((sigma_rad - PRIOR_RAD).abs() < 0.01, "{sigma_rad}");
-    assert!(departures.fit(core::iter::empty()).is_none());
+    assert!(departures.fit(core::iter::empty(), &mut 1).is_none());
     assert!(
-        departures.fit([Look { beam: 72, ..look }].into_iter()).is_none(),
+        departures
+            .fit([Look { beam: 72, ..look }].into_iter(), &mut 1)
+            .is_none(),
         "no such beam"
     );
 }
@@ -98,7 +100,7 @@ fn two_looks_leave_one_direction_to_the_prior() {
             amplitude: look.amplitude * if look.beam == heard[0].beam { scale } else { 1.0 },
             ..look
         });
-        let (_, sigma_rad) = departures.fit(looks.into_iter()).expect("a direction");
+        let (_, sigma_rad) = departures.fit(looks.into_iter(), &mut 1).expect("a direction");
         assert!((0.08..=PRIOR_RAD).contains(&sigma_rad), "{scale}: {sigma_rad}");
     }
 }
@@ -144,7 +146,7 @@ fn error_is_what_the_fit_says() {
             look.variance = noise * noise;
         }
         looks.sort_unstable_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
-        let Some((found, sigma_rad)) = departures.fit(looks.iter().copied()) else {
+        let Some((found, sigma_rad)) = departures.fit(looks.iter().copied(), &mut 1) else {
             refused += 1;
             continue;
         };
@@ -168,7 +170,7 @@ fn heavier_beams_decide() {
     // One beam lies by 30 %, and says so.
     looks[1].amplitude *= 1.3;
     looks[1].variance = 100.0;
-    let (found, _) = departures.fit(looks.iter().copied()).expect("looks");
+    let (found, _) = departures.fit(looks.iter().copied(), &mut 1).expect("looks");
     let off = found
         .vector()
         .cast::<f64>()
@@ -178,7 +180,7 @@ fn heavier_beams_decide() {
     assert!(off < 0.1, "{off} deg");
     // Taken at its word it pulls, so far that no direction is believed.
     looks[1].variance = 1e-6;
-    assert!(departures.fit(looks.iter().copied()).is_none());
+    assert!(departures.fit(looks.iter().copied(), &mut 1).is_none());
 }
 
 /// Where the amplitudes fit, the Gauss-Newton Hessian is the curvature of the cost, strength eliminated: the standard

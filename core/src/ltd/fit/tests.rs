@@ -49,7 +49,7 @@ fn window(model: &ArrayModel<4, 8>, template: &Template, sources: &[Source<4>; 2
         &mut taps,
         &mut [0; SAMPLES],
         sources,
-        1e-3,
+        SAMPLES / 2,
         Change::Add,
     );
     let mut window = Window::new();

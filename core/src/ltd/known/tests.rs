@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::array::UavArrays;
+use crate::ltd::effort::WorkLimit;
 use crate::ltd::iq::Iq;
 use crate::ltd::stages::FoldedChannel;
 use crate::waveform::{SAMPLES, Waveform};
@@ -99,8 +100,11 @@ fn recognise(known: &KnownPaths, paths: &[Path], floor: f32) -> (Option<Vec<Seen
         floor,
         noise: 1.0,
         to_lsb: 1.0,
+        threshold: 33.0,
     };
-    let seen = known.recognise::<ARRAYS, 8, 32>(&model(), &template, &CHANNELS, &mut folded, &levels);
+    let effort = Effort::new(WorkLimit::NONE);
+    let seen =
+        known.recognise::<ARRAYS, 8, 32>(&model(), &template, &CHANNELS, &mut folded, &levels, &effort);
     let sums = core::array::from_fn::<u64, FOLDED_TAPS, _>(|n| {
         folded.taps.iter().map(|row| u64::from(row[n].power())).sum()
     });

@@ -45,11 +45,7 @@ fn main() -> ! {
     let Some(stages) = cortex_m::singleton!(: Stages = Stages::new()) else {
         exit(101)
     };
-    // The sweeps are of no one flight.
-    let config = EstimatorConfig {
-        gating: false,
-        ..EstimatorConfig::default()
-    };
+    let config = EstimatorConfig::single_sweeps();
     match mode.path().to_bytes() {
         b"best" => {
             let Some(estimator) = cortex_m::singleton!(: Best = Best::with_meter(&config, stages)) else {

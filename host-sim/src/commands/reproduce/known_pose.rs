@@ -8,7 +8,7 @@ use cslam_core::localization::filter::DELAY_PERIOD_M;
 use cslam_core::lscn::{
     Classifier, LinkGeometry, LinkState, PaperClassifier, Probabilities, Received, models,
 };
-use cslam_core::ltd::{EstimatedPath, EstimatorConfig, PathEstimator, WorkLimit};
+use cslam_core::ltd::{EstimatedPath, EstimatorConfig, PathEstimator};
 use cslam_core::path::{Departure, Path};
 use cslam_core::reflection::{Ends, ReflectionPoint, Verdict, solve};
 
@@ -74,15 +74,12 @@ impl KnownPose {
         &self,
         arrays: Arrays,
         gmt_attitude: Rotation<Gmt, World>,
-        work_limit: WorkLimit,
     ) -> Box<dyn PathEstimator<32, 9>> {
         let mut config = EstimatorConfig {
             arrays: UavArrays::default(),
             codebook: Codebook::default(),
             gmt_attitude,
-            work_limit,
-            gating: false,
-            ..EstimatorConfig::default()
+            ..EstimatorConfig::single_sweeps()
         };
         if arrays == Arrays::Ideal {
             config.element_phase_sigma_rad = 0.0;

@@ -4,7 +4,6 @@ use std::io::Write;
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::Rotation;
-use cslam_core::ltd::WorkLimit;
 use serde::Serialize;
 
 use super::known_pose::{Arrays, KnownPose, Perceived, error_m, nearest};
@@ -131,7 +130,7 @@ fn heard(args: &Args, mode: Mode, link: &Link) -> anyhow::Result<Result> {
         .sweep(link, &instant, 0)
         .map_err(|e| InputError::new(e.to_string()))?;
     let receiver = KnownPose::new(mode)?;
-    let mut estimator = receiver.estimator(args.arrays, Rotation::identity(), WorkLimit::FLIGHT);
+    let mut estimator = receiver.estimator(args.arrays, Rotation::identity());
     let perceived = receiver.perceive(estimator.as_mut(), &mut sweep, link, &instant)?;
     let truths: Vec<Option<usize>> = (0..link.paths.len())
         .map(|i| nearest(&perceived, link, i))

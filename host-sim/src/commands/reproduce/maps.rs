@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use cslam_core::geometry::Rotation;
-use cslam_core::ltd::WorkLimit;
 use cslam_core::map::PointCloud;
 use cslam_core::reflection::ReflectionPoint;
 use rayon::prelude::*;
@@ -187,7 +186,7 @@ fn hear(
     let mut all = Vec::with_capacity(receivers.len());
     for receiver in receivers {
         let mut beams = heard.beams.clone();
-        let mut estimator = receiver.estimator(Arrays::Budget, gmt, WorkLimit::FLIGHT);
+        let mut estimator = receiver.estimator(Arrays::Budget, gmt);
         all.push(receiver.perceive(estimator.as_mut(), &mut beams, &heard.link, &at)?);
     }
     // The samples have been heard; the truth is needed on.

@@ -3,7 +3,6 @@
 use std::io::Write;
 
 use cslam_core::geometry::{Real, Rotation};
-use cslam_core::ltd::WorkLimit;
 use cslam_core::reflection::{Form, Gates};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -40,9 +39,6 @@ pub(crate) struct Args {
     /// Seed of the positions and of all noise
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Path estimation takes the time it needs instead of what a chip has for a sweep
-    #[arg(long)]
-    no_work_limit: bool,
     #[command(flatten)]
     threads: Threads,
     /// Print one JSON object a row on standard output instead of the table
@@ -261,11 +257,6 @@ fn measured(args: &Args, states: &[Link], modes: &[Mode]) -> anyhow::Result<Vec<
         .iter()
         .map(|mode| KnownPose::new(*mode))
         .collect::<Result<_, _>>()?;
-    let work_limit = if args.no_work_limit {
-        WorkLimit::NONE
-    } else {
-        WorkLimit::FLIGHT
-    };
     let bar = progress::bar(states.len() as u64, "links");
     let mut results: Vec<Vec<Measured>> = Vec::with_capacity(states.len());
     for (chunk, some) in states.chunks(CHUNK).enumerate() {
@@ -277,7 +268,7 @@ fn measured(args: &Args, states: &[Link], modes: &[Mode]) -> anyhow::Result<Vec<
                     let at_rest = Rotation::identity();
                     receivers
                         .iter()
-                        .map(|r| r.estimator(args.arrays, at_rest, work_limit))
+                        .map(|r| r.estimator(args.arrays, at_rest))
                         .collect::<Vec<_>>()
                 },
                 |estimators, (place, link)| {

@@ -1,32 +1,25 @@
-//! Search of one transmit beam: peaks, strongest first, each scored off the grid and cancelled; close ones jointly.
+//! Search of one transmit beam: Newtonized orthogonal matching pursuit with a local joint refinement.
 //!
-//! The loop is that of docs/signal-model.md, "Path estimation". A peak near paths that are already known is fitted together with them
-//! ([`super::group`]), and near the strongest path a second one is tried even where the residual stays under the
-//! threshold: a greedy single fit of two close paths is off by decimetres (section 3.3). Afterwards every path that others'
-//! sidelobes could have pulled is refitted once with the others cancelled.
+//! Peaks of the power-delay profile, strongest first: each is placed on a coarse grid of directions, scored off the grid and
+//! cancelled; one near paths that are known already is fitted jointly with them ([`super::group`]). Near the strongest path a second
+//! one is tried even where the residual stays under the threshold: a greedy single fit of two close paths is off by decimetres.
+//! At the end every path that others' sidelobes could have pulled is refitted once with the others cancelled
+//! (docs/signal-model.md, "Path estimation").
 
 use heapless::Vec;
 
-use super::cancel::{Change, Source, change};
-use super::cholesky::{regular, spread};
-use super::detector::Detector;
-use super::effort::Effort;
-use super::fit::{Fit, Place, REACH, fit};
-use super::grid::AngleGrid;
-use super::known::KnownPaths;
+use super::cancel::Change;
+use super::cholesky::regular;
+use super::effort::Work;
+use super::fit::{Fit, Place, REACH};
 use super::meter::{Meter, Stage, within};
-use super::model::ArrayModel;
-use super::recall::Clusters;
 use super::screen::least_excess;
-use super::stages::Channel;
-use super::template::Template;
+use super::search::{Beam, Found, SINGLE_STEPS, Search};
 use super::window::{SINGLE, Window};
 use crate::waveform::SAMPLES;
 
 /// Paths kept in a beam.
-pub(super) const PATHS_PER_BEAM: usize = 5;
-/// Sources cancelled in a beam: paths, and remainders that the arrays' errors leave behind.
-pub(super) const SOURCES: usize = 8;
+const PATHS_PER_BEAM: usize = 5;
 /// Candidates looked at in a beam; some only improve what was found before.
 const ATTEMPTS: usize = 12;
 /// Taps around the strongest path where a second one is tried.
@@ -43,80 +36,27 @@ const KNOWN_SHARE: f32 = 0.8;
 const SURE: f32 = 12.0;
 /// Others' sidelobes that may stay under a path without a refit, in noise variances.
 const LEAKAGE: f32 = 0.02;
-/// Steps of a single fit.
-pub(super) const SINGLE_STEPS: usize = 6;
-
-/// A path found in a beam.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Found<const A: usize> {
-    pub(super) source: Source<A>,
-    /// Inverse Hessian over (delay in taps, two angles in rad); times noise / (2 occupancy) it is the covariance.
-    pub(super) spread: [[f32; 3]; 3],
-    /// Sources of one group are fitted jointly.
-    pub(super) group: u8,
-    /// Not a path: what the model of a path could not explain.
-    pub(super) remainder: bool,
-    /// Noise that set the reach of its cancellation.
-    pub(super) noise: f32,
-}
-
-/// Immutable tools of the search.
-#[derive(Clone, Copy)]
-pub(super) struct Search<'a, const A: usize, const E: usize, M = ()> {
-    pub(super) model: &'a ArrayModel<A, E>,
-    pub(super) template: &'a Template,
-    pub(super) grid: &'a AngleGrid<A>,
-    /// Noise floor of the profile.
-    pub(super) detector: &'a Detector,
-    /// A candidate is a path when its fit explains this many noise variances.
-    pub(super) threshold: f32,
-    /// Share of a path's energy that errors of the arrays' calibration leave beside it.
-    pub(super) calibration_share: f32,
-    /// Whether candidates that cannot reach the floor are passed over by their power alone.
-    pub(super) screening: bool,
-    /// Noise variance of a tap under which sidelobes are not cancelled, whatever the noise, squared LSB.
-    pub(super) ignored: f32,
-    /// What the sweep has shown already.
-    pub(super) known: &'a KnownPaths,
-    /// Close paths that it has told apart.
-    pub(super) clusters: &'a Clusters,
-    /// Turns its energies into squared LSB.
-    pub(super) to_lsb: f32,
-    /// What the joint fits of the sweep have taken.
-    pub(super) effort: &'a Effort,
-    /// Told where the time goes.
-    pub(super) meter: &'a M,
-}
-
-/// The beam under search: residual taps, their profile, and what was found.
-pub(super) struct Beam<'a, const A: usize, const C: usize> {
-    pub(super) taps: &'a mut [Channel; C],
-    pub(super) profile: &'a mut [u64; SAMPLES],
-    pub(super) found: &'a mut Vec<Found<A>, SOURCES>,
-}
 
 impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
-    /// Finds the paths of a beam with at least `floor` of energy (squared LSB over all channels). Returns the noise
-    /// variance of a tap that remains. `beam.found` must be empty.
-    pub(super) fn run<const C: usize>(&self, beam: &mut Beam<'_, A, C>, floor: f32) -> f32 {
+    /// Finds the paths of a beam with at least the floor's energy, and all that the sweep's work allows. Returns the noise variance of a
+    /// tap that remains. `beam.found` must be empty.
+    pub(super) fn run<const C: usize>(&self, beam: &mut Beam<'_, A, C>) -> f32 {
+        let floor = self.levels.floor;
         let mut missed: Vec<usize, 2> = Vec::new();
         let mut noise = self.settle(beam);
         for _ in 0..ATTEMPTS {
-            if beam.found.is_full() || beam.paths() >= PATHS_PER_BEAM {
+            let is_spent = self.effort.is_spent() && !beam.found.is_empty();
+            if is_spent || beam.found.is_full() || beam.paths() >= PATHS_PER_BEAM {
                 break;
             }
             let Some((tap, excess)) = candidate::<C>(beam.profile, 0..SAMPLES, noise, &missed) else {
                 break;
             };
-            if self.screening && excess < least_excess(floor, noise, C as f32) {
+            if excess < least_excess(floor, noise, C as f32) {
                 // The strongest candidate cannot reach the floor, so none does.
                 break;
             }
-            if self.recall(beam, tap, noise) {
-                noise = self.settle(beam);
-                continue;
-            }
-            let least = self.threshold * noise;
+            let least = self.levels.threshold * noise;
             let found = self.single(beam, tap, noise, COARSE_SHARE * least.max(floor));
             let energy = found.map(|f| f.source.power() * C as f32);
             if energy.map_or(floor > least, |energy| energy < floor) {
@@ -142,7 +82,7 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
                 }
                 None => {
                     self.take_out(beam, found);
-                    if beam.found.len() == 1 {
+                    if beam.found.len() == 1 && !self.effort.is_spent() {
                         self.trial(beam);
                     }
                 }
@@ -165,6 +105,7 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
         least: f32,
     ) -> Option<Found<A>> {
         let outer = self.meter.enter(Stage::CoarseGrid);
+        self.effort.spend(Work::Grid);
         let mut window = Window::<C, SINGLE>::new();
         window.load(beam.taps, tap, -REACH, REACH, self.template.centre_turns());
         let at = |n: usize| beam.profile[n & (SAMPLES - 1)] as f32;
@@ -173,10 +114,10 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
         let all: f32 = snapshot.iter().map(|z| z.norm_sqr()).sum();
         let stands_out = all - C as f32 * noise;
         let enough = least.max(KNOWN_SHARE * stands_out);
-        let sure = SURE * self.threshold * noise;
+        let sure = SURE * self.levels.threshold * noise;
         let start = self
             .known
-            .near(tap, delay_taps, sure / self.to_lsb)
+            .near(tap, delay_taps, sure / self.levels.to_lsb)
             .filter(|known| self.model.explained::<C>(&snapshot, &known.u) >= enough)
             .or_else(|| {
                 let u = self.grid.promising::<E, C>(&snapshot, least)?;
@@ -192,72 +133,12 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
         found
     }
 
-    pub(super) fn fit<const L: usize, const D: usize, const C: usize, const W: usize>(
-        &self,
-        window: &Window<C, W>,
-        start: [Place; L],
-        noise: f32,
-        steps: usize,
-    ) -> Fit<L, D, A> {
-        let fit = fit::<L, D, A, E, C, W>(self.model, self.template, window, start, noise, steps);
-        if L > 1 {
-            self.effort.spend((L * L) as u32 * fit.evaluations);
-        }
-        fit
-    }
-
-    pub(super) fn found<const L: usize, const D: usize>(
-        &self,
-        fit: &Fit<L, D, A>,
-        index: usize,
-        origin: usize,
-        noise: f32,
-        group: u8,
-    ) -> Found<A> {
-        let place = fit.places[index];
-        Found {
-            source: Source {
-                origin,
-                delay_taps: place.delay_taps,
-                u: place.u,
-                gains: fit.gains[index],
-            },
-            spread: spread(&fit.hessian, index),
-            group,
-            remainder: false,
-            noise,
-        }
-    }
-
     /// Cancels a source and remembers it.
     fn take_out<const C: usize>(&self, beam: &mut Beam<'_, A, C>, found: Found<A>) {
-        self.change(beam, &[found], Change::Subtract);
+        let reach = self.reach(found.source.amplitude(), found.noise);
+        self.change(beam, &[found], reach, Change::Subtract);
         // The caller left room; a full list would only mean that the source is not reported.
         let _ = beam.found.push(found);
-    }
-
-    /// Subtracts sources that were fitted together, or adds them back.
-    pub(super) fn change<const L: usize, const C: usize>(
-        &self,
-        beam: &mut Beam<'_, A, C>,
-        found: &[Found<A>; L],
-        way: Change,
-    ) {
-        let sources = found.map(|f| f.source);
-        let noise = found.iter().map(|f| f.noise).fold(f32::INFINITY, f32::min);
-        let noise = noise.max(self.ignored);
-        self.effort.cancel(L);
-        within(self.meter, Stage::Cancel, || {
-            change(
-                self.model,
-                self.template,
-                beam.taps,
-                beam.profile,
-                &sources,
-                noise,
-                way,
-            );
-        });
     }
 
     /// Tries a second path beside the first one found, from the residual's local peak.
@@ -295,11 +176,6 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
 }
 
 impl<const A: usize, const C: usize> Beam<'_, A, C> {
-    /// Paths found so far, without remainders.
-    fn paths(&self) -> usize {
-        self.found.iter().filter(|f| !f.remainder).count()
-    }
-
     /// Whether sidelobes of other groups at a path of this group exceed [`LEAKAGE`] before their cancellation.
     fn pulled(&self, group: u8, occupancy: f32) -> bool {
         self.found.iter().filter(|f| f.group == group).any(|path| {
@@ -313,16 +189,6 @@ impl<const A: usize, const C: usize> Beam<'_, A, C> {
                 .sum();
             leakage > LEAKAGE * path.noise
         })
-    }
-}
-
-impl<const A: usize> Source<A> {
-    /// Place in the coordinates of another origin.
-    pub(super) fn place(&self, origin: usize) -> Place {
-        Place {
-            delay_taps: self.delay_from(origin),
-            u: self.u,
-        }
     }
 }
 
