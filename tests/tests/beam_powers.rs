@@ -25,11 +25,13 @@ const FLIGHT_S: f64 = 20.0;
 
 type Frames = Vec<Box<FrameBytes>>;
 
-/// A sweep as a sound front end sends it: begin, beams, squint symbols. And the true paths: delay with the clock's offset, m, and arrival,
-/// body axes.
+/// Delay with the clock's offset, m, and arrival, body axes.
+type TruePath = (f64, Direction<Body, f64>);
+
+/// A sweep as a sound front end sends it: begin, beams, squint symbols. And the true paths.
 struct Sent {
     frames: Frames,
-    truth: Vec<(f64, Direction<Body, f64>)>,
+    truth: Vec<TruePath>,
 }
 
 fn sweeps() -> &'static [Sent] {
@@ -61,7 +63,7 @@ fn sweeps() -> &'static [Sent] {
     })
 }
 
-fn true_paths(heard: &HeardSweep) -> Vec<(f64, Direction<Body, f64>)> {
+fn true_paths(heard: &HeardSweep) -> Vec<TruePath> {
     let at = instant(&heard.truth).expect("a rotation");
     let paths = heard.link.paths.iter().map(|path| {
         let arrival = Direction::from_zenith_azimuth(path.aoa_zenith_rad, path.aoa_azimuth_rad);
@@ -194,7 +196,8 @@ fn a_sound_front_end_is_wrong_in_nothing() {
 #[test]
 fn a_lie_about_powers_changes_no_path_and_is_counted() {
     let (paths, _) = sound();
-    let lies: [(&str, fn(&Powers) -> Powers); 3] = [
+    type Lie = fn(&Powers) -> Powers;
+    let lies: [(&str, Lie); 3] = [
         ("all zero", |_| [0.0; BEAMS]),
         ("all full", |_| [f32::MAX; BEAMS]),
         ("shuffled", |told| {
@@ -250,8 +253,8 @@ fn any_order_gives_right_paths_and_is_counted() {
     let (paths, _) = sound();
     let by_index = |frames: &mut Frames| frames.sort_by_key(|frame| (kind(frame), header(frame).index));
     let weakest_first = |frames: &mut Frames| frames[1..=BEAMS].reverse();
-    let orders: [(&str, &dyn Fn(&mut Frames)); 2] =
-        [("by index", &by_index), ("weakest first", &weakest_first)];
+    type Order<'a> = &'a dyn Fn(&mut Frames);
+    let orders: [(&str, Order<'_>); 2] = [("by index", &by_index), ("weakest first", &weakest_first)];
     for (name, order) in orders {
         let (other, counters) = heard(order);
         let [right, before] = [&other, paths].map(|paths| right(paths));
