@@ -48,14 +48,8 @@ fn sweeps() -> &'static [Sent] {
                 continue;
             };
             let mut heard = world.sweep(sweep).expect("a sweep");
-            let mut frames = Vec::new();
-            link.sweep(&mut heard, stamped.uav_time_ns, |frame| {
-                frames.push(Box::new(*frame));
-                Ok(())
-            })
-            .expect("frames");
             sweeps.push(Sent {
-                frames,
+                frames: link.frames(&mut heard, stamped.uav_time_ns).expect("frames"),
                 truth: true_paths(&heard),
             });
         }

@@ -171,12 +171,7 @@ impl Wires<'_, '_> {
             self.record(record.number, record.encode(), fault);
             if let Event::Sweep { sweep } = stamped.event {
                 let mut heard = world.sweep(sweep).expect("a sweep");
-                let mut frames = Vec::new();
-                link.sweep(&mut heard, stamped.uav_time_ns, |frame| {
-                    frames.push(Box::new(*frame));
-                    Ok(())
-                })
-                .expect("frames");
+                let mut frames = link.frames(&mut heard, stamped.uav_time_ns).expect("frames");
                 // A stall: the rest of the sweep comes 0.2 s late.
                 let stalled = faulty && self.faults.stream.uniform() < self.faults.rate;
                 let whole = if stalled { frames.len() / 2 } else { frames.len() };

@@ -16,7 +16,7 @@ use super::window::{JOINT, Window};
 /// Paths nearer than this in delay form a group, whatever their directions: a single array sees only a cone, so even
 /// opposite directions mix. (3 m and 45 degrees would suit two paths alone; that leaves false paths beside two strong
 /// ones of equal delay.)
-pub(super) const CLOSE_M: f32 = 4.0;
+const CLOSE_M: f32 = 4.0;
 /// One more path must explain this many times the noise variance (log-likelihood). Eleven more parameters explain 5.5 on
 /// average.
 const MEMBER_GAIN: f32 = 25.0;
@@ -25,7 +25,7 @@ const UNSETTLED: f32 = 1.3;
 
 impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
     /// Whether paths so far apart in delay are fitted jointly.
-    pub(super) fn are_close(&self, apart_taps: f32) -> bool {
+    fn are_close(&self, apart_taps: f32) -> bool {
         apart_taps.abs() * self.model.metres_per_tap() < CLOSE_M
     }
 
@@ -150,7 +150,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
             match members.get(i).and_then(|index| beam.found.get_mut(*index)) {
                 Some(slot) => *slot = found,
                 None => {
-                    // There is room: the search asks before it fits one more, or two.
+                    // There is room: the search asks before it fits one more.
                     let _ = beam.found.push(found);
                 }
             }
@@ -217,6 +217,6 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
 }
 
 /// Whether a fit ended in its window, with members that can be told apart.
-pub(super) fn is_sound<const L: usize, const D: usize, const A: usize>(fit: &Fit<L, D, A>) -> bool {
+fn is_sound<const L: usize, const D: usize, const A: usize>(fit: &Fit<L, D, A>) -> bool {
     fit.places.iter().all(|p| p.delay_taps.abs() < JOINT as f32) && regular(&fit.hessian)
 }

@@ -19,6 +19,19 @@ pub struct FrontEndLink {
 pub type FrameBytes = [u8; FRAME_LENGTH];
 
 impl FrontEndLink {
+    /// The frames of [`Self::sweep`], all at once.
+    ///
+    /// # Errors
+    /// An exponent that no header holds.
+    pub fn frames(&mut self, heard: &mut HeardSweep, sweep_ns: u64) -> anyhow::Result<Vec<Box<FrameBytes>>> {
+        let mut frames = Vec::new();
+        self.sweep(heard, sweep_ns, |frame| {
+            frames.push(Box::new(*frame));
+            Ok(())
+        })?;
+        Ok(frames)
+    }
+
     /// The frames of a sweep in their order: its begin, its beams, strongest first, its squint symbols. A begin has the powers of the beams; its
     /// frame is as long as the others, with zeros.
     pub fn sweep(
