@@ -52,7 +52,7 @@ impl Default for AssociationConfig {
             explained: 0.95,
             tentative: 0.9,
             gate_sigmas: 5.0,
-            weighings: 160,
+            weighings: 320,
         }
     }
 }

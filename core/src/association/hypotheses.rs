@@ -93,16 +93,21 @@ pub struct LeftOut {
     pub beyond_threes: u32,
 }
 
-/// Where a path seems to come from, and how near to that an image must lie.
+/// Where a path seems to come from, and how near to that an image must lie: in all, and in its distance from the UAV, which is known far
+/// better than its direction.
 struct Source {
     at: Vector3<f64>,
     within_m: f64,
+    /// The UAV, or its image.
+    uav_m: Vector3<f64>,
+    length_m: f64,
+    range_within_m: f64,
     gate: f64,
 }
 
 impl Source {
     fn of<const N: usize>(scene: &Scene<'_, N>, measured: &Measurement) -> Self {
-        let [position, _, _] = scene.pose.sigmas();
+        let [position, _, clock] = scene.pose.sigmas();
         let covariance = &measured.path.covariance;
         let length_m = measured.path.c_tau_m;
         let sigma = |variance: f64| libm::sqrt(variance.max(0.0));
@@ -112,13 +117,18 @@ impl Source {
         Self {
             at: scene.pose.position_m + measured.path.aoa.vector() * length_m,
             within_m: gate * within,
+            uav_m: scene.pose.position_m,
+            length_m,
+            range_within_m: gate * (position + clock + sigma(covariance.m11)),
             gate,
         }
     }
 
     fn is_near(&self, image: &Image) -> bool {
-        let most = self.within_m + self.gate * image.sigma_m;
-        (image.at - self.at).norm_squared() < most * most
+        let moved = self.gate * image.sigma_m;
+        let most = self.within_m + moved;
+        let longer_m = || (image.at - self.uav_m).norm() - self.length_m;
+        (image.at - self.at).norm_squared() < most * most && longer_m().abs() < self.range_within_m + moved
     }
 
     /// The same, seen in a plane.
@@ -129,9 +139,12 @@ impl Source {
             sigma_m: 0.0,
         }
         .seen_in(known);
+        let moved = self.gate * image.sigma_m;
         Self {
             at: image.at,
-            within_m: self.within_m + self.gate * image.sigma_m,
+            within_m: self.within_m + moved,
+            uav_m: known.plane.image(&self.uav_m),
+            range_within_m: self.range_within_m + moved,
             ..*self
         }
     }

@@ -4,6 +4,7 @@ use heapless::Vec;
 use nalgebra::Matrix3;
 
 use super::PathEstimator;
+use super::calibration::{Calibration, ElementErrors};
 use super::correlator::{Correlator, TAP_EXPONENT, Workspace};
 use super::departure::{Departures, Look};
 use super::detector::{Detector, fit_threshold};
@@ -15,7 +16,7 @@ use super::merge::{Detection, Detections, Merged};
 use super::meter::{Meter, Stage};
 use super::model::ArrayModel;
 use super::screen::Screen;
-use super::search::{Beam, Found, SOURCES, Search};
+use super::search::{Beam, Found, Left, SOURCES, Search};
 use super::template::Template;
 use crate::array::{Codebook, UavArrays};
 use crate::block::BeamBlock;
@@ -56,9 +57,9 @@ pub struct EstimatorConfig<
     /// Whether a beam is passed over as soon as its power shows that it holds none, by the noise that earlier sweeps have shown, and
     /// beams that show nothing but noise take turns: each is looked at in every third sweep. For sweeps that follow each other.
     pub gating: bool,
-    /// Standard deviation of the phase error that calibration leaves on a receive element, rad. Beside a path it leaves this
-    /// square of its energy; what is weaker is not taken for a second path close to it.
-    pub element_phase_sigma_rad: f32,
+    /// Errors of the receive elements. Beside a path they leave this square of its energy; what is weaker is not taken for a second path
+    /// close to it, and the path's own place is not claimed to be known better.
+    pub element_errors: ElementErrors,
     /// Standard deviation of a transmit beam's gain, dB: widens the angle of departure.
     pub beam_gain_sigma_db: f32,
     /// What the search of a sweep may take.
@@ -66,8 +67,9 @@ pub struct EstimatorConfig<
 }
 
 impl Default for EstimatorConfig {
-    /// docs/signal-model.md, "Path estimation": 1e-2 false alarms a sweep, 34 dB,
-    /// 2 degrees, and 0.5 dB, which is what the budget of the GMT's element errors makes of a beam.
+    /// docs/signal-model.md, "Path estimation": 1e-2 false alarms a sweep, 34 dB, 17 % (gains of 0.5 dB, phases of 2 degrees, patterns that
+    /// ripple by 1 dB and 5 degrees, coupling of -32 dB and the airframe's scattered wave of -22 dB: the poorest arrays), and
+    /// 0.3 dB, which is what the budget of the GMT's element errors makes of a beam.
     fn default() -> Self {
         Self {
             arrays: UavArrays::default(),
@@ -78,7 +80,7 @@ impl Default for EstimatorConfig {
             dynamic_range_db: 34.0,
             screening: true,
             gating: true,
-            element_phase_sigma_rad: 0.035,
+            element_errors: ElementErrors::Learned(0.17),
             beam_gain_sigma_db: 0.3,
             work_limit: WorkLimit::FLIGHT,
         }
@@ -92,6 +94,7 @@ impl EstimatorConfig {
     pub fn single_sweeps() -> Self {
         Self {
             gating: false,
+            element_errors: ElementErrors::Known(0.035),
             work_limit: WorkLimit::NONE,
             ..Self::default()
         }
@@ -101,8 +104,8 @@ impl EstimatorConfig {
 /// A path with what else the receiver saw of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EstimatedPath {
-    /// Delay, angles and covariance. The covariance is that of noise (inverse Fisher information); array calibration,
-    /// attitude and clock add their own.
+    /// Delay, angles and covariance. The covariance is that of noise (inverse Fisher information) and of the errors of the receive elements
+    /// ([`ElementErrors`]), as if each path met another draw of them; what they share, attitude and clock add their own.
     pub path: Path<Body>,
     /// Transmit beam in which the path was strongest.
     pub beam: u16,
@@ -146,6 +149,7 @@ pub struct Estimator<
     M = (),
 > {
     model: ArrayModel<A, E>,
+    calibration: Calibration,
     template: Template,
     folded_template: Template,
     grid: AngleGrid<A>,
@@ -167,6 +171,8 @@ pub struct Estimator<
     known: KnownPaths,
     effort: Effort,
     strongest: f32,
+    /// What was left beside the first path of the strongest beam.
+    left: Option<Left>,
     /// Power of the strongest beam.
     loudest: f64,
     /// Noise variance of a tap in the last beam searched, amplitude units squared.
@@ -211,8 +217,9 @@ impl<
         meter: M,
     ) -> Self {
         const { assert!(C == A * E && K <= 255) };
-        let model =
-            ArrayModel::new(&config.arrays, &config.waveform).calibrated_to(config.element_phase_sigma_rad);
+        let calibration = Calibration::new(config.element_errors);
+        let mut model = ArrayModel::new(&config.arrays, &config.waveform);
+        model.set_calibration_share(calibration.share());
         let share = libm::powf(10.0, -0.1 * config.dynamic_range_db);
         let gain_sigma = libm::powf(10.0, 0.05 * config.beam_gain_sigma_db) - 1.0;
         Self {
@@ -220,6 +227,7 @@ impl<
             folded_template: Template::folded(&config.waveform),
             grid: AngleGrid::new(&model),
             model,
+            calibration,
             detector: Detector::new(C, config.false_alarms_per_sweep, BEAMS * config.waveform.active),
             threshold: fit_threshold(config.false_alarms_per_sweep, BEAMS),
             gate: config.gating.then(|| Gate::new(C * SAMPLES)),
@@ -235,6 +243,7 @@ impl<
             known: KnownPaths::default(),
             effort: Effort::new(config.work_limit),
             strongest: 0.0,
+            left: None,
             loudest: 0.0,
             noise: 0.0,
             meter,
@@ -254,6 +263,8 @@ impl<
         let variance = 0.5 * noise / self.template.occupancy();
         let paths = || self.found.iter().filter(|f| !f.remainder);
         let members = |group: u8| paths().filter(|f| f.group == group).count() as u8;
+        // Errors of the arrays act as noise on all that is fitted jointly: in a channel, the share of what the group holds there.
+        let of_group = |group: u8| paths().filter(|f| f.group == group).map(|f| f.source.power()).sum::<f32>();
         let mut count = 0;
         for found in paths() {
             let energy = found.source.power() * C as f32 * scale;
@@ -283,6 +294,7 @@ impl<
                 covariance,
                 energy,
                 noise: noise * scale,
+                errors: self.model.calibration_share() * of_group(found.group) / noise.max(f32::MIN_POSITIVE),
                 beam,
                 members: members(found.group),
                 glance: false,
@@ -309,6 +321,7 @@ impl<
                     covariance: Matrix3::zeros(),
                     energy,
                     noise: self.noise * noise_gain,
+                    errors: 0.0,
                     beam,
                     members: 1,
                     glance: true,
@@ -418,6 +431,9 @@ impl<
         self.meter.enter(Stage::Detection);
         let noise = search.run(&mut under);
         self.meter.enter(Stage::Rest);
+        if is_strongest {
+            self.left = under.left_beside_first(noise);
+        }
         self.noise = noise * libm::scalbnf(1.0, exponent.saturating_mul(2));
         if let Some(gate) = &mut self.gate {
             // A tap sums the noise of Na of the subcarriers of each channel; that of a sample is spread over all of them.
@@ -502,6 +518,10 @@ impl<
         }
         if let Some(gate) = &mut self.gate {
             gate.end_sweep(BEAMS);
+        }
+        if let Some(left) = self.left.take() {
+            self.calibration.observe(left.left, left.noise, left.energy);
+            self.model.set_calibration_share(self.calibration.share());
         }
         self.detections.clear();
         self.known.clear();

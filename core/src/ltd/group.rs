@@ -106,7 +106,9 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         let mut window = Window::new();
         self.gather(&mut window, beam, origin, &start, &old);
         let without: Fit<L, D, A> = self.fit(&window, before, noise, JOINT_STEPS);
-        let worth = self.worth_of_member(noise, without.energy);
+        let Place { delay_taps, .. } = source.place(origin);
+        let errors = self.errors_of::<C>(old.iter(), origin, delay_taps);
+        let worth = (MEMBER_GAIN * noise / self.template.occupancy()).max(errors);
         // One more member explains at most what is left.
         if window.content().energy - without.energy <= worth {
             return false;
@@ -184,12 +186,6 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
                 found.remainder = old.remainder;
             }
         }
-    }
-
-    /// Energy that one more member must explain beside others that explain `energy`: more than noise would, and than errors of the
-    /// arrays leave beside them.
-    fn worth_of_member(&self, noise: f32, energy: f32) -> f32 {
-        (MEMBER_GAIN * noise / self.template.occupancy()).max(self.model.calibration_share() * energy)
     }
 
     /// Takes taps around some places into an empty window, with a group's members put back.

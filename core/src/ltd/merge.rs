@@ -29,6 +29,8 @@ pub(super) struct Detection {
     pub(super) energy: f32,
     /// Noise variance of a tap, amplitude units squared.
     pub(super) noise: f32,
+    /// What errors of the arrays add to it, in units of it: the same in all looks at a path.
+    pub(super) errors: f32,
     pub(super) beam: u16,
     /// Paths that its beam told apart there, itself among them.
     pub(super) members: u8,
@@ -199,18 +201,20 @@ impl Merged {
         }
     }
 
-    /// Mean of the looks that agree: c tau in m, direction, covariance along its tangents.
+    /// Mean of the looks that agree: c tau in m, direction, covariance along its tangents. The arrays' errors are the strongest look's: no
+    /// number of looks averages them out.
     pub(super) fn mean(&self) -> (f32, Direction<Body>, Matrix3<f32>) {
         let first = &self.strongest;
+        let errors = first.covariance * first.errors;
         let Some(inverse) = self.information.try_inverse() else {
-            return (first.c_tau_m, first.aoa, first.covariance);
+            return (first.c_tau_m, first.aoa, first.covariance + errors);
         };
         let offset = inverse * self.pull;
         let (w1, w2) = first.aoa.tangents();
         let u = first.aoa.vector() + w1 * offset.y + w2 * offset.z;
         let aoa = Direction::from_vector(u).unwrap_or(first.aoa);
         // The offset is a fraction of a standard deviation: the tangents hardly turn.
-        (first.c_tau_m + offset.x, aoa, inverse * self.scale)
+        (first.c_tau_m + offset.x, aoa, inverse * self.scale + errors)
     }
 }
 
@@ -230,6 +234,7 @@ mod tests {
             )),
             energy,
             noise: 1.0,
+            errors: 0.0,
             beam,
             members: 1,
             glance: false,

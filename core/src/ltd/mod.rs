@@ -14,6 +14,7 @@
 //! from the beams' energies (docs/signal-model.md, "Path estimation"). A beam whose folded taps show no path but known ones, none better than an
 //! earlier beam did, is not transformed: the folded taps tell how strong those are in it.
 
+mod calibration;
 mod cancel;
 mod cholesky;
 mod correlator;
@@ -45,6 +46,7 @@ mod taps;
 mod template;
 mod window;
 
+pub use calibration::ElementErrors;
 pub use correlator::{Correlator, FOLDED_CHANNELS, FOLDED_TAPS, Folded, Workspace};
 pub use detector::{Detector, Peak};
 pub use effort::WorkLimit;

@@ -36,12 +36,9 @@ impl<const A: usize, const E: usize> ArrayModel<A, E> {
         }
     }
 
-    /// The same arrays, of which calibration leaves this standard deviation of a phase on an element, rad.
-    pub(super) fn calibrated_to(self, element_phase_sigma_rad: f32) -> Self {
-        Self {
-            calibration_share: element_phase_sigma_rad * element_phase_sigma_rad,
-            ..self
-        }
+    /// From now on errors of the arrays' calibration leave this share of a path's energy beside it.
+    pub(super) fn set_calibration_share(&mut self, share: f32) {
+        self.calibration_share = share;
     }
 
     /// Share of a path's energy that errors of the arrays' calibration leave beside it.

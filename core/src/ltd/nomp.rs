@@ -14,7 +14,7 @@ use super::effort::Work;
 use super::fit::{Fit, Place, REACH};
 use super::meter::{Meter, Stage, within};
 use super::screen::least_excess;
-use super::search::{Beam, Found, SINGLE_STEPS, Search};
+use super::search::{Beam, Found, SINGLE_STEPS, Search, lobes};
 use super::window::{SINGLE, Window};
 use crate::waveform::SAMPLES;
 
@@ -22,6 +22,8 @@ use crate::waveform::SAMPLES;
 const PATHS_PER_BEAM: usize = 5;
 /// Candidates looked at in a beam; some only improve what was found before.
 const ATTEMPTS: usize = 12;
+/// Taps that are passed over in a beam: the beam ends with one more.
+const MISSED: usize = 4;
 /// Taps around the strongest path where a second one is tried.
 const TRIAL_REACH: usize = 3;
 /// A candidate stands out of the profile's noise by at least this many standard deviations: half the beams of noise have
@@ -42,7 +44,7 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
     /// tap that remains. `beam.found` must be empty.
     pub(super) fn run<const C: usize>(&self, beam: &mut Beam<'_, A, C>) -> f32 {
         let floor = self.levels.floor;
-        let mut missed: Vec<usize, 2> = Vec::new();
+        let mut missed: Vec<usize, MISSED> = Vec::new();
         let mut noise = self.settle(beam);
         for _ in 0..ATTEMPTS {
             let is_spent = self.effort.is_spent() && !beam.found.is_empty();
@@ -55,6 +57,13 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
             if excess < least_excess(floor, noise, C as f32) {
                 // The strongest candidate cannot reach the floor, so none does.
                 break;
+            }
+            if excess < self.errors_of::<C>(beam.found.iter(), tap, 0.0) {
+                // What errors of the arrays leave of the paths found there.
+                if missed.push(tap).is_err() {
+                    break;
+                }
+                continue;
             }
             let least = self.levels.threshold * noise;
             let found = self.single(beam, tap, noise, COARSE_SHARE * least.max(floor));
@@ -183,8 +192,7 @@ impl<const A: usize, const C: usize> Beam<'_, A, C> {
             let leakage: f32 = others
                 .map(|other| {
                     let apart = other.source.place(path.source.origin).delay_taps - path.source.delay_taps;
-                    let lobes = (core::f32::consts::PI * occupancy * apart.abs()).max(1.0);
-                    other.source.power() / (lobes * lobes)
+                    other.source.power() / lobes(occupancy * apart)
                 })
                 .sum();
             leakage > LEAKAGE * path.noise

@@ -26,6 +26,10 @@ pub(super) const MEMBERS: usize = 4;
 /// hold a hundredth of that energy in all channels, 20 dB under it.
 const IGNORED: f32 = 1.0 / 360.0;
 
+/// What one draw of the arrays' errors leaves beside a path, in units of the mean: of 24 variables of equal variance (32 channels without
+/// what four gains and two angles explain) one sum in a thousand is larger.
+const ONE_DRAW: f32 = 2.0;
+
 /// A path found in a beam.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found<const A: usize> {
@@ -104,6 +108,20 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
         }
     }
 
+    /// Most energy that errors of the arrays leave of paths at a delay, taps from `origin`: each path's share, under its pulse.
+    pub(super) fn errors_of<'f, const C: usize>(
+        &self,
+        paths: impl Iterator<Item = &'f Found<A>>,
+        origin: usize,
+        delay_taps: f32,
+    ) -> f32 {
+        let under = |found: &Found<A>| {
+            let apart = found.source.delay_from(origin) - delay_taps;
+            found.source.power() * C as f32 / lobes(self.template.occupancy() * apart)
+        };
+        ONE_DRAW * self.model.calibration_share() * paths.map(under).sum::<f32>()
+    }
+
     /// Taps on both sides over which a source of this amplitude stands out.
     pub(super) fn reach(&self, amplitude: f32, noise: f32) -> usize {
         let noise = noise.max(IGNORED * self.levels.floor);
@@ -134,7 +152,44 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
     }
 }
 
+/// Power of a path's peak over that of its sidelobes so many resolution cells away, at least.
+pub(super) fn lobes(apart_cells: f32) -> f32 {
+    let lobes = (core::f32::consts::PI * apart_cells).abs().max(1.0);
+    lobes * lobes
+}
+
+/// What is left at the tap of a path: sums over the channels, squared LSB.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Left {
+    /// All but the paths, with what was taken out there as a remainder.
+    pub(super) left: f32,
+    /// What noise leaves on average.
+    pub(super) noise: f32,
+    /// Energy of all paths that were fitted jointly there.
+    pub(super) energy: f32,
+}
+
 impl<const A: usize, const C: usize> Beam<'_, A, C> {
+    /// What the search has left where the first path was found. Its peak may lie between two taps.
+    pub(super) fn left_beside_first(&self, noise: f32) -> Option<Left> {
+        let first = self.found.first()?;
+        let at = |n: usize| self.profile.get(n & (SAMPLES - 1)).map_or(0.0, |power| *power as f32);
+        let tap = first.source.origin;
+        let near = |f: &&Found<A>| f.source.delay_from(tap).abs() <= 1.0;
+        let energy = |found: &Found<A>| found.source.power() * C as f32;
+        let remainders: f32 = self.found.iter().filter(|f| f.remainder).filter(near).map(energy).sum();
+        Some(Left {
+            left: at(tap) + remainders,
+            noise: C as f32 * noise,
+            energy: self
+                .found
+                .iter()
+                .filter(|f| f.group == first.group && !f.remainder)
+                .map(energy)
+                .sum(),
+        })
+    }
+
     /// Paths found so far, without remainders.
     pub(super) fn paths(&self) -> usize {
         self.found.iter().filter(|f| !f.remainder).count()

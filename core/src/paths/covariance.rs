@@ -1,6 +1,7 @@
 //! What is claimed of a measured path: the one owner of R.
 //!
-//! The estimator's covariance is that of thermal noise. Calibration and neighbours add theirs here, and nowhere else.
+//! The estimator's covariance is that of thermal noise and of what the arrays' errors scatter from direction to direction. What stays of
+//! calibration, and neighbours, add theirs here, and nowhere else.
 
 use heapless::Vec;
 use nalgebra::Vector3;
@@ -8,8 +9,8 @@ use nalgebra::Vector3;
 use super::received::ReceivedPath;
 use crate::geometry::Matrix3;
 
-/// How far measured paths are off, and when their departures mean anything. Figures: 8716 paths of flights against the truth. The
-/// estimator's covariance is that of thermal noise, ten to fifty times too small; a path with another one near is worse.
+/// How far measured paths are off beyond what the estimator claims, and when their departures mean anything. Figures: 8716 paths of flights
+/// against the truth, in the world `budget`; a path with another one near is worse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathErrors {
     /// Standard deviation of the delay beside the estimator's own, m: alone, and with a neighbour. Medians of the error: 11 and

@@ -23,7 +23,7 @@ pub use twin::{Fitted, Twin};
 
 use cslam_core::array::Codebook;
 use cslam_core::geometry::{Body, Direction, Gmt, Vector3};
-use cslam_core::ltd::{EstimatedPath, EstimatorConfig, PathEstimator};
+use cslam_core::ltd::{ElementErrors, EstimatedPath, EstimatorConfig, PathEstimator};
 
 pub use crate::estimate::Mode;
 
@@ -157,7 +157,7 @@ impl Range {
 pub fn estimator(mode: Mode) -> Box<dyn PathEstimator<32, 9>> {
     // The arrays of the range have no error.
     let config = EstimatorConfig {
-        element_phase_sigma_rad: 0.0,
+        element_errors: ElementErrors::Known(0.0),
         ..EstimatorConfig::single_sweeps()
     };
     estimate::estimator(mode, &config)

@@ -2,7 +2,7 @@
 
 use cslam_core::array::{GmtArrays, SquintConfig, SquintScheme, UavArrays};
 use cslam_core::localization::bsm::{BeamSquint, Bearing, BsmConfig, Joined, Refusal, Sighting};
-use cslam_core::ltd::{Correlator, Estimator, EstimatorConfig, PathEstimator, Workspace};
+use cslam_core::ltd::{Correlator, ElementErrors, Estimator, EstimatorConfig, PathEstimator, Workspace};
 use cslam_core::waveform::Waveform;
 
 use super::trial::Case;
@@ -22,7 +22,7 @@ impl Receiver {
     pub(super) fn new(case: &Case) -> Self {
         let mut config = EstimatorConfig::single_sweeps();
         if !case.uav_errors {
-            config.element_phase_sigma_rad = 0.0;
+            config.element_errors = ElementErrors::Known(0.0);
         }
         let mut bsm = if case.gmt_errors {
             BsmConfig::default()

@@ -8,7 +8,7 @@ use cslam_core::localization::filter::DELAY_PERIOD_M;
 use cslam_core::lscn::{
     Classifier, LinkGeometry, LinkState, PaperClassifier, Probabilities, Received, models,
 };
-use cslam_core::ltd::{EstimatedPath, EstimatorConfig, PathEstimator};
+use cslam_core::ltd::{ElementErrors, EstimatedPath, EstimatorConfig, PathEstimator};
 use cslam_core::path::{Departure, Path};
 use cslam_core::reflection::{Ends, ReflectionPoint, Verdict, solve};
 
@@ -82,7 +82,7 @@ impl KnownPose {
             ..EstimatorConfig::single_sweeps()
         };
         if arrays == Arrays::Ideal {
-            config.element_phase_sigma_rad = 0.0;
+            config.element_errors = ElementErrors::Known(0.0);
         }
         estimator(self.mode, &config)
     }
