@@ -73,11 +73,11 @@ impl Range {
 
     /// The same with a converter of other width, bits. Noise and array phases of a seed stay the same.
     pub fn with_bits(beams: &[u16], seed: u64, adc_bits: u8) -> Self {
-        let codebook = Codebook::<f64>::default();
+        let beams_in_all = Codebook::<f64>::default().len() as u16;
         let dropped = |beam: &u16| !beams.is_empty() && !beams.contains(beam);
         let impairments = Impairments {
             free_array_phase: true,
-            dropped_beams: (0..codebook.len() as u16).filter(dropped).collect(),
+            dropped_beams: (0..beams_in_all).filter(dropped).collect(),
             ..Impairments::none()
         };
         let front_end = FrontEndConfig {
@@ -89,9 +89,14 @@ impl Range {
             impairments,
             ..ChannelConfig::default()
         };
+        Self::over(config, seed)
+    }
+
+    /// A range over any channel.
+    pub fn over(config: ChannelConfig, seed: u64) -> Self {
         Self {
             simulator: Simulator::new(config, seed),
-            codebook,
+            codebook: Codebook::default(),
         }
     }
 
