@@ -182,6 +182,7 @@ fn seen_from(link: &Link, shift_m: Vector3<f64>) -> Link {
         aod_azimuth_rad: Some(azimuth_rad(&left)),
         aod_sigma_rad: None,
         gain: Some([gain, 0.0]),
+        cross_gain: None,
         first_vertex: None,
         last_vertex: None,
         edge_point: None,
