@@ -115,7 +115,7 @@ impl<'t> LitTiles<'t> {
         }
         let mut all = Self { tiles, options, lit };
         let eye = Eye::new(scene, tx);
-        let seen = all.shares(&all.lit, |_| false, false, |lit, point| eye.sees(lit.face, point));
+        let seen = all.shares(&all.lit, |_| false, |lit, point| eye.sees(lit.face, point));
         for (lit, seen) in all.lit.iter_mut().zip(seen) {
             lit.seen = seen;
         }
@@ -175,7 +175,7 @@ impl<'t> LitTiles<'t> {
                 let Some(mut lit) = light(scene, tx, tile.face, quarter, surfaces) else {
                     continue;
                 };
-                lit.seen = self.share_of(&lit, quarter, false, &|lit, point| eyes[0].sees(lit.face, point));
+                lit.seen = self.sixteenths(&lit, quarter, &|lit, point| eyes[0].sees(lit.face, point));
                 all.extend(hear(scene, &lit, rx).map(|power| (lit, power)));
             }
         }
@@ -204,12 +204,11 @@ impl<'t> LitTiles<'t> {
         seen
     }
 
-    /// What is heard of lit pieces with their powers, shadows taken off; those above a power are looked at closely, all of them thoroughly
-    /// when that is 0.
+    /// What is heard of lit pieces with their powers, shadows taken off; those above a power are looked at closely.
     fn look(&self, [tx, rx]: &[Eye<'_>; 2], pieces: &[(Lit, f64)], close: f64) -> Vec<Heard> {
         let lit: Vec<Lit> = pieces.iter().map(|(lit, _)| *lit).collect();
         let closely = |index: usize| pieces[index].1 > close;
-        let shares = self.shares(&lit, closely, close == 0.0, |lit, point| {
+        let shares = self.shares(&lit, closely, |lit, point| {
             // Where the transmitter sees a part, both boundaries may cross it.
             rx.sees(lit.face, point) && (lit.seen >= 1.0 || tx.sees(lit.face, point))
         });
@@ -220,12 +219,11 @@ impl<'t> LitTiles<'t> {
     }
 
     /// Share of each piece for whose points something holds: asked of the quarters of a tile, and of their quarters where these
-    /// or neighbouring tiles disagree, or the piece is one to look at closely; `thorough`ly, of four times as many.
+    /// or neighbouring tiles disagree, or the piece is one to look at closely.
     fn shares(
         &self,
         lit: &[Lit],
         closely: impl Fn(usize) -> bool,
-        thorough: bool,
         holds: impl Fn(&Lit, &Vec3) -> bool,
     ) -> Vec<f64> {
         let quarters_of = |lit: &Lit| {
@@ -266,11 +264,11 @@ impl<'t> LitTiles<'t> {
                 }
             }
             match quarters_of(lit) {
-                None => self.share_of(lit, &lit.piece, thorough, &holds),
+                None => self.sixteenths(lit, &lit.piece, &holds),
                 Some(quarters) => {
                     let held = quarters
                         .iter()
-                        .map(|q| q.area_m2 * self.share_of(lit, q, thorough, &holds));
+                        .map(|q| q.area_m2 * self.sixteenths(lit, q, &holds));
                     held.sum::<f64>() / lit.piece.area_m2
                 }
             }
@@ -278,31 +276,14 @@ impl<'t> LitTiles<'t> {
         lit.iter().zip(&roughly).map(share).collect()
     }
 
-    /// Share of a piece of a lit one for which something holds: asked of the centres of its four parts, and where these disagree, of four
-    /// points in each, as everywhere when asked to be `thorough`. Of a tile of 1 m, shadows are followed to 6 cm where they cross it.
-    fn share_of(
-        &self,
-        lit: &Lit,
-        piece: &Piece,
-        thorough: bool,
-        holds: &impl Fn(&Lit, &Vec3) -> bool,
-    ) -> f64 {
-        let axes = self.tiles.axes[lit.face as usize];
-        let around = |middle: Vec3, half_m: f64| {
-            let [along, across] = axes.map(|axis| axis * (0.5 * half_m));
-            [along + across, along - across, across - along, -along - across].map(|off| middle + off)
-        };
-        let held = |points: [Vec3; 4]| points.iter().filter(|point| holds(lit, point)).count();
-        let parts = around(piece.centre, piece.half_m);
-        if !thorough {
-            match held(parts) {
-                0 => return 0.0,
-                4 => return 1.0,
-                _ => {}
-            }
-        }
-        let closer = parts.map(|part| held(around(part, 0.5 * piece.half_m)));
-        closer.iter().sum::<usize>() as f64 / 16.0
+    /// Share of the four parts of a piece of a lit one for whose centres something holds.
+    fn sixteenths(&self, lit: &Lit, piece: &Piece, holds: &impl Fn(&Lit, &Vec3) -> bool) -> f64 {
+        let [along, across] = self.tiles.axes[lit.face as usize].map(|axis| axis * (0.5 * piece.half_m));
+        let points = [along + across, along - across, across - along, -along - across];
+        0.25 * points
+            .iter()
+            .filter(|off| holds(lit, &(piece.centre + *off)))
+            .count() as f64
     }
 
     /// Where in a piece it scatters.

@@ -10,7 +10,8 @@ use crate::channel::{ARRAYS, C64, ELEMENTS};
 /// The elements of a device.
 #[derive(Clone, Debug)]
 pub(in crate::channel) struct CrossPolarisation {
-    taken: [[C64; ELEMENTS]; ARRAYS],
+    /// Of each element, x.
+    pub(in crate::channel) taken: [[C64; ELEMENTS]; ARRAYS],
 }
 
 impl CrossPolarisation {
@@ -46,8 +47,9 @@ mod tests {
             for j in 0..ARRAYS {
                 let mut steering = [C64::new(0.0, 2.0); ELEMENTS];
                 cross.apply(j, across, &mut steering);
-                for s in steering {
+                for (s, x) in steering.iter().zip(&cross.taken[j]) {
                     let taken = (s / C64::new(0.0, 2.0) - 1.0) / across;
+                    assert!((taken - x).norm() < 1e-12);
                     power += taken.norm_sqr();
                     mean += taken;
                 }
