@@ -167,22 +167,34 @@ fn summed(tracer: &Tracer<'_>, face: u32, [tx, rx]: &[Vec3; 2], side_m: f64) -> 
     squares.filter_map(|(row, column)| square(row, column)).sum()
 }
 
+/// Power, and power times length, that every face scatters.
+fn by_face(tracer: &Tracer<'_>, [tx, rx]: [[f64; 3]; 2]) -> BTreeMap<u32, (f64, f64)> {
+    let mut of_face: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
+    for path in tracer.transmitter(tx).trace(rx) {
+        if path.kind().interactions() == [Interaction::Scattering] {
+            let sum = of_face.entry(path.faces()[0]).or_default();
+            sum.0 += path.gain.norm_sqr();
+            sum.1 += path.gain.norm_sqr() * path.length_m();
+        }
+    }
+    of_face
+}
+
 #[test]
 fn totals_and_faces_are_those_of_the_reference() {
     let (scene, listed) = reference();
-    let tracer = Tracer::with(&scene, 0, diffuse(Diffuse::default())).unwrap();
-    let (mut links, mut faces, mut finer) = (0, 0, 0);
+    let with_tiles_of = |tile_m| {
+        let options = Diffuse {
+            tile_m,
+            ..Diffuse::default()
+        };
+        Tracer::with(&scene, 0, diffuse(options)).unwrap()
+    };
+    let (tracer, closer) = (with_tiles_of(1.0), with_tiles_of(0.25));
+    let (mut links, mut faces, mut finer, mut closer_off_db) = (0, 0, 0, 0.0_f64);
     let (mut total_off_db, mut face_off_db, mut length_off_m) = (0.0_f64, 0.0_f64, 0.0_f64);
     for link in &listed {
-        let [tx, rx] = link.ends;
-        let mut of_face: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
-        for path in tracer.transmitter(tx).trace(rx) {
-            if path.kind().interactions() == [Interaction::Scattering] {
-                let sum = of_face.entry(path.faces()[0]).or_default();
-                sum.0 += path.gain.norm_sqr();
-                sum.1 += path.gain.norm_sqr() * path.length_m();
-            }
-        }
+        let of_face = by_face(&tracer, link.ends);
         if link.total_db < -200.0 {
             // The list's word for nothing.
             assert!(of_face.is_empty(), "{link:?}", link = link.ends);
@@ -201,9 +213,14 @@ fn totals_and_faces_are_those_of_the_reference() {
                     .sum())
             };
             let (coarse_db, fine_db) = (sum(0.25), sum(0.0625));
+            let closer = by_face(&closer, link.ends);
+            let power = |face: &u32| closer.get(face).map_or(0.0, |sum| sum.0);
+            let closer_db = db(over.iter().map(power).sum());
             println!(
-                "faces {over:?}: {found_db:.3} dB, listed {listed_db:.3}, summed over 1/4 m {coarse_db:.3}, over 1/16 m {fine_db:.3}"
+                "faces {over:?}: {found_db:.3} dB, at tiles of 1/4 m {closer_db:.3}; listed {listed_db:.3}, summed over 1/4 m \
+                 {coarse_db:.3}, over 1/16 m {fine_db:.3}"
             );
+            closer_off_db = closer_off_db.max((closer_db - fine_db).abs());
             assert!((coarse_db - listed_db).abs() < 0.05, "the list is another sum");
             finer += 1;
             (found_db - fine_db).abs()
@@ -221,14 +238,16 @@ fn totals_and_faces_are_those_of_the_reference() {
     }
     println!(
         "{links} links, {faces} faces within 20 dB of the strongest: totals within {total_off_db:.3} dB, faces within {face_off_db:.3} dB, \
-         {finer} of them of a finer sum than the list's, mean lengths within {length_off_m:.3} m"
+         {finer} of them of a finer sum than the list's, and {closer_off_db:.3} dB at tiles of 1/4 m, mean lengths within \
+         {length_off_m:.3} m"
     );
     assert!(links == 60 && faces == 184 && finer < 10);
+    // Seen through gaps, two faces are .37 and .46 dB off their finer sums at tiles of 1 m.
     assert!(
-        total_off_db < 0.3 && face_off_db < 0.3,
-        "{total_off_db} {face_off_db}"
+        total_off_db < 0.3 && face_off_db < 0.47 && closer_off_db < 0.3,
+        "{total_off_db} {face_off_db} {closer_off_db}"
     );
-    assert!(length_off_m < 1.0, "{length_off_m}");
+    assert!(length_off_m < 0.3, "{length_off_m}");
 }
 
 /// A street canyon link with many tiles.
