@@ -68,6 +68,9 @@ pub struct LinkPath {
     /// Complex amplitude [re, im] for vertical half-wave dipoles, carrier phase excluded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain: Option<[f64; 2]>,
+    /// Of the horizontal component along phi-hat of the arrival, on the scale of `gain`; absent for none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cross_gain: Option<[f64; 2]>,
     /// First interaction point seen from the transmitter, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub first_vertex: Option<[f64; 3]>,

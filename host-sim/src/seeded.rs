@@ -79,6 +79,14 @@ pub enum Source {
     Wind,
     /// Direction of the motors' magnetic field.
     MotorField,
+    /// Iron in the walls of a building, by face.
+    WallIron,
+    /// Rate of the inertial sensor's own clock.
+    ImuClock,
+    /// What the weather does to a barometer.
+    BarometerWeather,
+    /// White noise of a barometer.
+    BarometerNoise,
     /// Relief of the ground.
     GroundRelief = 0x5f40,
     /// Panels of facades, by face.

@@ -83,6 +83,7 @@ pub(crate) fn true_path(order: u8, length_m: f64, aoa_rad: [f64; 2]) -> LinkPath
         aod_azimuth_rad: None,
         aod_sigma_rad: None,
         gain: Some([1e-4, 0.0]),
+        cross_gain: None,
         first_vertex: None,
         last_vertex: None,
         edge_point: None,

@@ -149,8 +149,8 @@ fn fly(
             left_alone.uplink(at, frame, |_| None, &mut ());
             attacked.uplink(at, frame, |_| None, &mut ());
             attacker.heard(&said, frame);
-        } else {
-            let record = recorder.record(&stamped).encode();
+        } else if let Some(record) = recorder.record(&stamped) {
+            let record = record.encode();
             let _counted = left_alone.record(&record, &mut ());
             let _counted = attacked.record(&record, &mut ());
         }

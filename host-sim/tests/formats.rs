@@ -252,8 +252,8 @@ fn the_recorded_flight_is_replayed() {
     let [description, beacons, estimated] = examples(part, "json")[..] else {
         panic!("three examples");
     };
-    let [magnetometer, timing, sweeps, truth] = examples(part, "csv")[..] else {
-        panic!("four examples");
+    let [magnetometer, timing, sweeps, barometer, truth] = examples(part, "csv")[..] else {
+        panic!("five examples");
     };
     write(&at, "imu.bin", "");
     write(&at, "flight.json", description);
@@ -269,7 +269,21 @@ fn the_recorded_flight_is_replayed() {
         (&json!(1), &json!(1)),
         "{counts}"
     );
-    let mut keys: BTreeSet<String> = [magnetometer, timing, sweeps, truth]
+    // Version 3 is the same with a barometer.
+    let mut described = parse(description);
+    described["version"] = json!(3);
+    let crc32 = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(barometer.as_bytes());
+    let entry = json!({"name": "barometer.csv", "records": 2, "bytes": barometer.len(), "crc32": crc32});
+    described["files"].as_array_mut().expect("a list").push(entry);
+    write(&at, "barometer.csv", barometer);
+    write(&at, "flight.json", described.to_string());
+    let counts = parse(&good(&at, &["replay", ".", "--json"]));
+    assert_eq!(
+        (&counts["barometer_samples"], &counts["sweeps"]),
+        (&json!(2), &json!(1)),
+        "{counts}"
+    );
+    let mut keys: BTreeSet<String> = [magnetometer, timing, sweeps, barometer, truth]
         .iter()
         .flat_map(|table| table.lines().next().expect("a header").split(','))
         .map(str::to_owned)
@@ -311,9 +325,22 @@ fn the_recorded_flight_is_replayed() {
     }
     assert_eq!(listed(part), keys);
     // A recording of this program's has no other columns.
-    let record = ["record", "--duration", "1", "--no-samples", "--out", "recorded"];
+    let record = [
+        "record",
+        "--world",
+        "ideal",
+        "--duration",
+        "1",
+        "--no-samples",
+        "--out",
+        "recorded",
+    ];
     good(&at, &record);
-    for (file, table) in [("magnetometer.csv", magnetometer), ("truth.csv", truth)] {
+    for (file, table) in [
+        ("magnetometer.csv", magnetometer),
+        ("barometer.csv", barometer),
+        ("truth.csv", truth),
+    ] {
         let recorded = fs::read_to_string(at.path().join("recorded").join(file)).expect("text");
         assert_eq!(recorded.lines().next(), table.lines().next(), "{file}");
     }

@@ -61,7 +61,7 @@ fn files(directory: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 
 const SMALL: [&str; 8] = [
     "--scene",
-    "indoor",
+    "indoor:1",
     "--transmitters",
     "5",
     "--rate",
@@ -149,6 +149,37 @@ fn faults_of_data_sets_are_named() {
         "{}",
         train(&out)
     );
+}
+
+#[test]
+fn a_network_is_not_trained_on_a_scene_that_is_reported() {
+    let directory = tempfile::tempdir().expect("temporary");
+    let set = directory.path().join("set");
+    make(&set, &["--shards", "1"]);
+    let description = set.join("dataset.json");
+    let told = fs::read_to_string(&description)
+        .expect("written")
+        .replace("indoor:1", "outdoor");
+    fs::write(&description, told).expect("written");
+    let model = directory.path().join("m.safetensors");
+    let sets = [
+        "train",
+        "--train",
+        text(&set),
+        "--validation",
+        text(&set),
+        "--out",
+        text(&model),
+        "--epochs",
+        "1",
+    ];
+    let said = bad(&sets);
+    assert!(
+        said.contains("outdoor is flown to report") && said.contains("--any-scene"),
+        "{said}"
+    );
+    assert!(!model.exists());
+    good(&[&sets[..], &["--any-scene"]].concat());
 }
 
 #[test]

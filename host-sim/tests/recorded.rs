@@ -108,6 +108,82 @@ fn a_recorded_flight_through_a_moved_scene_flies_the_same_and_is_held_against_th
 }
 
 #[test]
+fn a_barometer_is_recorded_and_changes_nothing_that_the_receiver_makes() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let at = directory.path();
+    let barometer = "[world.sensors.barometer]\nrate_hz = 25\nnoise_m = 0.08\nweather_m = 0.4\n";
+    fs::write(at.join("c.toml"), barometer).expect("written");
+    let options = ["--scene", "outdoor", "--seed", "4", "--steps", "16"];
+    good(at, &[&["fly", "--out", "without"][..], &options].concat());
+    good(
+        at,
+        &[&["fly", "--out", "with", "--config", "c.toml"][..], &options].concat(),
+    );
+    same(&at.join("without"), &at.join("with"), "with a barometer");
+    let record = ["record", "--no-samples", "--config", "c.toml", "--out", "rec"];
+    good(at, &[&record[..], &options].concat());
+    let text = fs::read_to_string(at.join("rec").join("barometer.csv")).expect("recorded");
+    assert!(text.lines().count() > 150, "{}", text.lines().count());
+}
+
+#[test]
+fn a_flight_whose_events_are_lost_doubled_and_late_flies_the_same_from_its_recording() {
+    let config = "[[world.sensors.faults.transport]]\nevents = [\"sweep\"]\nlost = 0.1\ndoubled = 0.1\nlate = 0.2\n\
+                  late_by_s = 0.6\n[[world.sensors.faults.transport]]\nevents = [\"imu\", \"beacon\", \"timing\", \
+                  \"magnetometer\", \"barometer\"]\nlost = 0.02\ndoubled = 0.02\nlate = 0.05\nlate_by_s = 0.03\n";
+    direct_and_recorded_with("outdoor", "ideal", "24", config);
+    // Kept paths are a sweep a line.
+    let directory = tempfile::tempdir().expect("a directory");
+    let at = directory.path();
+    fs::write(at.join("c.toml"), config).expect("written");
+    let said = refused(
+        at,
+        &[
+            "fly",
+            "--config",
+            "c.toml",
+            "--steps",
+            "4",
+            "--keep-paths",
+            "kept",
+            "--out",
+            "o",
+        ],
+    );
+    assert!(said.contains("world.sensors.faults.transport"), "{said}");
+    // The order belongs to the recording.
+    let record = [
+        "record",
+        "--config",
+        "c.toml",
+        "--steps",
+        "4",
+        "--no-samples",
+        "--out",
+        "rec",
+    ];
+    good(at, &record);
+    good(at, &["replay", "rec", "--out", "again"]);
+    let names = ["arrivals.bin", "imu.bin", "sweeps.csv", "flight.json"];
+    for name in names {
+        let [a, b] = ["rec", "again"].map(|of| fs::read(at.join(of).join(name)).expect("written"));
+        assert!(a == b, "{name}");
+    }
+    let arrivals = at.join("rec").join("arrivals.bin");
+    let mut bytes = fs::read(&arrivals).expect("recorded");
+    let last = bytes.len() - 1;
+    bytes[last] = 9;
+    fs::write(&arrivals, &bytes).expect("writable");
+    let said = refused(at, &["replay", "rec"]);
+    assert!(
+        said.contains("arrivals.bin") && said.contains("changed"),
+        "{said}"
+    );
+    fs::remove_file(&arrivals).expect("there");
+    assert!(refused(at, &["replay", "rec"]).contains("arrivals.bin"));
+}
+
+#[test]
 fn a_recording_flies_without_its_truth_and_what_is_damaged_is_told() {
     let directory = tempfile::tempdir().expect("a directory");
     let at = directory.path();

@@ -166,7 +166,9 @@ impl Wires<'_, '_> {
         for stamped in world.flight().events() {
             let at_s = stamped.uav_time_ns as f64 * 1e-9;
             let faulty = (FAULTS_S[0]..FAULTS_S[1]).contains(&at_s);
-            let record = recorder.record(&stamped);
+            let Some(record) = recorder.record(&stamped) else {
+                continue;
+            };
             let fault = if faulty { self.faults.draw() } else { Fault::None };
             self.record(record.number, record.encode(), fault);
             if let Event::Sweep { sweep } = stamped.event {

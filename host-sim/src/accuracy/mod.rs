@@ -150,6 +150,7 @@ impl Range {
             (libm::exp10(truth.snr_db / 10.0) * noise).sqrt() / (field * self.simulator.signal_amplitude());
         Ray {
             amplitude: cslam_core::array::phasor(truth.phase_rad) * amplitude,
+            across: nalgebra::Complex::ZERO,
             delay_s: truth.c_tau_m / cslam_core::constants::SPEED_OF_LIGHT_M_PER_S,
             arrival: truth.aoa,
             departure: truth.aod,

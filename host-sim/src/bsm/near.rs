@@ -130,6 +130,7 @@ fn trial<const N: usize>(distance_m: f64, seed: u64, index: u32) -> (f64, Option
     let yaw = std::f64::consts::TAU * stream.uniform();
     let ray = Ray {
         amplitude: phasor(yaw) * (wavelength_m / (4.0 * std::f64::consts::PI * distance_m)),
+        across: Complex::ZERO,
         delay_s: distance_m / SPEED_OF_LIGHT_M_PER_S,
         arrival: Direction::from_vector(Vector3::new(libm::cos(yaw), libm::sin(yaw), -0.1)).expect("unit"),
         departure: Direction::from_vector(Vector3::new((1.0 - sine * sine).sqrt(), sine, 0.0)).expect("unit"),

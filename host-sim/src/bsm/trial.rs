@@ -199,6 +199,7 @@ impl Scene {
         let (body, length, amplitude) = ray(position_m, 1.0);
         rays.push(Ray {
             amplitude,
+            across: nalgebra::Complex::ZERO,
             delay_s: length / SPEED_OF_LIGHT_M_PER_S,
             arrival: unit(body),
             departure: unit(position_m),
@@ -210,6 +211,7 @@ impl Scene {
             let (body, length, amplitude) = ray(way, BOUNCE);
             rays.push(Ray {
                 amplitude,
+                across: nalgebra::Complex::ZERO,
                 delay_s: length / SPEED_OF_LIGHT_M_PER_S,
                 arrival: unit(body),
                 departure: unit(Vector3::new(way.x, way.y, -way.z)),

@@ -22,6 +22,17 @@ pub enum Purpose {
 pub struct Lists {
     tuning: Vec<Row>,
     reporting: Vec<Row>,
+    network: Network,
+}
+
+/// Scenes of the network that flies.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Network {
+    /// Its links to learn from.
+    training: Vec<String>,
+    /// Those that decide when to stop and what the temperature is.
+    validation: Vec<String>,
 }
 
 /// Scenes and the seeds that are flown in them.
@@ -70,6 +81,25 @@ impl Lists {
         rows.iter().flat_map(Row::flights).collect()
     }
 
+    /// Scenes that the network that flies is trained on, and those that decide when its training stops.
+    pub fn network(&self) -> [&[String]; 2] {
+        [&self.network.training, &self.network.validation]
+    }
+
+    /// Refuses to train a network on a scene that is flown to report: it would know the walls by heart.
+    ///
+    /// # Errors
+    /// [`InputError`] naming the scene.
+    pub fn refuse_training(&self, scene: &str) -> Result<(), InputError> {
+        let reported = self.flights(Purpose::Reporting);
+        if reported.iter().any(|(reported, _)| reported == scene) {
+            return Err(InputError::new(format!(
+                "{scene} is flown to report, so no network is trained on it (tests/seeds.toml): expected other scenes, or --any-scene"
+            )));
+        }
+        Ok(())
+    }
+
     /// Refuses flights to report together with any others: whoever looks at both tunes on both.
     ///
     /// # Errors
@@ -107,6 +137,38 @@ mod tests {
         assert!(
             reporting.contains(&("city:22".into(), 202)) && !reporting.contains(&("city:22".into(), 201))
         );
+    }
+
+    #[test]
+    fn the_network_learns_in_no_scene_that_is_flown_to_report() {
+        let lists = Lists::of_the_repository().expect("a list");
+        let [training, validation] = lists.network();
+        assert!(training.len() > 10 && !validation.is_empty());
+        for scene in training.iter().chain(validation) {
+            assert_eq!(lists.refuse_training(scene), Ok(()));
+        }
+        for scene in ["outdoor", "street", "indoor", "outdoor_a", "city:27"] {
+            let error = lists.refuse_training(scene).expect_err("reported").to_string();
+            assert!(error.contains(&format!("{scene} is flown to report")), "{error}");
+        }
+        // The recipe makes links of these scenes, and of no others.
+        let recipe = include_str!("../../models/make.sh");
+        let own = recipe.split("# The paper's network").next().expect("there");
+        let mut made: [Vec<String>; 2] = Default::default();
+        let mut values: Vec<&str> = Vec::new();
+        for line in own.lines().map(str::trim) {
+            if let Some((_, list)) = line.strip_prefix("for ").and_then(|rest| rest.split_once(" in ")) {
+                values = list.trim_end_matches("; do").split(' ').collect();
+            }
+            let Some(call) = line.strip_prefix("links \"") else {
+                continue;
+            };
+            let (scene, rest) = call.split_once("\" ").expect("a scene, a set");
+            let set = usize::from(rest.starts_with("validation"));
+            let prefix = scene.split('$').next().expect("the kind of scene");
+            made[set].extend(values.iter().map(|value| format!("{prefix}{value}")));
+        }
+        assert_eq!(made, [training.to_vec(), validation.to_vec()]);
     }
 
     #[test]

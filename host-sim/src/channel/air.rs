@@ -80,7 +80,11 @@ impl<'a> SweepState<'a> {
         let neighbour = neighbour(simulator, instant, &errors, index);
         let receptions: Vec<_> = all
             .iter()
-            .map(|ray| simulator.arrays.reception(&ray.arrival, ray.delay_s, &errors))
+            .map(|ray| {
+                simulator
+                    .arrays
+                    .reception(&ray.arrival, ray.delay_s, ray.across, &errors)
+            })
             .collect();
         let heard = || {
             let jammer = jammer.as_ref().map(|(_, r)| r);

@@ -45,6 +45,7 @@ pub fn synth(config: ChannelConfig, paths: usize, sweeps: usize) -> SynthSpeed {
         let (departure_zenith, departure_azimuth, ..) = direction();
         Some(Ray {
             amplitude: C64::new(re, im) * 1e-5,
+            across: C64::ZERO,
             delay_s: 1e-6 * place,
             arrival: Direction::from_zenith_azimuth(zenith, azimuth).ok()?,
             departure: Direction::from_zenith_azimuth(departure_zenith, departure_azimuth).ok()?,

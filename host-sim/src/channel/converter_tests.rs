@@ -143,6 +143,51 @@ fn effective_bits_are_noise_of_that_converter() {
 }
 
 #[test]
+fn jitter_is_noise_by_the_slope_of_the_band() {
+    let with = |aperture_jitter_ps| {
+        sweep(receiver(ReceiverErrors {
+            aperture_jitter_ps,
+            ..ReceiverErrors::default()
+        }))
+    };
+    let clean = sweep(Impairments::none());
+    assert_eq!(with(0.0), clean);
+    let jittered = with(100.0);
+    let mut errors_db = Vec::new();
+    for channel in 0..16 {
+        let (a, b) = (samples(&jittered, BEAM, channel), samples(&clean, BEAM, channel));
+        let error: Vec<C64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
+        errors_db.push(20.0 * libm::log10(rms(&error) / rms(&b)));
+    }
+    // 416 subcarriers of 480 kHz, flat: 57.6 MHz rms.
+    let expected_db = 20.0 * libm::log10(TAU * 57.64e6 * 100e-12);
+    let mean_db = errors_db.iter().sum::<f64>() / 16.0;
+    assert!((mean_db - expected_db).abs() < 0.1, "{mean_db} {expected_db}");
+    // A shift of all instants by as much has the error of that power: the wave's own slope.
+    let shifted = sweep(Impairments {
+        clock_offset_s: 100e-12,
+        ..Impairments::none()
+    });
+    let (a, b) = (samples(&shifted, BEAM, 3), samples(&clean, BEAM, 3));
+    let error: Vec<C64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
+    let slope_db = 20.0 * libm::log10(rms(&error) / rms(&b));
+    assert!((slope_db - expected_db).abs() < 0.15, "{slope_db} {expected_db}");
+    // Both noises are one: what is drawn for the bits stays.
+    let both = sweep(receiver(ReceiverErrors {
+        effective_bits: Some(7.5),
+        aperture_jitter_ps: 1e-3,
+        ..ReceiverErrors::default()
+    }));
+    let bits = sweep(receiver(ReceiverErrors {
+        effective_bits: Some(7.5),
+        ..ReceiverErrors::default()
+    }));
+    let (a, b) = (samples(&both, BEAM, 2), samples(&bits, BEAM, 2));
+    let error: Vec<C64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
+    assert!(rms(&error) < 1e-3 * rms(&b));
+}
+
+#[test]
 fn phase_noise_turns_the_elements_of_an_array_alike() {
     let with = Impairments {
         oscillators: Oscillators {

@@ -25,6 +25,8 @@ pub struct UavArrayErrors {
     pub delay_drift_rms_ps_per_k: f64,
     /// Whether the phase of an element follows the frequency over the band, not only the carrier.
     pub squint: bool,
+    /// Cross-polar discrimination of the elements, dB, 0..=60: what they take of a horizontal field; nothing without. Drawn once.
+    pub cross_polarisation_db: Option<f64>,
 }
 
 impl UavArrayErrors {
@@ -39,6 +41,7 @@ impl UavArrayErrors {
             phase_drift_rms_deg_per_k: 0.05,
             delay_drift_rms_ps_per_k: 1.0,
             squint: true,
+            cross_polarisation_db: Some(18.0),
         }
     }
 
@@ -60,6 +63,12 @@ impl UavArrayErrors {
                 self.delay_drift_rms_ps_per_k,
                 0.0,
                 100.0,
+            ),
+            (
+                "cross_polarisation_db",
+                self.cross_polarisation_db.unwrap_or(60.0),
+                0.0,
+                60.0,
             ),
         ])
     }
@@ -148,6 +157,8 @@ pub struct ReceiverErrors {
     pub leakage_dbfs: Option<f64>,
     /// Effective number of bits of the converter, 4..=16, where it is below its width; the width without.
     pub effective_bits: Option<f64>,
+    /// Jitter of the sampling instants, ps rms, 0..=100.
+    pub aperture_jitter_ps: f64,
 }
 
 impl ReceiverErrors {
@@ -158,6 +169,7 @@ impl ReceiverErrors {
             iq_phase_rms_deg: 2.0,
             leakage_dbfs: Some(-35.0),
             effective_bits: Some(9.5),
+            aperture_jitter_ps: 0.5,
         }
     }
 
@@ -167,6 +179,7 @@ impl ReceiverErrors {
             ("iq_phase_rms_deg", self.iq_phase_rms_deg, 0.0, 45.0),
             ("leakage_dbfs", self.leakage_dbfs.unwrap_or(0.0), -100.0, 0.0),
             ("effective_bits", self.effective_bits.unwrap_or(16.0), 4.0, 16.0),
+            ("aperture_jitter_ps", self.aperture_jitter_ps, 0.0, 100.0),
         ])
     }
 }

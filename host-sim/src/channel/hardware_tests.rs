@@ -110,6 +110,59 @@ fn coupling_mixes_the_elements_of_an_array() {
 }
 
 #[test]
+fn cross_polarisation_lets_in_what_tilt_and_reflections_make_horizontal() {
+    use super::effects::cross_polarisation::CrossPolarisation;
+    use cslam_core::geometry::Rotation;
+    let with = |cross_polarisation_db| {
+        uav_arrays(UavArrayErrors {
+            cross_polarisation_db,
+            ..UavArrayErrors::default()
+        })
+    };
+    let tilted = Instant {
+        attitude: Rotation::from_yaw_pitch_roll(0.0, 0.0, 0.2).expect("angles"),
+        ..Instant::at_rest()
+    };
+    let mut crossed = link();
+    let [re, im] = crossed.paths[0].gain.expect("given");
+    // A third of the field is horizontal, a quarter of a turn ahead.
+    crossed.paths[0].cross_gain = Some([-im / 3.0, re / 3.0]);
+    let heard = |impairments: Impairments, link: &Link, instant: &Instant| -> Vec<Vec<C64>> {
+        let sweep = simulator(impairments)
+            .sweep(link, instant, 0)
+            .expect("complete path");
+        (0..16).map(|c| response(block(&sweep, BEAM), c)).collect()
+    };
+    let of_device = CrossPolarisation::draw(18.0, SEED);
+    for (link, instant) in [
+        (&link(), &tilted),
+        (&crossed, &Instant::at_rest()),
+        (&crossed, &tilted),
+    ] {
+        let across = simulator(Impairments::none())
+            .rays(link, instant)
+            .expect("complete")[0]
+            .across;
+        let (clean, found) = (
+            heard(with(None), link, instant),
+            heard(with(Some(18.0)), link, instant),
+        );
+        for (channel, (clean, found)) in clean.iter().zip(&found).enumerate() {
+            let expected = 1.0 + of_device.taken[channel / 8][channel % 8] * across;
+            let factor = found[200] / clean[200];
+            assert!((factor - expected).norm() < 3e-3, "{channel}: {factor}");
+        }
+    }
+    // Level, and vertical: nothing, to the last bit.
+    let level = |db| {
+        simulator(with(db))
+            .sweep(&link(), &Instant::at_rest(), 0)
+            .expect("complete path")
+    };
+    assert_eq!(level(None), level(Some(18.0)));
+}
+
+#[test]
 fn ripple_multiplies_the_element_pattern() {
     let with = uav_arrays(UavArrayErrors {
         ripple_rms_db: 1.0,

@@ -54,7 +54,9 @@ pub(super) fn jammer(
     let (zenith, azimuth) = (jammer.zenith_deg.to_radians(), jammer.azimuth_deg.to_radians());
     let world = Direction::from_zenith_azimuth(zenith, azimuth).ok()?;
     let body = instant.attitude.inverse().apply(world);
-    let reception = simulator.arrays.reception(&body, jammer.delay_s, errors);
+    let reception = simulator
+        .arrays
+        .reception(&body, jammer.delay_s, super::C64::ZERO, errors);
     Some((jammer.clone(), reception))
 }
 
@@ -72,7 +74,7 @@ pub(super) fn neighbour(
     let span_s = 2.0 * simulator.maker.waveform().beam_period_s() * simulator.beams() as f64;
     let stream = Stream::new(simulator.seed, stream(index, 0, BURSTS));
     Some(HeardNeighbour {
-        reception: simulator.arrays.reception(&body, 0.0, errors),
+        reception: simulator.arrays.reception(&body, 0.0, super::C64::ZERO, errors),
         bursts: interference.bursts(span_s, stream),
         amplitude: libm::exp10((interference.power_dbm - 30.0) / 20.0),
     })

@@ -100,7 +100,9 @@ impl<'a> Pieces<'a> {
             Piece {
                 amplitude: ray.amplitude,
                 doppler_hz: ray.doppler_hz,
-                reception: simulator.arrays.reception(&ray.arrival, ray.delay_s, errors),
+                reception: simulator
+                    .arrays
+                    .reception(&ray.arrival, ray.delay_s, ray.across, errors),
                 fields: fields
                     .iter()
                     .map(|beam| beam.field)

@@ -65,6 +65,8 @@ pub struct Ray {
     /// Amplitude between isotropic ends (square root of the power ratio), polarisation match at the UAV's tilted dipoles
     /// and carrier phase included.
     pub amplitude: C64,
+    /// Horizontal over vertical component of its field, in the axes of the UAV's tilted dipoles: what cross polarisation lets in.
+    pub across: C64,
     /// Delay, s, without any clock offset.
     pub delay_s: f64,
     /// Where it comes from.
@@ -100,6 +102,8 @@ const LEAST_DIPOLE: f64 = 1.7e-3;
 const MAX_DELAY_S: f64 = 1e-3;
 /// Greatest rate at which movers shorten or stretch a path, m/s.
 const MAX_CLOSING_M_PER_S: f64 = 1000.0;
+/// Greatest ratio of the components of a field.
+const MAX_ACROSS: f64 = 10.0;
 /// Greatest amplitude of a path.
 const MAX_GAIN: f64 = 1.0;
 
@@ -131,17 +135,25 @@ fn ray(path: &LinkPath, instant: &Instant, carrier_hz: f64) -> Result<Ray, Strin
             path.delay_s
         ));
     }
-    let magnitude = libm::hypot(gain[0], gain[1]);
-    if !(0.0..=MAX_GAIN).contains(&magnitude) {
-        return Err(format!(
-            "`gain` has the magnitude {magnitude}, expected up to {MAX_GAIN}: a path does not amplify"
-        ));
+    for (key, component) in [("gain", Some(gain)), ("cross_gain", path.cross_gain)] {
+        let magnitude = component.map_or(0.0, |[re, im]| libm::hypot(re, im));
+        if !(0.0..=MAX_GAIN).contains(&magnitude) {
+            return Err(format!(
+                "`{key}` has the magnitude {magnitude}, expected up to {MAX_GAIN}: a path does not amplify"
+            ));
+        }
     }
     let to_body = instant.attitude.inverse();
     let body = to_body.apply(arrival);
     // Dipoles receive along the zenith tangent of their own frame.
     let match_ =
         zenith_tangent(arrival.vector()).dot(&instant.attitude.apply_vector(&zenith_tangent(body.vector())));
+    let (vertical, across) = components(path, &arrival, &body, instant);
+    // What the link tells of a horizontal component has its part in the vertical one of tilted dipoles.
+    let (gain, match_) = match path.cross_gain {
+        None => (C64::new(gain[0], gain[1]), match_),
+        Some(_) => (vertical, 1.0),
+    };
     let dipoles = [&departure, &arrival].map(|d| half_wave_dipole(d.vector()).max(LEAST_DIPOLE));
     let turns = carrier_hz * path.delay_s;
     let carrier = phasor(-std::f64::consts::TAU * (turns - turns.floor()));
@@ -156,12 +168,44 @@ fn ray(path: &LinkPath, instant: &Instant, carrier_hz: f64) -> Result<Ray, Strin
         + instant.gmt_velocity_m_per_s.dot(departure.vector())
         + of_movers_m_per_s;
     Ok(Ray {
-        amplitude: C64::new(gain[0], gain[1]) * carrier * (match_ / (dipoles[0] * dipoles[1])),
+        amplitude: gain * carrier * (match_ / (dipoles[0] * dipoles[1])),
+        across,
         delay_s: path.delay_s,
         arrival: body,
         departure: instant.gmt_attitude.inverse().apply(departure),
         doppler_hz: carrier_hz / SPEED_OF_LIGHT_M_PER_S * closing_m_per_s,
     })
+}
+
+/// The field of a path along the vertical tangent of the UAV's frame, and that along the horizontal one over it, at most [`MAX_ACROSS`]: of
+/// what the path tells, and of the UAV's tilt.
+fn components(
+    path: &LinkPath,
+    arrival: &Direction<World, f64>,
+    body: &Direction<Body, f64>,
+    instant: &Instant,
+) -> (C64, C64) {
+    let tangents = |u: &Vector3<f64>| {
+        let zenith = zenith_tangent(u);
+        [zenith, u.cross(&zenith)]
+    };
+    let own = tangents(body.vector()).map(|tangent| instant.attitude.apply_vector(&tangent));
+    let components = [path.gain, path.cross_gain].map(|c| c.map_or(C64::ZERO, |[re, im]| C64::new(re, im)));
+    let along = |own: &Vector3<f64>| -> C64 {
+        let told = tangents(arrival.vector()).into_iter().zip(components);
+        told.map(|(tangent, component)| component * tangent.dot(own))
+            .sum()
+    };
+    let [vertical, horizontal] = [along(&own[0]), along(&own[1])];
+    let size = horizontal.norm();
+    let across = if size == 0.0 {
+        C64::ZERO
+    } else if size <= MAX_ACROSS * vertical.norm() {
+        horizontal / vertical
+    } else {
+        horizontal * (MAX_ACROSS / size)
+    };
+    (vertical, across)
 }
 
 fn world(zenith_rad: f64, azimuth_rad: f64, which: &str) -> Result<Direction<World, f64>, String> {
@@ -180,6 +224,42 @@ fn zenith_tangent(u: &Vector3<f64>) -> Vector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_horizontal_component_is_that_of_tilt_and_of_the_path() {
+        let level = Instant::at_rest();
+        let rolled = |angle: f64| Instant {
+            attitude: Rotation::from_yaw_pitch_roll(0.0, 0.0, angle).expect("angles"),
+            ..Instant::at_rest()
+        };
+        // From straight ahead on the horizon, a roll turns the polarisation by its angle.
+        let mut link = crate::channel::probe::one_path(30.0, [std::f64::consts::FRAC_PI_2, 0.0], [1.6, -2.8]);
+        let one = |link: &Link, instant: &Instant| rays(link, instant, 30e9).expect("complete")[0];
+        assert!(one(&link, &level).across.norm() < 1e-15);
+        for angle in [0.0873, -0.3] {
+            let ray = one(&link, &rolled(angle));
+            assert!((ray.across.norm() - libm::tan(angle).abs()).abs() < 1e-9 && ray.across.im.abs() < 1e-12);
+            assert!(
+                (ray.amplitude.norm() / one(&link, &level).amplitude.norm() - libm::cos(angle)).abs() < 1e-9
+            );
+        }
+        // 5 degrees, through elements of 18 dB: -39 dB.
+        let through_db = 20.0 * libm::log10(one(&link, &rolled(0.0873)).across.norm()) - 18.0;
+        assert!((through_db + 39.2).abs() < 0.1, "{through_db}");
+        // The field as a whole stays what it is.
+        let [re, im] = link.paths[0].gain.expect("given");
+        link.paths[0].cross_gain = Some([0.4 * re, 0.4 * im]);
+        let size = |ray: &Ray| ray.amplitude.norm() * (1.0 + ray.across.norm_sqr()).sqrt();
+        let (straight, turned) = (one(&link, &level), one(&link, &rolled(0.5)));
+        assert!((straight.across - 0.4).norm() < 1e-9);
+        assert!((size(&straight) / size(&turned) - 1.0).abs() < 1e-9);
+        // It may be all that there is; the ratio ends at ten.
+        link.paths[0].cross_gain = Some([100.0 * re, 0.0]);
+        assert!((one(&link, &level).across.norm() - 10.0).abs() < 1e-9);
+        link.paths[0].cross_gain = Some([2.0, 0.0]);
+        let error = rays(&link, &level, 30e9).expect_err("amplifies").to_string();
+        assert!(error.contains("`cross_gain` has the magnitude 2"), "{error}");
+    }
 
     #[test]
     fn movers_add_to_the_frequency_shift_of_the_ends() {

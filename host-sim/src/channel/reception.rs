@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 use super::antenna::uav::UavArrays;
 use super::antenna::{phasor, place};
 use super::effects::coupling::Coupling;
+use super::effects::cross_polarisation::CrossPolarisation;
 use super::effects::drift::Drift;
 use super::effects::ripple::Ripple;
 use super::effects::{Draw, airframe};
@@ -23,6 +24,7 @@ pub(super) struct ReceiveArrays {
     delay_s: [f64; ARRAYS],
     drift: Option<Drift>,
     ripple: Option<Ripple>,
+    cross: Option<CrossPolarisation>,
     coupling: Option<Coupling>,
     shadow: bool,
     squint: bool,
@@ -70,6 +72,9 @@ impl ReceiveArrays {
             delay_s: device.uav_delay_s,
             drift: Drift::draw(impairments, seed),
             ripple: ripples.then(ripple),
+            cross: set
+                .cross_polarisation_db
+                .map(|db| CrossPolarisation::draw(db, seed)),
             coupling: (set.coupling_unknown_share != 0.0).then(coupling),
             shadow: impairments.airframe.shadow,
             squint: set.squint,
@@ -114,11 +119,13 @@ impl ReceiveArrays {
         errors
     }
 
-    /// How a wave from `arrival` whose delay at the body origin is `delay_s` meets the elements.
+    /// How a wave from `arrival` whose delay at the body origin is `delay_s`, and whose horizontal component is `across` times its
+    /// vertical one, meets the elements.
     pub(super) fn reception(
         &self,
         arrival: &Direction<Body, f64>,
         delay_s: f64,
+        across: C64,
         errors: &ElementErrors,
     ) -> Reception {
         let steps = self.arrays.phase_step_rad(arrival);
@@ -138,6 +145,9 @@ impl ReceiveArrays {
                 for (s, factor) in steering.iter_mut().zip(&factors[j]) {
                     *s *= factor;
                 }
+            }
+            if let Some(cross) = &self.cross {
+                cross.apply(j, across, &mut steering);
             }
             match &self.coupling {
                 None => steering,

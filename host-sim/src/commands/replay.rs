@@ -35,6 +35,7 @@ struct Counts {
     duration_s: f64,
     imu_samples: u64,
     magnetometer_samples: u64,
+    barometer_samples: u64,
     timing_exchanges: u64,
     beacons: u64,
     sweeps: u64,
@@ -69,6 +70,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         match stamped.event {
             Event::Imu(_) => counts.imu_samples += 1,
             Event::Magnetometer(_) => counts.magnetometer_samples += 1,
+            Event::Barometer(_) => counts.barometer_samples += 1,
             Event::Timing(_) => counts.timing_exchanges += 1,
             Event::Beacon(_) => counts.beacons += 1,
             Event::Sweep { sweep } => {
@@ -129,6 +131,7 @@ fn table(counts: &Counts) -> Table {
     for (what, count) in [
         ("IMU samples", counts.imu_samples),
         ("magnetometer samples", counts.magnetometer_samples),
+        ("barometer samples", counts.barometer_samples),
         ("two-way timing exchanges", counts.timing_exchanges),
         ("beacons", counts.beacons),
         ("sweeps", counts.sweeps),

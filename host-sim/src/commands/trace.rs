@@ -107,6 +107,9 @@ struct PropagationArgs {
     /// Keep N scattered paths of a link: the strongest tiles, the rest gathered
     #[arg(long, value_name = "N", default_value_t = Diffuse::default().most_paths, requires = "diffuse")]
     most_scattered: usize,
+    /// Tell the horizontal component of reflected waves too (`cross_gain`)
+    #[arg(long)]
+    cross_polarisation: bool,
 }
 
 impl PropagationArgs {
@@ -128,6 +131,7 @@ impl PropagationArgs {
                 most_paths: self.most_scattered,
                 ..Diffuse::default()
             }),
+            cross_polarisation: self.cross_polarisation,
         }
     }
 }

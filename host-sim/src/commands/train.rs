@@ -7,6 +7,7 @@ use std::time::Instant;
 use clap::ValueEnum;
 use serde::Serialize;
 
+use crate::campaign::Lists;
 use crate::commands::threads::Threads;
 use crate::input::InputError;
 use crate::lscn::calibration::{self, CalibrationError, most_likely};
@@ -57,6 +58,9 @@ pub(crate) struct Args {
     /// Seed of measurement errors, initial weights and the order of samples
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    /// Train on scenes that are flown to report (tests/seeds.toml) too
+    #[arg(long)]
+    any_scene: bool,
     #[command(flatten)]
     threads: Threads,
     /// Model file to write (.safetensors); the training curves go beside it (.svg)
@@ -100,11 +104,18 @@ fn train(args: &Args) -> anyhow::Result<()> {
         },
     };
     let settings = settings(args, task)?;
+    let lists = Lists::of_the_repository()?;
     let read = |places: &[PathBuf]| -> Result<Vec<Links>, InputError> {
-        places
-            .iter()
-            .map(|place| dataset::read(place).map(|(_, links)| links))
-            .collect()
+        let one = |place: &PathBuf| {
+            let (description, links) = dataset::read(place)?;
+            if !args.any_scene {
+                lists
+                    .refuse_training(&description.protocol.scene)
+                    .map_err(|error| error.within(place))?;
+            }
+            Ok(links)
+        };
+        places.iter().map(one).collect()
     };
     let errors = Errors {
         gain_unknown: args.gain_unknown,

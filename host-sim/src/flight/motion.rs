@@ -119,6 +119,13 @@ impl Trajectory {
         }
     }
 
+    /// Velocity of the air around the UAV, m/s, world frame; zero in calm.
+    pub fn air_m_per_s(&self, time_s: f64) -> Vector3<f64> {
+        self.wind
+            .as_ref()
+            .map_or_else(Vector3::zeros, |wind| wind.air_m_per_s.at(time_s)[0])
+    }
+
     /// True state at `time_s`, which is clamped to the flight.
     pub fn at(&self, time_s: f64) -> Motion {
         let mut curve = self.position_m.at(time_s);

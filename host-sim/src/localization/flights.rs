@@ -188,7 +188,7 @@ fn hear(sensed: &SensedFlight) -> Vec<(u64, Heard)> {
                 heard.push((at, Heard::Inertial(sample.at(at))));
             }
             // Of no use beside line of sight, and outages here are too short for it.
-            Event::Magnetometer(_) => {}
+            Event::Magnetometer(_) | Event::Barometer(_) => {}
             Event::Timing(sample) => {
                 heard.push((at, Heard::Timing(sample.clock_offset_s * SPEED_OF_LIGHT_M_PER_S)));
             }

@@ -58,6 +58,7 @@ impl RecordedFlight {
                         events.push(flight_check::Event::TwoWay { time_ns, offset_m });
                     }
                 }
+                Event::Barometer(_) => {}
                 Event::Sweep { sweep } => {
                     events.push(flight_check::Event::Begin { time_ns });
                     begun = Some((sweep, time_ns));

@@ -53,6 +53,7 @@ struct PathKeys {
     aod_zenith_rad: Option<IgnoredAny>,
     aod_azimuth_rad: Option<IgnoredAny>,
     gain: Option<IgnoredAny>,
+    cross_gain: Option<IgnoredAny>,
     first_vertex: Option<IgnoredAny>,
     last_vertex: Option<IgnoredAny>,
     snr_db: Option<IgnoredAny>,

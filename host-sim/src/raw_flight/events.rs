@@ -23,16 +23,17 @@ impl Default for Recorder {
 }
 
 impl Recorder {
-    /// The record of an event. That of a sweep announces its frames.
-    pub fn record(&mut self, stamped: &Stamped) -> Record {
+    /// The record of an event; none of what the receiver has no input for. That of a sweep announces its frames.
+    pub fn record(&mut self, stamped: &Stamped) -> Option<Record> {
         let content = match &stamped.event {
             Event::Imu(sample) => Content::Imu(*sample),
             Event::Magnetometer(sample) => Content::Magnetometer(sample.field_ut().map(|c| c as f32)),
             Event::Timing(sample) => Content::Timing(sample.clock_offset_s),
             Event::Beacon(said) => Content::Uplink(self.beacon(said)),
             Event::Sweep { .. } => Content::Frames(FRAMES_PER_SWEEP),
+            Event::Barometer(_) => return None,
         };
-        self.next(stamped.uav_time_ns, content)
+        Some(self.next(stamped.uav_time_ns, content))
     }
 
     /// The last record.

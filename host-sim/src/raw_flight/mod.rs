@@ -141,7 +141,9 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
         let at = stamped.uav_time_ns;
         now_ns = at;
         // A record that is refused is in the receiver's counters.
-        let _refused = receiver.record(&recorder.record(&stamped).encode(), &mut reports);
+        if let Some(record) = recorder.record(&stamped) {
+            let _refused = receiver.record(&record.encode(), &mut reports);
+        }
         match stamped.event {
             Event::Imu(_) if at >= pose_due_ns => {
                 pose_due_ns += POSE_INTERVAL_NS;

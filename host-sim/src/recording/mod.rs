@@ -10,6 +10,8 @@
 //! | `timing.csv` | `uav_time_ns,clock_offset_s` |
 //! | `sweeps.csv` | `uav_time_ns,sweep` |
 //! | `beacons.jsonl` | `{"uav_time_ns":..,"beacon":{..}}`, a beacon a line |
+//! | `barometer.csv` | `uav_time_ns,pressure`: integer codes; where there is a barometer |
+//! | `arrivals.bin` | a byte an event, the place of its file: the order in which they arrived, where it is not that of their stamps |
 //! | `truth.csv` | the world at every sweep and every 10 ms: never read by [`read`], checked by [`check_truth`] |
 //! | `truth_paths.jsonl` | the true paths of every sweep, a link a line, beside samples |
 //! | `estimated_paths.jsonl` | what path estimation and beam squint made of the samples, a sweep a line, where they were kept instead |
@@ -19,6 +21,7 @@
 //! Numbers are written so that reading gives back the same bits, hence a recording that is read and written again has
 //! the same bytes. A file that is cut short, longer or changed is refused with the reason.
 
+mod arrivals;
 mod damage;
 mod estimated;
 mod flight;
@@ -34,7 +37,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::EarthField;
 use crate::result_directory::Kind;
-use crate::sensors::SensedFlight;
+use crate::sensors::{KINDS, SensedFlight};
 use crate::world::SceneConfig;
 
 pub use damage::Damage;
@@ -44,33 +47,40 @@ pub use keeper::Keeper;
 pub use read::{Recording, read, read_with};
 pub use thinned::{Span, Thinned, Thinning};
 pub use truth::{check_truth, write_links};
-pub use write::{check, write, write_events};
+pub use write::{check_order, write, write_events};
 
 /// Value of `format` in `flight.json`.
 const FORMAT: &str = "cslam-flight";
-/// Value of `version` in `flight.json`.
-const VERSION: u32 = 2;
+/// Value of `version` in `flight.json`: with a barometer, and without.
+const VERSION: u32 = 3;
+const VERSION_WITHOUT_BAROMETER: u32 = 2;
 /// Name of the description.
 const MANIFEST: &str = "flight.json";
 /// Bytes of a record of `imu.bin`.
 const IMU_RECORD_LEN: usize = 8 + cslam_firmware::icm42688::PACKET_LEN;
 /// Files of the receiver's events, by the rank of the event.
-const EVENT_FILES: [&str; 5] = [
+const EVENT_FILES: [&str; KINDS] = [
     "imu.bin",
     "magnetometer.csv",
     "timing.csv",
     "sweeps.csv",
     "beacons.jsonl",
+    "barometer.csv",
 ];
+/// Rank of the barometer, the last; a recording without one has no file of it.
+const BAROMETER: usize = KINDS - 1;
+/// File of the order of arrival.
+const ARRIVALS: &str = "arrivals.bin";
 /// Files of the truth.
 const TRUTH_FILES: [&str; 2] = ["truth.csv", "truth_paths.jsonl"];
 /// First lines of the text files with columns, by the rank of the event; empty for the others.
-const HEADERS: [&str; 5] = [
+const HEADERS: [&str; KINDS] = [
     "",
     "uav_time_ns,x,y,z",
     "uav_time_ns,clock_offset_s",
     "uav_time_ns,sweep",
     "",
+    "uav_time_ns,pressure",
 ];
 
 /// What a recording says about itself.
@@ -113,6 +123,9 @@ pub struct Manifest {
     /// Estimated paths that lie beside; absent: there are none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimated: Option<Estimates>,
+    /// The order in which events arrived, [`Manifest::files`] by place; absent: that of their time stamps, every sweep once.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arrivals: Option<FileEntry>,
     /// The files of the receiver's events, in the order of [`Manifest::files`].
     pub files: Vec<FileEntry>,
 }
@@ -129,7 +142,7 @@ impl Manifest {
         };
         Self {
             format: FORMAT.into(),
-            version: VERSION,
+            version: VERSION_WITHOUT_BAROMETER,
             scene: Some(scene.into()),
             scene_as: None,
             world,
@@ -142,8 +155,22 @@ impl Manifest {
             imu_rate_hz: flight.config().imu.rate_hz,
             samples: false,
             estimated: None,
+            arrivals: flight
+                .config()
+                .faults
+                .reorders()
+                .then(|| arrivals::entry(ARRIVALS, 0, &[])),
             files: Vec::new(),
         }
+    }
+}
+
+/// Names of the files of events of a version; `None` for one that nobody knows.
+fn event_files(version: u32) -> Option<&'static [&'static str]> {
+    match version {
+        VERSION => Some(&EVENT_FILES),
+        VERSION_WITHOUT_BAROMETER => Some(&EVENT_FILES[..BAROMETER]),
+        _ => None,
     }
 }
 
@@ -184,6 +211,7 @@ fn is_name(name: &str) -> bool {
         || EVENT_FILES.contains(&name)
         || TRUTH_FILES.contains(&name)
         || name == estimated::ESTIMATED
+        || name == ARRIVALS
         || samples("sweep-")
         || samples("squint-")
 }

@@ -1,18 +1,23 @@
 //! Reading and replaying a recording.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::str::FromStr;
 
 use cslam_firmware::icm42688::{PACKET_LEN, RawSample};
 use serde::{Deserialize, Serialize};
 
+use super::arrivals::merge;
 use super::{
-    Damage, EVENT_FILES, FORMAT, FileEntry, HEADERS, IMU_RECORD_LEN, MANIFEST, Manifest, VERSION, crc32,
-    sweep_base,
+    ARRIVALS, Damage, EVENT_FILES, FORMAT, FileEntry, HEADERS, IMU_RECORD_LEN, MANIFEST, Manifest, VERSION,
+    VERSION_WITHOUT_BAROMETER, crc32, event_files, sweep_base,
 };
 use crate::input::limits::{FLIGHT_DESCRIPTION, FLIGHT_EVENTS, FLIGHT_S};
 use crate::input::{InputError, from_json, from_json_line, lines as numbered, read_exactly, read_text};
-use crate::sensors::{Beacon, Event, MagnetometerSample, Stamped, TimingSample};
+use crate::sensors::{BarometerSample, Beacon, Event, KINDS, MagnetometerSample, Stamped, TimingSample};
+
+/// More sweeps than the longest flight has with the shortest period.
+const MOST_SWEEPS: u32 = 180_000;
 
 /// A line of `beacons.jsonl`.
 #[derive(Serialize, Deserialize)]
@@ -60,24 +65,19 @@ pub fn read_with(directory: &Path, damage: &mut Damage) -> Result<Recording, Inp
         &read_text(&file, &FLIGHT_DESCRIPTION)?,
         "the description of a recording",
     )?;
-    if manifest.format != FORMAT || manifest.version != VERSION {
+    let names = event_files(manifest.version).filter(|_| manifest.format == FORMAT);
+    let Some(names) = names else {
+        let message = format!(
+            "format {} version {}, expected {FORMAT} version {VERSION_WITHOUT_BAROMETER} or {VERSION}",
+            manifest.format, manifest.version
+        );
+        return Err(InputError::in_file(&file, message));
+    };
+    let told = manifest.files.iter().map(|entry| entry.name.as_str());
+    if !told.eq(names.iter().copied()) {
         return Err(InputError::in_file(
             &file,
-            format!(
-                "format {} version {}, expected {FORMAT} version {VERSION}",
-                manifest.format, manifest.version
-            ),
-        ));
-    }
-    if !manifest
-        .files
-        .iter()
-        .map(|entry| entry.name.as_str())
-        .eq(EVENT_FILES)
-    {
-        return Err(InputError::in_file(
-            &file,
-            format!("expected the files {}", EVENT_FILES.join(", ")),
+            format!("expected the files {}", names.join(", ")),
         ));
     }
     if !(manifest.duration_s > 0.0 && manifest.duration_s <= FLIGHT_S) {
@@ -102,7 +102,7 @@ pub fn read_with(directory: &Path, damage: &mut Damage) -> Result<Recording, Inp
         );
         return Err(InputError::in_file(&file, message));
     }
-    let mut events = Vec::new();
+    let mut of_files: [Vec<Stamped>; KINDS] = Default::default();
     for (rank, entry) in manifest.files.iter().enumerate() {
         let file = directory.join(&entry.name);
         let bytes = content(directory, entry, damage)?;
@@ -110,6 +110,7 @@ pub fn read_with(directory: &Path, damage: &mut Damage) -> Result<Recording, Inp
             file: &file,
             name: &entry.name,
             events: Vec::new(),
+            rises: manifest.arrivals.is_none(),
             damage: &mut *damage,
         };
         match rank {
@@ -128,12 +129,47 @@ pub fn read_with(directory: &Path, damage: &mut Damage) -> Result<Recording, Inp
             let error = InputError::in_file(&file, message);
             damage.found(&entry.name, missing.saturating_sub(counted), error)?;
         }
-        events.extend(found);
+        of_files[rank] = found;
     }
+    if let Some(entry) = &manifest.arrivals {
+        let events = arrived(directory, entry, of_files, damage)?;
+        samples(directory, &manifest, &events, damage)?;
+        return Ok(Recording { manifest, events });
+    }
+    let mut events = of_files.concat();
     // Stable, and the files were read by rank: the order in which the flight made the events.
     events.sort_by_key(|stamped| (stamped.uav_time_ns, stamped.event.rank()));
-    sweeps(directory, &manifest, &mut events, damage)?;
+    sweeps(directory, &mut events, damage)?;
+    samples(directory, &manifest, &events, damage)?;
     Ok(Recording { manifest, events })
+}
+
+/// All events in the order of a file of arrivals.
+fn arrived(
+    directory: &Path,
+    entry: &FileEntry,
+    events: [Vec<Stamped>; KINDS],
+    damage: &mut Damage,
+) -> Result<Vec<Stamped>, InputError> {
+    if entry.name != ARRIVALS || entry.bytes > FLIGHT_EVENTS.bytes {
+        let message = format!(
+            "arrivals: expected {ARRIVALS} of up to {} bytes",
+            FLIGHT_EVENTS.bytes
+        );
+        return Err(InputError::in_file(&directory.join(MANIFEST), message));
+    }
+    let bytes = content(directory, entry, damage)?;
+    let mut arrived = merge(directory, &bytes, events, damage)?;
+    let name = EVENT_FILES[3];
+    let is_beyond =
+        |stamped: &Stamped| matches!(stamped.event, Event::Sweep { sweep } if sweep >= MOST_SWEEPS);
+    let beyond = arrived.iter().filter(|stamped| is_beyond(stamped)).count() as u64;
+    if beyond > 0 {
+        let message = format!("has a sweep beyond {}", MOST_SWEEPS - 1);
+        damage.found(name, beyond, InputError::in_file(&directory.join(name), message))?;
+        arrived.retain(|stamped| !is_beyond(stamped));
+    }
+    Ok(arrived)
 }
 
 /// The bytes of a file that is described.
@@ -176,6 +212,8 @@ struct Part<'a> {
     file: &'a Path,
     name: &'a str,
     events: Vec<Stamped>,
+    /// Whether no record may be earlier than the one before it.
+    rises: bool,
     damage: &'a mut Damage,
 }
 
@@ -184,7 +222,7 @@ impl Part<'_> {
     fn enter(&mut self, offset: usize, record: Result<Stamped, String>) -> Result<(), InputError> {
         let last_ns = self.events.last().map_or(0, |stamped| stamped.uav_time_ns);
         let record = record.and_then(|stamped| {
-            if stamped.uav_time_ns < last_ns {
+            if self.rises && stamped.uav_time_ns < last_ns {
                 return Err("is earlier than the one before it".to_owned());
             }
             Ok(stamped)
@@ -278,20 +316,18 @@ fn columns(line: &str, rank: usize) -> Option<Stamped> {
             clock_offset_s.is_finite().then_some(())?;
             Event::Timing(TimingSample { clock_offset_s })
         }
-        _ => Event::Sweep {
+        3 => Event::Sweep {
             sweep: field(&mut fields)?,
         },
+        _ => Event::Barometer(BarometerSample {
+            pressure: field(&mut fields)?,
+        }),
     };
     fields.next().is_none().then_some(Stamped { uav_time_ns, event })
 }
 
-/// Sweeps are numbered without a gap, every beacon follows a sweep, and recorded samples are there.
-fn sweeps(
-    directory: &Path,
-    manifest: &Manifest,
-    events: &mut Vec<Stamped>,
-    damage: &mut Damage,
-) -> Result<(), InputError> {
+/// Sweeps are numbered without a gap, and every beacon follows a sweep.
+fn sweeps(directory: &Path, events: &mut Vec<Stamped>, damage: &mut Damage) -> Result<(), InputError> {
     let mut heard = 0u32;
     let mut wrong = Vec::new();
     for (index, stamped) in events.iter().enumerate() {
@@ -323,10 +359,25 @@ fn sweeps(
     for index in wrong.into_iter().rev() {
         events.remove(index);
     }
+    Ok(())
+}
+
+/// The samples of every sweep are there, where they were recorded.
+fn samples(
+    directory: &Path,
+    manifest: &Manifest,
+    events: &[Stamped],
+    damage: &mut Damage,
+) -> Result<(), InputError> {
     if !manifest.samples {
         return Ok(());
     }
-    for sweep in 0..heard {
+    let begun = |stamped: &Stamped| match stamped.event {
+        Event::Sweep { sweep } => Some(sweep),
+        _ => None,
+    };
+    let begun: BTreeSet<u32> = events.iter().filter_map(begun).collect();
+    for sweep in begun {
         let (meta, data) = crate::sigmf::files(&sweep_base(directory, sweep));
         if let Some(missing) = [meta, data].iter().find(|file| !file.is_file()) {
             let message = format!("missing, expected the samples of sweep {sweep}");

@@ -11,16 +11,25 @@ use super::{
 };
 use crate::flight::{FlightConfig, FlightPlan};
 use crate::scene::Scene;
-use crate::sensors::{Event, SensedFlight, SensorsConfig, Stamped};
+use crate::sensors::{BarometerConfig, Event, SensedFlight, SensorsConfig, Stamped};
 
+/// With a barometer: every file is there.
 fn flight() -> SensedFlight {
+    with_barometer(BarometerConfig::real())
+}
+
+fn with_barometer(barometer: BarometerConfig) -> SensedFlight {
+    let sensors = SensorsConfig {
+        barometer,
+        ..SensorsConfig::default()
+    };
     let scene = Scene::load("street").expect("built in");
     let config = FlightConfig {
         duration_s: 8.0,
         ..FlightConfig::default()
     };
     let plan = FlightPlan::plan(&scene, &config, 5).expect("room");
-    SensedFlight::new(plan, SensorsConfig::default(), 5).expect("the default is valid")
+    SensedFlight::new(plan, sensors, 5).expect("the default is valid")
 }
 
 fn record(directory: &Path, flight: &SensedFlight) -> anyhow::Result<Manifest> {
@@ -79,6 +88,84 @@ fn replayed_events_are_the_events_flown_and_recorded_again_the_bytes_are_the_sam
         let bytes = |d: &Path| fs::read(d.join(name)).expect("recorded");
         assert!(bytes(directory.path()) == bytes(again.path()), "{name}");
     }
+}
+
+#[test]
+fn without_a_barometer_a_recording_is_of_the_version_before() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let flight = with_barometer(BarometerConfig::default());
+    let manifest = record(directory.path(), &flight).expect("recorded");
+    let names: Vec<_> = manifest.files.iter().map(|entry| entry.name.as_str()).collect();
+    assert_eq!((manifest.version, names), (2, EVENT_FILES[..5].to_vec()));
+    assert!(!directory.path().join(EVENT_FILES[5]).exists());
+    let recording = read(directory.path()).expect("sound");
+    assert_eq!(recording.events(), flight.events().collect::<Vec<_>>());
+    // The other files are the same bytes with one.
+    let with = recorded();
+    for name in &EVENT_FILES[..5] {
+        let bytes = |d: &Path| fs::read(d.join(name)).expect("recorded");
+        assert!(bytes(directory.path()) == bytes(with.path()), "{name}");
+    }
+    let text = fs::read_to_string(with.path().join(EVENT_FILES[5])).expect("recorded");
+    // The clock that stamps decides whether the last one is before the end.
+    assert!((8 * 25..=1 + 8 * 25).contains(&text.lines().count()));
+}
+
+/// With events that are lost, doubled and late, of every kind.
+fn disordered() -> SensedFlight {
+    let every = "\"imu\", \"magnetometer\", \"timing\", \"sweep\", \"beacon\", \"barometer\"";
+    let faults =
+        format!("[[transport]]\nevents = [{every}]\nlost = 0.1\ndoubled = 0.1\nlate = 0.2\nlate_by_s = 0.7");
+    let sensors = SensorsConfig {
+        faults: toml::from_str(&faults).expect("valid"),
+        ..flight().config().clone()
+    };
+    SensedFlight::new(flight().plan().clone(), sensors, 5).expect("valid")
+}
+
+#[test]
+fn events_out_of_their_order_are_given_back_in_the_order_in_which_they_arrived() {
+    let (flight, directory) = (disordered(), tempfile::tempdir().expect("a directory"));
+    let manifest = record(directory.path(), &flight).expect("recorded");
+    let flown: Vec<_> = flight.events().collect();
+    assert!(!flown.is_sorted_by_key(|stamped| stamped.uav_time_ns));
+    assert_eq!(read(directory.path()).expect("sound").events(), flown);
+    let entry = manifest.arrivals.expect("an order");
+    assert_eq!(
+        (entry.records, entry.bytes),
+        (flown.len() as u64, flown.len() as u64)
+    );
+    // Without the order its stamps fall, and that is said.
+    let file = directory.path().join(MANIFEST);
+    let text = fs::read_to_string(&file).expect("recorded");
+    let mut ordered: Manifest = serde_json::from_str(&text).expect("own output");
+    ordered.arrivals = None;
+    fs::write(&file, serde_json::to_string(&ordered).expect("serialisable")).expect("writable");
+    assert!(refusal(directory.path()).contains("is earlier than the one before it"));
+    // An order that fits no events is refused, and counted when damage is.
+    for (bytes, reason) in [
+        (vec![7; 3], "byte 0 is 7, expected 0 to 5"),
+        (
+            vec![3; 40],
+            "wants another event of sweeps.csv, which has none left",
+        ),
+        (vec![0; 10], "events of imu.bin too few"),
+    ] {
+        ordered.arrivals = Some(super::arrivals::entry("arrivals.bin", bytes.len() as u64, &bytes));
+        fs::write(directory.path().join("arrivals.bin"), &bytes).expect("writable");
+        fs::write(&file, serde_json::to_string(&ordered).expect("serialisable")).expect("writable");
+        let error = refusal(directory.path());
+        assert!(
+            error.contains("arrivals.bin") && error.contains(reason),
+            "{error}"
+        );
+        let mut damage = Damage::counted();
+        let recording = read_with(directory.path(), &mut damage).expect("counted");
+        assert_eq!(recording.events().len(), flown.len());
+        assert!(damage.gaps().contains_key("arrivals.bin"));
+    }
+    // In order, nothing of it is there.
+    assert_eq!(Manifest::of("street", None, &self::flight(), 1).arrivals, None);
 }
 
 #[test]
@@ -185,7 +272,7 @@ fn every_truncated_or_changed_file_is_named() {
 #[test]
 fn a_file_that_contradicts_the_others_is_refused_with_the_reason() {
     type Change = Box<dyn Fn(Vec<u8>) -> Vec<u8>>;
-    let cases: [(usize, &str, Change); 8] = [
+    let cases: [(usize, &str, Change); 9] = [
         (
             0,
             "has 23 bytes, expected 28",
@@ -212,6 +299,11 @@ fn a_file_that_contradicts_the_others_is_refused_with_the_reason() {
             Box::new(edit("e-", "x-")),
         ),
         (3, "sweep 7, expected 3", Box::new(edit(",3\n", ",7\n"))),
+        (
+            5,
+            "expected uav_time_ns,pressure",
+            Box::new(edit("40000000,", "40000000,-")),
+        ),
         (4, "not a beacon", Box::new(edit("\"sweep\":", "\"sweeps\":"))),
     ];
     for (rank, reason, change) in cases {
@@ -231,7 +323,12 @@ fn a_strange_description_is_refused() {
     let file = directory.path().join(MANIFEST);
     let text = fs::read_to_string(&file).expect("recorded");
     for (from, to, reason) in [
-        ("\"version\": 2", "\"version\": 1", "version 1"),
+        (
+            "\"version\": 3",
+            "\"version\": 1",
+            "version 1, expected cslam-flight version 2 or 3",
+        ),
+        ("\"version\": 3", "\"version\": 2", "expected the files imu.bin"),
         ("imu.bin", "imu.csv", "expected the files"),
         ("\"seed\"", "\"sead\"", "not the description"),
         (

@@ -5,23 +5,25 @@ use std::path::Path;
 
 use anyhow::Context;
 
+use super::arrivals::entry;
 use super::truth::{TRUTH, truth};
-use super::{EVENT_FILES, FileEntry, HEADERS, MANIFEST, Manifest, crc32};
+use super::{
+    ARRIVALS, BAROMETER, EVENT_FILES, HEADERS, MANIFEST, Manifest, VERSION, VERSION_WITHOUT_BAROMETER,
+};
 use crate::input::InputError;
-use crate::sensors::{Event, SensedFlight, Stamped};
+use crate::sensors::{Event, KINDS, SensedFlight, Stamped};
 
 /// Records the first `sweeps` sweeps of a flight into `directory`, which is created. `manifest` describes it; when it speaks of
 /// samples, the caller writes them to [`super::sweep_base`] and [`super::squint_base`].
 ///
 /// # Errors
-/// When a file cannot be written, naming it, and when the flight's events do not come in the order of a recording.
+/// When a file cannot be written, naming it.
 pub fn write(
     directory: &Path,
     manifest: Manifest,
     flight: &SensedFlight,
     sweeps: u32,
 ) -> anyhow::Result<Manifest> {
-    check(flight)?;
     std::fs::create_dir_all(directory)
         .with_context(|| format!("{} cannot be created", directory.display()))?;
     put(
@@ -36,15 +38,15 @@ pub fn write(
     write_events(directory, manifest, events)
 }
 
-/// Whether a flight can be recorded.
+/// Whether every sweep of a flight comes once, in its turn: what is kept of it is told by its number.
 ///
 /// # Errors
 /// [`InputError`] when faults of its configuration bring events out of order, or sweeps twice or not at all.
-pub fn check(flight: &SensedFlight) -> Result<(), InputError> {
+pub fn check_order(flight: &SensedFlight) -> Result<(), InputError> {
     if flight.config().faults.reorders() {
         return Err(InputError::new(
-            "faults.transport: late events, and lost or doubled sweeps, cannot be recorded: a recording is in the order of time \
-             stamps, and has every sweep once",
+            "world.sensors.faults.transport: with late events, and with lost or doubled sweeps, no paths are kept: these are a sweep a line, \
+             every sweep once (`cslam record` records the samples of such a flight)",
         ));
     }
     Ok(())
@@ -68,9 +70,11 @@ pub fn write_events(
             format!("{header}\n")
         }
     });
-    let mut records = [0u64; 5];
+    let mut records = [0u64; KINDS];
+    let mut order = Vec::new();
     for Stamped { uav_time_ns, event } in events {
         let rank = usize::from(event.rank());
+        order.push(event.rank());
         records[rank] += 1;
         let text = &mut texts[rank];
         match event {
@@ -83,6 +87,7 @@ pub fn write_events(
                 writeln!(text, "{uav_time_ns},{x},{y},{z}")?;
             }
             Event::Timing(sample) => writeln!(text, "{uav_time_ns},{:e}", sample.clock_offset_s)?,
+            Event::Barometer(sample) => writeln!(text, "{uav_time_ns},{}", sample.pressure)?,
             Event::Sweep { sweep } => writeln!(text, "{uav_time_ns},{sweep}")?,
             Event::Beacon(beacon) => {
                 let line = serde_json::to_string(&super::read::BeaconLine { uav_time_ns, beacon })?;
@@ -91,19 +96,24 @@ pub fn write_events(
         }
     }
     manifest.files.clear();
+    if records[BAROMETER] > 0 {
+        manifest.version = VERSION;
+    }
     for (rank, name) in EVENT_FILES.into_iter().enumerate() {
+        if rank == BAROMETER && manifest.version == VERSION_WITHOUT_BAROMETER {
+            continue;
+        }
         let bytes = if rank == 0 {
             imu.as_slice()
         } else {
             texts[rank].as_bytes()
         };
         put(directory, name, bytes)?;
-        manifest.files.push(FileEntry {
-            name: name.into(),
-            records: records[rank],
-            bytes: bytes.len() as u64,
-            crc32: crc32(bytes),
-        });
+        manifest.files.push(entry(name, records[rank], bytes));
+    }
+    if manifest.arrivals.is_some() {
+        put(directory, ARRIVALS, &order)?;
+        manifest.arrivals = Some(entry(ARRIVALS, order.len() as u64, &order));
     }
     let mut text = serde_json::to_string_pretty(&manifest)?;
     text.push('\n');

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{BeaconConfig, ClockConfig, FaultsConfig, ImuConfig, MagnetometerConfig, TimingConfig};
+use super::{
+    BarometerConfig, BeaconConfig, ClockConfig, FaultsConfig, ImuConfig, MagnetometerConfig, TimingConfig,
+};
 use crate::input::InputError;
 
 /// Errors of all sensors. The default is the budget of design section 6.
@@ -13,6 +15,8 @@ pub struct SensorsConfig {
     pub imu: ImuConfig,
     /// Magnetometer.
     pub magnetometer: MagnetometerConfig,
+    /// Barometer; none by default.
+    pub barometer: BarometerConfig,
     /// What the GMT says about itself.
     pub beacon: BeaconConfig,
     /// Two-way timing.
@@ -29,6 +33,7 @@ impl SensorsConfig {
         Self {
             imu: ImuConfig::ideal(),
             magnetometer: MagnetometerConfig::ideal(),
+            barometer: BarometerConfig::ideal(),
             beacon: BeaconConfig::ideal(),
             timing: TimingConfig::ideal(),
             clock: ClockConfig::ideal(),
@@ -36,12 +41,13 @@ impl SensorsConfig {
         }
     }
 
-    /// Sensors that are not those of the receiver's model: inertial sensor and magnetometer as they are built in and shaken, beacons and
-    /// two-way timing through the channel. The clock is that of the default.
+    /// Sensors that are not those of the receiver's model: inertial sensor and magnetometer as they are built in and shaken, a
+    /// barometer, beacons and two-way timing through the channel. The clock is that of the default.
     pub fn real() -> Self {
         Self {
             imu: ImuConfig::real(),
             magnetometer: MagnetometerConfig::real(),
+            barometer: BarometerConfig::real(),
             beacon: BeaconConfig::real(),
             timing: TimingConfig::real(),
             ..Self::default()
@@ -56,6 +62,7 @@ impl SensorsConfig {
         self.imu
             .check()
             .and_then(|()| self.magnetometer.check())
+            .and_then(|()| self.barometer.check())
             .and_then(|()| self.beacon.check())
             .and_then(|()| self.timing.check())
             .and_then(|()| self.clock.check())
@@ -129,6 +136,12 @@ mod tests {
         assert!(message(|c| c.imu.sampling.filter_hz = 2001.0).contains("imu.sampling.filter_hz"));
         assert!(message(|c| c.imu.temperature.warm_up_s = 0.0).contains("imu.temperature.warm_up_s"));
         assert!(message(|c| c.magnetometer.motor_ut = -1.0).contains("magnetometer.motor_ut"));
+        assert!(message(|c| c.magnetometer.wall_dipole_ut = -1.0).contains("magnetometer.wall_dipole_ut"));
+        assert!(message(|c| c.imu.clock_rms_ppm = 1001.0).contains("imu.clock_rms_ppm"));
+        assert!(message(|c| c.barometer.rate_hz = 7).contains("barometer.rate_hz"));
+        assert!(message(|c| c.barometer.weather_m = -0.1).contains("barometer.weather_m"));
+        assert!(message(|c| c.barometer.wind_coefficient = 2.0).contains("barometer.wind_coefficient"));
+        assert!(message(|c| c.barometer.place_m[1] = f64::NAN).contains("barometer.place_m"));
         assert!(message(|c| c.imu.rate_hz = 0).contains("imu.rate_hz"));
         assert!(message(|c| c.imu.rate_hz = 999).contains("imu.rate_hz"));
         assert!(message(|c| c.imu.accel_turn_on_bias_mg = -1.0).contains("imu.accel_turn_on_bias_mg"));

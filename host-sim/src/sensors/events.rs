@@ -4,7 +4,10 @@ use cslam_firmware::icm42688::RawSample;
 
 use super::magnetometer::current_share;
 use super::sampling::Sampling;
-use super::{Beacon, Beacons, Imu, Magnetometer, MagnetometerSample, SensedFlight, Timing, TimingSample};
+use super::{
+    Barometer, BarometerSample, Beacon, Beacons, Imu, Magnetometer, MagnetometerSample, SensedFlight, Timing,
+    TimingSample,
+};
 
 /// One thing that reaches the receiver.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +25,8 @@ pub enum Event {
     },
     /// A beacon has been decoded.
     Beacon(Beacon),
+    /// A sample of the barometer.
+    Barometer(BarometerSample),
 }
 
 impl Event {
@@ -33,6 +38,7 @@ impl Event {
             Self::Timing(_) => 2,
             Self::Sweep { .. } => 3,
             Self::Beacon(_) => 4,
+            Self::Barometer(_) => 5,
         }
     }
 }
@@ -46,8 +52,11 @@ pub struct Stamped {
     pub event: Event,
 }
 
-/// Iterator over the events of a flight: IMU and magnetometer tick with the UAV clock, sweeps, beacons and exchanges
-/// with the GMT's. Holds one pending event of each kind, so a flight of any length needs the same memory.
+/// Kinds of events.
+pub(crate) const KINDS: usize = 6;
+
+/// Iterator over the events of a flight: magnetometer and barometer tick with the UAV clock, the IMU with one of its own, sweeps,
+/// beacons and exchanges with the GMT's. Holds one pending event of each kind, so a flight of any length needs the same memory.
 #[derive(Clone, Debug)]
 pub struct Events<'a> {
     flight: &'a SensedFlight,
@@ -56,11 +65,12 @@ pub struct Events<'a> {
     magnetometer: Magnetometer,
     timing: Timing,
     beacons: Beacons,
+    barometer: Barometer,
     /// True time at which the last IMU sample ended, s.
     imu_end_s: f64,
     /// Number of the next tick, exchange, sweep of each kind, by rank.
-    next: [u64; 5],
-    pending: [Option<Stamped>; 5],
+    next: [u64; KINDS],
+    pending: [Option<Stamped>; KINDS],
 }
 
 impl<'a> Events<'a> {
@@ -78,11 +88,12 @@ impl<'a> Events<'a> {
                 flight.plan().gmt_heading_rad(),
                 seed,
             ),
+            barometer: Barometer::new(&config.barometer, seed),
             imu_end_s: flight.clock().time_at_s(0.0),
-            next: [1, 1, 0, 0, 0],
-            pending: [None; 5],
+            next: [1, 1, 0, 0, 0, 1],
+            pending: [None; KINDS],
         };
-        for kind in 0..5 {
+        for kind in 0..KINDS {
             events.refill(kind);
         }
         events
@@ -95,7 +106,8 @@ impl<'a> Events<'a> {
             1 => self.magnetometer(),
             2 => self.exchange(),
             3 => self.sweep(),
-            _ => self.beacon(),
+            4 => self.beacon(),
+            _ => self.barometer(),
         };
     }
 
@@ -108,6 +120,11 @@ impl<'a> Events<'a> {
     /// UAV time stamp (ns) and true time (s) of the next tick of the UAV clock at `rate_hz`.
     fn tick(&mut self, kind: usize, rate_hz: u32) -> Option<(u64, f64)> {
         let uav_time_ns = self.take_number(kind) * (1_000_000_000 / u64::from(rate_hz));
+        self.at(uav_time_ns)
+    }
+
+    /// A time by the UAV clock (ns) and the true one (s); `None` after the end.
+    fn at(&self, uav_time_ns: u64) -> Option<(u64, f64)> {
         let time_s = self.flight.clock().time_at_s(uav_time_ns as f64 * 1e-9);
         (time_s <= self.flight.plan().duration_s()).then_some((uav_time_ns, time_s))
     }
@@ -122,7 +139,8 @@ impl<'a> Events<'a> {
     }
 
     fn imu(&mut self) -> Option<Stamped> {
-        let (uav_time_ns, time_s) = self.tick(0, self.flight.config().imu.rate_hz)?;
+        let own_ns = self.take_number(0) * (1_000_000_000 / u64::from(self.flight.config().imu.rate_hz));
+        let (uav_time_ns, time_s) = self.at(self.sampling.by_uav_clock_ns(own_ns))?;
         let plan = self.flight.plan();
         let carried = |time_s| plan.carried_share(time_s);
         let (rate, force) = self.sampling.sample(plan.uav(), carried, self.imu_end_s, time_s);
@@ -139,10 +157,30 @@ impl<'a> Events<'a> {
         let plan = self.flight.plan();
         let motion = plan.uav().at(time_s);
         let thrust_m_per_s2 = motion.specific_force_m_per_s2.norm() * plan.carried_share(time_s);
+        let iron_ut = self.flight.site().iron.field_ut(&motion.position_m);
         let sample = self
             .magnetometer
-            .measure(&motion.attitude, current_share(thrust_m_per_s2));
+            .measure(&motion.attitude, current_share(thrust_m_per_s2), &iron_ut);
         let event = Event::Magnetometer(sample);
+        Some(Stamped { uav_time_ns, event })
+    }
+
+    fn barometer(&mut self) -> Option<Stamped> {
+        let rate_hz = self.flight.config().barometer.rate_hz;
+        if rate_hz == 0 {
+            return None;
+        }
+        let (uav_time_ns, time_s) = self.tick(5, rate_hz)?;
+        let plan = self.flight.plan();
+        let motion = plan.uav().at(time_s);
+        let airspeed_m_per_s = motion.velocity_m_per_s - plan.uav().air_m_per_s(time_s);
+        let sample = self.barometer.measure(
+            &motion,
+            &airspeed_m_per_s,
+            self.flight.site().ground_z_m,
+            plan.carried_share(time_s),
+        );
+        let event = Event::Barometer(sample);
         Some(Stamped { uav_time_ns, event })
     }
 
@@ -191,7 +229,7 @@ impl Iterator for Events<'_> {
     type Item = Stamped;
 
     fn next(&mut self) -> Option<Stamped> {
-        let kind = (0..5)
+        let kind = (0..KINDS)
             .filter(|&kind| self.pending[kind].is_some())
             .min_by_key(|&kind| self.pending[kind].map(|stamped| stamped.uav_time_ns))?;
         let event = self.pending[kind].take();
@@ -205,7 +243,7 @@ mod tests {
     use super::*;
     use crate::flight::{FlightConfig, FlightPlan};
     use crate::scene::Scene;
-    use crate::sensors::{ImuConfig, MagnetometerConfig, SensorsConfig};
+    use crate::sensors::{BarometerConfig, ImuConfig, MagnetometerConfig, SensorsConfig, Site, WallIron};
 
     /// Five seconds, of which three at rest.
     fn flight(config: &FlightConfig, sensors: SensorsConfig) -> SensedFlight {
@@ -219,29 +257,97 @@ mod tests {
     }
 
     /// How many events of each kind are others than by default, by rank.
-    fn changed(config: &FlightConfig, sensors: SensorsConfig) -> [usize; 5] {
+    fn changed(config: &FlightConfig, sensors: SensorsConfig) -> [usize; KINDS] {
         let of_kind = |flight: &SensedFlight, rank: u8| -> Vec<Stamped> {
             let events = Events::new(flight);
             events.filter(|stamped| stamped.event.rank() == rank).collect()
         };
         let plain = flight(&FlightConfig::default(), SensorsConfig::default());
         let other = flight(config, sensors);
-        [0, 1, 2, 3, 4].map(|rank| {
+        [0, 1, 2, 3, 4, 5].map(|rank| {
             let (before, after) = (of_kind(&plain, rank), of_kind(&other, rank));
+            if rank == 5 {
+                // A barometer is there, or none is.
+                return after.len().abs_diff(before.len());
+            }
             assert_eq!(before.len(), after.len(), "rank {rank}");
             before.iter().zip(&after).filter(|(a, b)| a != b).count()
         })
     }
 
     #[test]
+    fn a_barometer_and_a_clock_change_no_other_event() {
+        let calm = FlightConfig::default();
+        let barometer = SensorsConfig {
+            barometer: BarometerConfig::real(),
+            ..SensorsConfig::default()
+        };
+        let [others @ .., of_barometer] = changed(&calm, barometer);
+        assert!(
+            (124..=125).contains(&of_barometer) && others == [0; 5],
+            "{of_barometer}"
+        );
+        let clock = SensorsConfig {
+            imu: ImuConfig {
+                clock_rms_ppm: 50.0,
+                ..ImuConfig::default()
+            },
+            ..SensorsConfig::default()
+        };
+        let flight = flight(&calm, clock);
+        let of_imu: Vec<u64> = Events::new(&flight)
+            .filter(|stamped| stamped.event.rank() == 0)
+            .map(|stamped| stamped.uav_time_ns)
+            .collect();
+        let step = |k: usize| of_imu[k + 1] as f64 - of_imu[k] as f64;
+        let ppm = (of_imu[4999 - 1] as f64 / 4999e6 - 1.0) * 1e6;
+        assert!(ppm.abs() > 1.0 && ppm.abs() < 250.0, "{ppm}");
+        assert!((0..of_imu.len() - 1).all(|k| (step(k) / 1e6 - 1.0 - ppm * 1e-6).abs() < 2e-6));
+        let others = |flight: &SensedFlight| -> Vec<Stamped> {
+            Events::new(flight)
+                .filter(|stamped| stamped.event.rank() != 0)
+                .collect()
+        };
+        let plain = self::flight(&calm, SensorsConfig::default());
+        assert_eq!(others(&flight), others(&plain));
+    }
+
+    #[test]
+    fn iron_in_walls_is_read_by_the_magnetometer_alone() {
+        let read = |field_ut: f64| -> (Vec<Stamped>, Vec<Stamped>) {
+            let scene = Scene::load("indoor").expect("built in");
+            let config = FlightConfig {
+                duration_s: 5.0,
+                ..FlightConfig::default()
+            };
+            let plan = FlightPlan::plan(&scene, &config, 2).expect("room");
+            let site = Site {
+                iron: WallIron::draw(&scene, &plan, field_ut, 2),
+                ..Site::default()
+            };
+            let flight = SensedFlight::new(plan, SensorsConfig::default(), 2)
+                .expect("sound")
+                .at_site(site);
+            Events::new(&flight).partition(|stamped| stamped.event.rank() == 1)
+        };
+        let ((none, others), (iron, same)) = (read(0.0), read(20.0));
+        assert_eq!(others, same);
+        assert!(none.len() == iron.len() && none != iron);
+    }
+
+    #[test]
     fn an_effect_changes_the_events_of_its_sensor_only() {
         let calm = FlightConfig::default();
         let imu = SensorsConfig {
-            imu: ImuConfig::real(),
+            imu: ImuConfig {
+                clock_rms_ppm: 0.0,
+                ..ImuConfig::real()
+            },
             ..SensorsConfig::default()
         };
         let [of_imu, others @ ..] = changed(&calm, imu);
-        assert!(of_imu > 4900 && others == [0; 4], "{of_imu} {others:?}");
+        assert!(of_imu > 4900 && others == [0; 5], "{of_imu} {others:?}");
+        // Iron is of a place, and there is none.
         let motors = SensorsConfig {
             magnetometer: MagnetometerConfig::real(),
             ..SensorsConfig::default()
@@ -249,11 +355,11 @@ mod tests {
         // At rest the motors stand still.
         let [of_imu, of_magnetometer, others @ ..] = changed(&calm, motors);
         assert!((80..=100).contains(&of_magnetometer), "{of_magnetometer}");
-        assert!(of_imu == 0 && others == [0; 3]);
+        assert!(of_imu == 0 && others == [0; 4]);
         // Wind moves the UAV once it flies, and with it whatever is in it; the GMT and the clocks know nothing of it.
         let [of_imu, of_magnetometer, others @ ..] = changed(&FlightConfig::real(), SensorsConfig::default());
         assert!((1500..=2100).contains(&of_imu), "{of_imu}");
         assert!((50..=105).contains(&of_magnetometer), "{of_magnetometer}");
-        assert_eq!(others, [0; 3]);
+        assert_eq!(others, [0; 4]);
     }
 }

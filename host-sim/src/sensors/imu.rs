@@ -32,6 +32,9 @@ use crate::seeded::{Seeded, Source};
 pub struct ImuConfig {
     /// Output data rate, Hz; divides 1 000 000.
     pub rate_hz: u32,
+    /// Standard deviation of its own clock's rate against the UAV's, 1e-6, 0 to 1000: it samples by the one, and is stamped by the
+    /// other.
+    pub clock_rms_ppm: f64,
     /// White noise of the gyroscope, mdps/sqrt(Hz). Data sheet: 2.8.
     pub gyro_noise_mdps_per_sqrt_hz: f64,
     /// Flicker floor of the gyroscope's Allan deviation, deg/h. The data sheet gives none: 3 is typical of
@@ -70,6 +73,7 @@ impl Default for ImuConfig {
     fn default() -> Self {
         Self {
             rate_hz: 1000,
+            clock_rms_ppm: 0.0,
             gyro_noise_mdps_per_sqrt_hz: 2.8,
             gyro_bias_instability_deg_per_h: 3.0,
             gyro_bias_walk_mdps_per_sqrt_s: 1.0,
@@ -94,6 +98,7 @@ impl ImuConfig {
     pub fn ideal() -> Self {
         Self {
             rate_hz: 1000,
+            clock_rms_ppm: 0.0,
             gyro_noise_mdps_per_sqrt_hz: 0.0,
             gyro_bias_instability_deg_per_h: 0.0,
             gyro_bias_walk_mdps_per_sqrt_s: 0.0,
@@ -113,9 +118,10 @@ impl ImuConfig {
     }
 
     /// An IMU that the filter has no model of: biases that follow a warm-up instead of a walk, vibration and what it rectifies to, a
-    /// filter, latency, and a mounting that was measured with a ruler.
+    /// filter, latency, a clock of its own, and a mounting that was measured with a ruler.
     pub fn real() -> Self {
         Self {
+            clock_rms_ppm: 50.0,
             gyro_bias_walk_mdps_per_sqrt_s: 0.0,
             accel_bias_walk_ug_per_sqrt_s: 0.0,
             temperature: TemperatureConfig::real(),
@@ -140,6 +146,10 @@ impl ImuConfig {
     /// Checks the figures; the error names the key.
     pub(super) fn check(&self) -> Result<(), InputError> {
         super::divides_a_second("imu.rate_hz", self.rate_hz)?;
+        if !(0.0..=1000.0).contains(&self.clock_rms_ppm) {
+            let message = format!("is {}, expected 0 to 1000", self.clock_rms_ppm);
+            return Err(InputError::at_key("imu.clock_rms_ppm", message));
+        }
         super::not_negative(&[
             (
                 "imu.gyro_noise_mdps_per_sqrt_hz",

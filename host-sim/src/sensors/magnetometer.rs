@@ -1,7 +1,7 @@
 //! A three-axis magnetometer: the earth's field in body axes, with hard and soft iron left over from calibration and
 //! the disturbance of a city.
 //!
-//! code = round((I + S) R^T (B + disturbance) + hard iron + motors + noise). At the defaults the heading it gives is off by
+//! code = round((I + S) R^T (B + disturbance + iron in walls) + hard iron + motors + noise). At the defaults the heading it gives is off by
 //! about 5 deg, most of it constant or slow (docs/localization.md, "The model" takes it as a bias): a weak aid.
 
 use core::f64::consts::PI;
@@ -44,6 +44,8 @@ pub struct MagnetometerConfig {
     pub disturbance_time_s: f64,
     /// Field of the motors' currents at full thrust, uT, in one direction of the body: calibration on the ground does not see it.
     pub motor_ut: f64,
+    /// Field of a dipole of iron in the walls of a building at 1 m along its axis, uT; none under the sky ([`super::WallIron`]).
+    pub wall_dipole_ut: f64,
 }
 
 impl Default for MagnetometerConfig {
@@ -59,6 +61,7 @@ impl Default for MagnetometerConfig {
             disturbance_ut: 1.2,
             disturbance_time_s: 10.0,
             motor_ut: 0.0,
+            wall_dipole_ut: 0.0,
         }
     }
 }
@@ -75,10 +78,11 @@ impl MagnetometerConfig {
         }
     }
 
-    /// The default, beside motors that make a tenth of the earth's field at full thrust.
+    /// The default, beside motors that make a tenth of the earth's field at full thrust, and iron in the walls of buildings.
     pub fn real() -> Self {
         Self {
             motor_ut: 4.8,
+            wall_dipole_ut: 20.0,
             ..Self::default()
         }
     }
@@ -101,6 +105,7 @@ impl MagnetometerConfig {
             ("magnetometer.disturbance_ut", self.disturbance_ut),
             ("magnetometer.disturbance_time_s", self.disturbance_time_s),
             ("magnetometer.motor_ut", self.motor_ut),
+            ("magnetometer.wall_dipole_ut", self.wall_dipole_ut),
         ])?;
         for (key, angle) in [
             ("magnetometer.inclination_deg", self.inclination_deg),
@@ -177,11 +182,16 @@ impl Magnetometer {
         }
     }
 
-    /// The next sample at attitude R_wb, with the motors at a share of their full current.
-    pub fn measure(&mut self, attitude: &Rotation3<f64>, current_share: f64) -> MagnetometerSample {
+    /// The next sample at attitude R_wb, with the motors at a share of their full current and a field of iron nearby, uT, world frame.
+    pub fn measure(
+        &mut self,
+        attitude: &Rotation3<f64>,
+        current_share: f64,
+        iron_ut: &Vector3<f64>,
+    ) -> MagnetometerSample {
         self.disturbance_ut =
             self.disturbance_ut * self.kept + self.surroundings.normal_vector() * self.added_ut;
-        let body = attitude.inverse() * (self.earth_ut + self.disturbance_ut);
+        let body = attitude.inverse() * (self.earth_ut + self.disturbance_ut + iron_ut);
         let field = self.soft_iron * body
             + self.hard_iron_ut
             + self.motor_ut * current_share
@@ -216,7 +226,11 @@ mod tests {
         assert!((config.earth_field_ut().norm() - 48.0).abs() < 1e-12 && config.earth_field_ut().z < 0.0);
         let mut magnetometer = Magnetometer::new(&config, 1);
         for yaw in [-2.0, 0.0, 0.7, 3.0] {
-            let sample = magnetometer.measure(&Rotation3::from_euler_angles(0.0, 0.0, yaw), 1.0);
+            let sample = magnetometer.measure(
+                &Rotation3::from_euler_angles(0.0, 0.0, yaw),
+                1.0,
+                &Vector3::zeros(),
+            );
             let error = heading(&sample, &config) - yaw;
             assert!(libm::sin(error).abs() < 4e-4 && libm::cos(error) > 0.0, "{error}");
         }
@@ -228,8 +242,12 @@ mod tests {
         let (mut squares, mut jumps) = (0.0, 0.0);
         for seed in 0..400 {
             let mut magnetometer = Magnetometer::new(&config, seed);
-            let [first, second] =
-                [(); 2].map(|()| heading(&magnetometer.measure(&Rotation3::identity(), 1.0), &config));
+            let [first, second] = [(); 2].map(|()| {
+                heading(
+                    &magnetometer.measure(&Rotation3::identity(), 1.0, &Vector3::zeros()),
+                    &config,
+                )
+            });
             squares += first * first;
             jumps += (second - first) * (second - first);
         }
@@ -254,7 +272,10 @@ mod tests {
             let turned = Rotation3::from_euler_angles(0.3, -0.2, 2.0);
             let mut field = |attitude: &Rotation3<f64>, share| {
                 let earth = attitude.inverse() * config.earth_field_ut();
-                magnetometer.measure(attitude, share).field_ut() - earth
+                magnetometer
+                    .measure(attitude, share, &Vector3::zeros())
+                    .field_ut()
+                    - earth
             };
             let rounding = 0.6 * FIELD_PER_CODE_UT;
             assert!(field(&turned, 0.0).amax() < rounding);

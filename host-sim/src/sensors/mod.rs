@@ -6,6 +6,7 @@
 //! for evaluation. What fails in a flight is configured too: [`faults`].
 
 mod air;
+mod barometer;
 mod beacon;
 mod clock;
 mod config;
@@ -20,17 +21,21 @@ mod magnetometer;
 mod mounting;
 mod sampling;
 mod sensed_flight;
+mod site;
 mod static_run;
 mod temperature;
 mod timing;
 mod vibration;
+mod wall_iron;
 
 pub use air::{OverAir, WordLink, WordPath, WordRadio};
+pub use barometer::{Barometer, BarometerConfig, BarometerSample, PRESSURE_PER_CODE_PA};
 pub use beacon::{Beacon, BeaconConfig, Beacons, true_gmt_attitude};
 pub use clock::{Clock, ClockConfig};
 pub use config::SensorsConfig;
 use config::{at_most_one, divides_a_second, not_negative};
 pub use drift::BiasDrift;
+pub(crate) use events::KINDS;
 pub use events::{Event, Events, Stamped};
 pub use faults::{BeaconFault, ClockStep, FaultsConfig, Faulty, TimingFault};
 pub use g_sensitivity::GSensitivityConfig;
@@ -42,7 +47,9 @@ pub use magnetometer::{
 pub use mounting::MountingConfig;
 pub use sampling::SamplingConfig;
 pub use sensed_flight::{SensedFlight, Truth};
+pub use site::Site;
 pub use static_run::{Characterisation, static_run};
 pub use temperature::TemperatureConfig;
 pub use timing::{Timing, TimingConfig, TimingSample};
 pub use vibration::VibrationConfig;
+pub use wall_iron::WallIron;

@@ -66,6 +66,8 @@ impl SamplingConfig {
 #[derive(Clone, Debug)]
 pub(super) struct Sampling {
     interval_s: f64,
+    /// By how much more than the UAV's clock its own one takes for a second, s/s.
+    clock_error: f64,
     jitter_s: f64,
     jitter: Seeded,
     /// `None` when samples are exact means.
@@ -102,6 +104,7 @@ impl Sampling {
         });
         Self {
             interval_s,
+            clock_error: Seeded::new(seed, Source::ImuClock).normal() * config.clock_rms_ppm * 1e-6,
             jitter_s: sampling.stamp_jitter_s,
             jitter: Seeded::new(seed, Source::ImuStampJitter),
             signals: (!is_off).then(|| Signals {
@@ -113,6 +116,14 @@ impl Sampling {
                 ahead_s: known_s - sampling.latency_s,
             }),
         }
+    }
+
+    /// What the UAV's clock shows when the sensor's own shows a time, ns: both are at zero together.
+    pub(super) fn by_uav_clock_ns(&self, own_ns: u64) -> u64 {
+        if self.clock_error == 0.0 {
+            return own_ns;
+        }
+        own_ns.saturating_add_signed(libm::floor(own_ns as f64 * self.clock_error + 0.5) as i64)
     }
 
     /// Angular rate (rad/s) and specific force (m/s^2) of the sample over an interval, in the sensor's axes. `carried` is the share of
@@ -344,6 +355,34 @@ mod tests {
             (rectified - expected).norm() < 0.1 * expected.norm(),
             "{rectified} for {expected}"
         );
+    }
+
+    #[test]
+    fn a_clock_of_its_own_runs_at_its_own_rate_all_the_time() {
+        let second_ns = 1_000_000_000;
+        let config = with(|c| c.clock_rms_ppm = 50.0);
+        let errors: Vec<f64> = (0..400)
+            .map(|seed| {
+                let sampling = Sampling::new(&config, seed);
+                let late_ns =
+                    |s: u64| sampling.by_uav_clock_ns(s * second_ns) as f64 - (s * second_ns) as f64;
+                assert!(
+                    (late_ns(100) - 100.0 * late_ns(1)).abs() <= 51.0,
+                    "not at one rate"
+                );
+                late_ns(1) * 1e-3
+            })
+            .collect();
+        let rms_ppm = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
+        assert!((rms_ppm / 50.0 - 1.0).abs() < 0.12, "{rms_ppm}");
+        assert_eq!(
+            Sampling::new(&ImuConfig::default(), 1).by_uav_clock_ns(77 * second_ns),
+            77 * second_ns
+        );
+        // What is sampled between two instants is none of the clock's.
+        let uav = flight();
+        let [with_it, without] = [&config, &ImuConfig::ideal()].map(|config| run(config, &uav, 1.0, 0.1));
+        assert_eq!(with_it, without);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::faults::wrong_fix_m;
-use super::{Clock, Events, Faulty, OverAir, SensorsConfig, true_gmt_attitude};
+use super::{Clock, Events, Faulty, OverAir, SensorsConfig, Site, true_gmt_attitude};
 use crate::flight::{FlightPlan, Motion};
 use crate::input::InputError;
 
@@ -38,6 +38,7 @@ pub struct SensedFlight {
     clock: Clock,
     gmt_attitude: Rotation3<f64>,
     over_air: Option<OverAir>,
+    site: Site,
 }
 
 impl SensedFlight {
@@ -56,6 +57,7 @@ impl SensedFlight {
             clock,
             gmt_attitude,
             over_air: None,
+            site: Site::default(),
         })
     }
 
@@ -64,6 +66,18 @@ impl SensedFlight {
     pub fn with_words(mut self, over_air: OverAir) -> Self {
         self.over_air = Some(over_air);
         self
+    }
+
+    /// The same flight at a place: what ground and walls do to sensors.
+    #[must_use]
+    pub fn at_site(mut self, site: Site) -> Self {
+        self.site = site;
+        self
+    }
+
+    /// What ground and walls do to sensors there.
+    pub(super) fn site(&self) -> &Site {
+        &self.site
     }
 
     /// Whether the air lets the beacon after a sweep through.

@@ -29,6 +29,15 @@ pub(super) fn theta_hat(direction: &Vec3) -> Vec3 {
     )
 }
 
+/// Unit vector of growing azimuth at a unit direction, horizontal; north where the direction is vertical.
+pub(super) fn phi_hat(direction: &Vec3) -> Vec3 {
+    let across = (direction.x * direction.x + direction.y * direction.y).sqrt();
+    if across == 0.0 {
+        return Vec3::y();
+    }
+    Vec3::new(-direction.y / across, direction.x / across, 0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -49,6 +58,7 @@ mod tests {
             let at = |t: f64| Vec3::new(t.sin() * f64::cos(phi), t.sin() * f64::sin(phi), t.cos());
             let derivative = (at(theta + 1e-6) - at(theta - 1e-6)) / 2e-6;
             assert!((theta_hat(&at(theta)) - derivative).norm() < 1e-9);
+            assert!((theta_hat(&at(theta)).cross(&phi_hat(&at(theta))) - at(theta)).norm() < 1e-12);
         }
     }
 }

@@ -45,7 +45,7 @@ impl<'b> Bodies<'b> {
         paths.retain_mut(|path| {
             let left = self.left_of(path, &ends, None);
             if left < 1.0 {
-                path.gain *= left;
+                path.weaken(left.into());
             }
             left > 0.0
         });

@@ -139,7 +139,7 @@ impl<'t> Crowns<'t> {
             None => false,
             Some(factor) => {
                 if factor != Complex::new(1.0, 0.0) {
-                    path.gain *= factor;
+                    path.weaken(factor);
                 }
                 true
             }

@@ -13,7 +13,7 @@ use core::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Complex, Vector3};
 
-use super::angles::theta_hat;
+use super::angles::{phi_hat, theta_hat};
 use super::surface::Surface;
 use crate::scene::Vec3;
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
@@ -38,6 +38,17 @@ pub(super) fn gain<'a>(
     bounces: impl IntoIterator<Item = Bounce<'a>>,
     length_m: f64,
 ) -> Complex<f64> {
+    let [vertical, _] = gains(frequency_hz, points, bounces, length_m);
+    vertical
+}
+
+/// The same, and what arrives along phi-hat(AoA) on the same scale: the horizontal component that reflections have made.
+pub(super) fn gains<'a>(
+    frequency_hz: f64,
+    points: &[Vec3],
+    bounces: impl IntoIterator<Item = Bounce<'a>>,
+    length_m: f64,
+) -> [Complex<f64>; 2] {
     let leg = |i: usize| (points[i + 1] - points[i]).normalize();
     let departure = leg(0);
     let mut direction = departure;
@@ -50,8 +61,11 @@ pub(super) fn gain<'a>(
     // The angle of arrival points back to where the wave comes from.
     let arrival = -direction;
     let wavelength_m = SPEED_OF_LIGHT_M_PER_S / frequency_hz;
-    received(&field, &arrival)
-        * (wavelength_m / (4.0 * PI * length_m) * dipole(&departure) * dipole(&arrival))
+    let spread = wavelength_m / (4.0 * PI * length_m) * dipole(&departure) * dipole(&arrival);
+    [
+        received(&field, &arrival) * spread,
+        received_across(&field, &arrival) * spread,
+    ]
 }
 
 /// Unit field of a vertical antenna towards a unit direction.
@@ -62,6 +76,11 @@ pub(super) fn departing(departure: &Vec3) -> Field {
 /// What a vertical antenna takes of a field that comes from a unit direction.
 pub(super) fn received(field: &Field, arrival: &Vec3) -> Complex<f64> {
     along(field, &theta_hat(arrival))
+}
+
+/// The component of such a field that a vertical antenna is blind to.
+pub(super) fn received_across(field: &Field, arrival: &Vec3) -> Complex<f64> {
+    along(field, &phi_hat(arrival))
 }
 
 /// Component of a field along a real unit vector.
@@ -132,6 +151,46 @@ mod tests {
         let gain = gain(30e9, &points, [], 50.0);
         let friis = SPEED_OF_LIGHT_M_PER_S / 30e9 / (4.0 * PI * 50.0) * 1.643;
         assert!((gain.re - friis).abs() < 1e-12 * friis && gain.im == 0.0);
+    }
+
+    #[test]
+    fn a_slanting_bounce_makes_a_horizontal_component_and_a_straight_one_none() {
+        let surface = lossless();
+        let off = |normal: &Vec3, points: &[Vec3]| {
+            let surface = &surface;
+            gains(30e9, points, [Bounce { normal, surface }], 20.0)
+        };
+        let corner = Vec3::new(5.0, 5.0, 5.0);
+        let ends = |dz: f64| {
+            [
+                Vec3::new(0.0, 0.0, 5.0 - dz),
+                corner,
+                Vec3::new(0.0, 10.0, 5.0 + dz),
+            ]
+        };
+        let [level, none] = off(&-Vec3::x(), &ends(0.0));
+        assert!(none.norm() < 1e-15 * level.norm().max(1e-3));
+        // Off a wall and up: s and p are reflected unlike.
+        let points = ends(4.0);
+        let [vertical, across] = off(&-Vec3::x(), &points);
+        assert!(across.norm() > 0.05 * vertical.norm(), "{vertical} {across}");
+        // What comes is what the coefficients leave of what went: no more, no less.
+        let cos = (points[1] - points[0]).normalize().x;
+        let [r_s, r_p] = fresnel(Complex::new(15.0, 0.0), cos).map(|r| r.norm_sqr());
+        let departure = (points[1] - points[0]).normalize();
+        let s = departure.cross(&Vec3::x()).normalize();
+        let share = theta_hat(&departure).dot(&s).powi(2);
+        let [d, a] = [departure, (points[1] - points[2]).normalize()].map(|u| dipole(&u));
+        let scale = SPEED_OF_LIGHT_M_PER_S / 30e9 / (4.0 * PI * 20.0) * d * a;
+        let power = (vertical.norm_sqr() + across.norm_sqr()) / (scale * scale);
+        assert!(
+            (power - share * r_s - (1.0 - share) * r_p).abs() < 1e-12,
+            "{power}"
+        );
+        // A mirror image in an upright plane turns its sign.
+        let flipped = points.map(|p| Vec3::new(p.x, -p.y, p.z));
+        let [same, opposite] = off(&-Vec3::x(), &flipped);
+        assert!((same - vertical).norm() < 1e-15 && (opposite + across).norm() < 1e-15);
     }
 
     #[test]

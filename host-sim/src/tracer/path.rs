@@ -33,6 +33,8 @@ pub struct TracedPath {
     pub(super) departure_rad: [f64; 2],
     pub(super) arrival_rad: [f64; 2],
     pub(super) gain: Complex<f64>,
+    /// Of its horizontal component, on the scale of `gain`: reflections and thin walls make one. None is told of other kinds.
+    pub(super) across: Complex<f64>,
     /// Place among the scene's wedges of the edge that diffracts it.
     pub(super) wedge: Option<u32>,
     /// Rate at which movers on the way shorten it, m/s.
@@ -77,9 +79,22 @@ impl TracedPath {
             departure_rad: zenith_azimuth(&(points[1] - points[0])),
             arrival_rad: zenith_azimuth(&(points[order] - points[order + 1])),
             gain,
+            across: Complex::new(0.0, 0.0),
             wedge: None,
             closing_m_per_s: 0.0,
         }
+    }
+
+    /// The same path with a horizontal component.
+    pub(super) fn with_across(mut self, across: Complex<f64>) -> Self {
+        self.across = across;
+        self
+    }
+
+    /// Multiplies both components by what is left of them.
+    pub(super) fn weaken(&mut self, left: Complex<f64>) {
+        self.gain *= left;
+        self.across *= left;
     }
 
     /// Strongest first; of equal strength, by order and faces.
@@ -174,6 +189,7 @@ impl TracedPath {
             aod_azimuth_rad: Some(self.departure_rad[1]),
             aod_sigma_rad: None,
             gain: Some(self.gain()),
+            cross_gain: None,
             first_vertex: self.vertices().first().copied(),
             last_vertex: self.vertices().last().copied(),
             edge_point: self.edge_point(),

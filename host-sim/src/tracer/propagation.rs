@@ -11,6 +11,8 @@ pub struct Propagation {
     pub roughness: bool,
     /// Diffuse scattering off faces.
     pub diffuse: Option<Diffuse>,
+    /// Whether links tell the horizontal component of reflected waves too.
+    pub cross_polarisation: bool,
 }
 
 impl Propagation {

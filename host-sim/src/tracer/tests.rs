@@ -422,6 +422,58 @@ fn neither_threads_nor_batches_change_a_byte() {
 }
 
 #[test]
+fn links_tell_the_horizontal_component_when_asked_and_change_in_nothing_else() {
+    let (scene, list) = reference("outdoor_a");
+    let told = |cross_polarisation, scene: &Scene| {
+        let propagation = Propagation {
+            cross_polarisation,
+            ..Propagation::default()
+        };
+        let tracer = Tracer::with(scene, 2, propagation).unwrap();
+        let ends = list[..200].iter().map(|link| (link.tx, link.rx));
+        ends.map(|(tx, rx)| {
+            let tree = tracer.transmitter(tx);
+            tree.to_link(rx, &tree.trace(rx))
+        })
+        .collect::<Vec<_>>()
+    };
+    let told_uneven = crate::scene::Unevenness {
+        ground_relief_rms_m: 0.15,
+        panels: true,
+        ..crate::scene::Unevenness::default()
+    };
+    let uneven = reference("outdoor_a").0.with_unevenness(told_uneven);
+    for scene in [&scene, &uneven] {
+        let (without, mut with) = (told(false, scene), told(true, scene));
+        let size = |component: Option<[f64; 2]>| component.map_or(0.0, |[re, im]| libm::hypot(re, im));
+        let mut shares = Vec::new();
+        for path in with.iter_mut().flat_map(|link| &mut link.paths) {
+            let across = path.cross_gain.take();
+            if path.order == Some(0) {
+                assert!(size(across) < 1e-15 * size(path.gain), "line of sight");
+            } else {
+                shares.push(size(across) / size(path.gain));
+            }
+        }
+        assert_eq!(with, without);
+        shares.sort_by(f64::total_cmp);
+        let [median, high] =
+            [shares.len() / 2, shares.len() * 9 / 10].map(|at| 20.0 * libm::log10(shares[at]));
+        println!(
+            "{} reflected paths: horizontal component at {median:.1} dB in the median, {high:.1} dB at 90 %",
+            shares.len()
+        );
+        assert!((-60.0..-5.0).contains(&median) && high > -20.0, "{median} {high}");
+    }
+    // What takes a part of a path takes it of both.
+    let tracer = Tracer::new(&scene, 2).unwrap();
+    let mut path = tracer.transmitter(list[0].tx).trace(list[0].rx).pop().unwrap();
+    path.across = path.gain * 0.25;
+    path.weaken(nalgebra::Complex::new(0.0, 0.5));
+    assert!((path.across - path.gain * 0.25).norm() < 1e-18);
+}
+
+#[test]
 fn every_batch_is_traced_in_order() {
     let scene = canyon();
     let tracer = Tracer::new(&scene, 0).unwrap();

@@ -8,7 +8,7 @@ use core::f64::consts::PI;
 
 use nalgebra::Complex;
 
-use super::field::{self, Bounce, departing, dipole, received};
+use super::field::{self, Bounce, departing, dipole, received, received_across};
 use super::path::{Place, TracedPath};
 use super::tree::{IN_FRONT_M, ImageTree};
 use super::{LEAST_DISTANCE_M, Tracer};
@@ -199,7 +199,7 @@ fn path(tree: &ImageTree<'_>, chain: &[Mirror], points: &[Vec3], legs: &[Vec<u32
     let [tx, rx] = [points[0], points[points.len() - 1]];
     let mut path = TracedPath::through(Kind::of(&met)?, &tx, places, &rx, gain);
     path.length_m += excess_m;
-    Some(path)
+    Some(path.with_across(received_across(&field, &arrival) * spread))
 }
 
 #[cfg(test)]

@@ -264,6 +264,11 @@ impl<'t> ImageTree<'t> {
                 line.kind = Some(path.kind());
             }
         }
+        if self.tracer.propagation().cross_polarisation {
+            for (line, path) in link.paths.iter_mut().zip(paths) {
+                line.cross_gain = (path.across.norm_sqr() > 0.0).then_some([path.across.re, path.across.im]);
+            }
+        }
         link
     }
 
@@ -339,11 +344,11 @@ impl<'t> ImageTree<'t> {
             normal: self.scene.faces()[face as usize].normal(),
             surface: surfaces.of(face),
         });
-        let gain = field::gain(self.scene.frequency_hz(), points, bounces, length_m);
+        let [gain, across] = field::gains(self.scene.frequency_hz(), points, bounces, length_m);
         let places = vertices.iter().zip(faces).map(|(point, face)| Place {
             point: *point,
             face: Some(*face),
         });
-        TracedPath::through(Kind::reflections(order), &self.tx, places, rx, gain)
+        TracedPath::through(Kind::reflections(order), &self.tx, places, rx, gain).with_across(across)
     }
 }

@@ -333,18 +333,13 @@ impl<'a> UnevenLink<'a> {
                 .around(flat, inner, &bounce, self.ends, frequency_hz, self.surfaces);
         }
         let length_m = points.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum();
-        let gain = field::gain(frequency_hz, points, bounces, length_m);
+        let [gain, across] = field::gains(frequency_hz, points, bounces, length_m);
         let places = points[1..].iter().zip(flat.faces()).map(|(point, face)| Place {
             point: *point,
             face: Some(*face),
         });
-        Some(TracedPath::through(
-            flat.kind,
-            self.ends[0],
-            places,
-            self.ends[1],
-            gain,
-        ))
+        let path = TracedPath::through(flat.kind, self.ends[0], places, self.ends[1], gain);
+        Some(path.with_across(across))
     }
 }
 

@@ -15,7 +15,7 @@ pub struct Effect {
 }
 
 /// All of them.
-pub const EFFECTS: [Effect; 27] = [
+pub const EFFECTS: [Effect; 31] = [
     effect("diffraction", &["propagation.diffraction"]),
     effect(
         "diffuse-scattering",
@@ -45,7 +45,10 @@ pub const EFFECTS: [Effect; 27] = [
         ],
     ),
     effect("imu-mounting", &["sensors.imu.mounting"]),
-    effect("motor-currents", &["sensors.magnetometer"]),
+    effect("imu-clock", &["sensors.imu.clock_rms_ppm"]),
+    effect("motor-currents", &["sensors.magnetometer.motor_ut"]),
+    effect("iron-in-walls", &["sensors.magnetometer.wall_dipole_ut"]),
+    effect("barometer", &["sensors.barometer"]),
     effect("beacons-over-air", &["sensors.beacon"]),
     effect("timing-over-air", &["sensors.timing"]),
     effect(
@@ -62,6 +65,13 @@ pub const EFFECTS: [Effect; 27] = [
         &[
             "channel.impairments.uav_arrays.ripple_rms_db",
             "channel.impairments.uav_arrays.ripple_rms_deg",
+        ],
+    ),
+    effect(
+        "cross-polarisation",
+        &[
+            "propagation.cross_polarisation",
+            "channel.impairments.uav_arrays.cross_polarisation_db",
         ],
     ),
     effect(

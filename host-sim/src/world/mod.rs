@@ -22,7 +22,7 @@ use crate::flight::FlightPlan;
 use crate::input::InputError;
 use crate::paths::{Link, LinkPath};
 use crate::scene::Scene;
-use crate::sensors::{SensedFlight, Truth};
+use crate::sensors::{SensedFlight, Site, Truth, WallIron};
 use crate::tracer::{Propagation, Tracer};
 
 pub use config::{Profile, WorldConfig};
@@ -72,9 +72,15 @@ impl<'s> World<'s> {
         // All that is drawn is drawn in the scene's own frame, and goes with the scene.
         let plan = FlightPlan::plan(scene.own(), &config.flight, seed)?;
         let surroundings = Surroundings::place(&tracer, &config.propagation, &plan, seed)?;
+        let iron_ut = config.sensors.magnetometer.wall_dipole_ut;
+        let iron = WallIron::draw(scene.own(), &plan, iron_ut, seed);
+        let site = Site {
+            ground_z_m: ground_z_m(scene),
+            iron: iron.placed(&scene.placement()),
+        };
         let plan = plan.placed(&scene.placement());
         let simulator = Simulator::new(config.channel, seed);
-        let mut flight = SensedFlight::new(plan, config.sensors, seed)?;
+        let mut flight = SensedFlight::new(plan, config.sensors, seed)?.at_site(site);
         if flight.config().beacon.over_air || flight.config().timing.over_air {
             // Words are understood over single paths.
             let single = Propagation {
@@ -113,8 +119,7 @@ impl<'s> World<'s> {
 
     /// Height of the ground, m, world frame: scenes have it at 0 of their own frame; its relief lies about it.
     pub fn ground_z_m(&self) -> f64 {
-        let [.., raised_m] = self.tracer.scene().placement().moved_m;
-        raised_m
+        ground_z_m(self.tracer.scene())
     }
 
     /// The paths between the two ends.
@@ -152,6 +157,11 @@ impl<'s> World<'s> {
     }
 }
 
+fn ground_z_m(scene: &Scene) -> f64 {
+    let [.., raised_m] = scene.placement().moved_m;
+    raised_m
+}
+
 /// A link whose line of sight, there or not, is that of a UAV `shift_m` away, through free space.
 fn seen_from(link: &Link, shift_m: Vector3<f64>) -> Link {
     let way = Vector3::from(link.rx) + shift_m - Vector3::from(link.tx);
@@ -172,6 +182,7 @@ fn seen_from(link: &Link, shift_m: Vector3<f64>) -> Link {
         aod_azimuth_rad: Some(azimuth_rad(&left)),
         aod_sigma_rad: None,
         gain: Some([gain, 0.0]),
+        cross_gain: None,
         first_vertex: None,
         last_vertex: None,
         edge_point: None,

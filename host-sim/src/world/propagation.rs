@@ -43,6 +43,8 @@ pub struct PropagationConfig {
     pub diffuse_range_db: f64,
     /// Whether thin walls let a part of the waves through: boards instead of solid plaster.
     pub transmission: bool,
+    /// Whether waves have a horizontal component, which reflections make of the vertical one.
+    pub cross_polarisation: bool,
     /// Cars and people.
     pub movers: MoversConfig,
     /// Trees.
@@ -63,6 +65,7 @@ impl Default for PropagationConfig {
             diffuse_most_paths: diffuse.most_paths as u32,
             diffuse_range_db: diffuse.range_db,
             transmission: false,
+            cross_polarisation: false,
             movers: MoversConfig::default(),
             vegetation: VegetationConfig::default(),
         }
@@ -79,6 +82,7 @@ impl PropagationConfig {
             diffuse: true,
             diffuse_most_paths: 128,
             transmission: true,
+            cross_polarisation: true,
             movers: MoversConfig::real(),
             vegetation: VegetationConfig::real(),
             ..Self::default()
@@ -110,6 +114,7 @@ impl PropagationConfig {
                 range_db: self.diffuse_range_db,
                 ..Diffuse::default()
             }),
+            cross_polarisation: self.cross_polarisation,
         }
     }
 

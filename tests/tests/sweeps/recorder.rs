@@ -39,6 +39,7 @@ impl Recorder {
             (libm::exp10(snr_db / 10.0) * noise).sqrt() / (field * self.simulator.signal_amplitude());
         Ray {
             amplitude: phasor(std::f64::consts::TAU * self.stream.uniform()) * amplitude,
+            across: nalgebra::Complex::ZERO,
             delay_s: c_tau_m / SPEED_OF_LIGHT_M_PER_S,
             arrival,
             departure,

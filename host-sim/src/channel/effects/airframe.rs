@@ -86,6 +86,7 @@ mod tests {
     fn a_copy_comes_late_weak_and_from_the_other_side() {
         let ray = Ray {
             amplitude: crate::channel::C64::new(2e-5, 1e-5),
+            across: crate::channel::C64::ZERO,
             delay_s: 1e-7,
             arrival: Direction::from_zenith_azimuth(1.7, 0.4).expect("angles"),
             departure: Direction::from_zenith_azimuth(1.5, 0.2).expect("angles"),

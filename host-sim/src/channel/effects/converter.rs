@@ -1,7 +1,11 @@
-//! Errors at the converter, behind the gain control: leakage of the oscillator, a constant in every channel, and noise that
-//! takes a converter to its effective number of bits.
+//! Errors at the converter, behind the gain control: leakage of the oscillator, a constant in every channel; noise that takes a
+//! converter to its effective number of bits; and jitter of the sampling instants, which are off by sigma_t each on its own: a signal
+//! of rms frequency f_rms becomes white noise of `(2 pi f_rms sigma_t)^2` of its power, f_rms that of the symbol's flat band, B/sqrt 12.
+
+use cslam_core::waveform::Waveform;
 
 use super::Draw;
+use crate::channel::adc::mean_power;
 use crate::channel::antenna::phasor;
 use crate::channel::noise::Gaussian;
 use crate::channel::waves::Plane;
@@ -17,6 +21,8 @@ pub(in crate::channel) struct Converter {
     leakage: Option<[C64; CHANNELS]>,
     /// Noise of each component, LSB of 16 bits rms.
     noise_rms: f64,
+    /// Power that jitter makes noise, over that of a channel.
+    jitter: f64,
 }
 
 impl Converter {
@@ -36,11 +42,26 @@ impl Converter {
         let own = variance(front_end.adc_bits.into());
         let noise = set.effective_bits.map_or(0.0, |bits| variance(bits) - own);
         let noise_rms = noise.max(0.0).sqrt();
-        (leakage.is_some() || noise_rms > 0.0).then_some(Self { leakage, noise_rms })
+        let Waveform { active, .. } = Waveform::default();
+        let rms_hz = active as f64 * Waveform::default().spacing_hz() / 12.0_f64.sqrt();
+        let turn_rad = std::f64::consts::TAU * rms_hz * set.aperture_jitter_ps * 1e-12;
+        (leakage.is_some() || noise_rms > 0.0 || turn_rad > 0.0).then_some(Self {
+            leakage,
+            noise_rms,
+            jitter: turn_rad * turn_rad,
+        })
     }
 
     /// Adds the errors to a block whose exponent is chosen.
     pub(in crate::channel) fn apply(&self, planes: &mut [Plane], exponent: i32, gaussian: &mut Gaussian) {
+        // Of what is sampled, before anything is added to it.
+        let jittered: Vec<f64> = match self.jitter {
+            0.0 => Vec::new(),
+            jitter => planes
+                .iter()
+                .map(|plane| 0.5 * jitter * mean_power(plane))
+                .collect(),
+        };
         if let Some(leakage) = &self.leakage {
             for (plane, leakage) in planes.iter_mut().zip(leakage) {
                 let [re, im] = [leakage.re, leakage.im].map(|x| libm::ldexp(x, exponent) as f32);
@@ -48,9 +69,13 @@ impl Converter {
                 plane.im.iter_mut().for_each(|x| *x += im);
             }
         }
-        if self.noise_rms > 0.0 {
-            let sigma = libm::ldexp(self.noise_rms, exponent) as f32;
-            for plane in planes {
+        if self.noise_rms > 0.0 || self.jitter > 0.0 {
+            let own = libm::ldexp(self.noise_rms, exponent);
+            for (channel, plane) in planes.iter_mut().enumerate() {
+                let sigma = match jittered.get(channel) {
+                    None => own,
+                    Some(more) => (own * own + more).sqrt(),
+                } as f32;
                 gaussian.add_to(&mut plane.re, sigma);
                 gaussian.add_to(&mut plane.im, sigma);
             }

@@ -6,6 +6,7 @@ pub(super) mod amplifier;
 pub(super) mod carrier_offset;
 pub(super) mod converter;
 pub(super) mod coupling;
+pub(super) mod cross_polarisation;
 pub(super) mod drift;
 pub(super) mod interference;
 pub(super) mod phase_noise;
@@ -39,6 +40,7 @@ pub(super) enum Draw {
     Rotors,
     GmtAxis,
     GmtCentre,
+    CrossPolarisation,
 }
 
 /// High bit of the stream numbers of device errors; those of sweeps have it clear.

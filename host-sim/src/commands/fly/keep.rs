@@ -13,7 +13,7 @@ use crate::world::{World, WorldConfig};
 
 /// Makes room for the paths of a flight through a world. Before the flight: a directory that cannot be used must not cost one.
 pub(crate) fn open(directory: &Path, world: &World<'_>) -> Result<ResultDirectory, InputError> {
-    recording::check(world.flight())?;
+    recording::check_order(world.flight())?;
     ResultDirectory::open(directory, recording::KIND)
 }
 

@@ -179,6 +179,8 @@ pub enum Traveller {
     Sweep,
     /// Beacons.
     Beacon,
+    /// Samples of the barometer.
+    Barometer,
 }
 
 /// Events that are lost, doubled, or arrive late with their old time stamp.

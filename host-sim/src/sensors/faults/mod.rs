@@ -49,7 +49,7 @@ impl<I: Iterator<Item = Stamped>> Faulty<I> {
             Event::Imu(sample) => *sample = self.imu.apply(sample, time_s)?,
             Event::Beacon(beacon) => lie(beacon, &self.config.beacon),
             Event::Timing(sample) => sample.clock_offset_s += lie_s(time_s, &self.config.timing),
-            Event::Magnetometer(_) | Event::Sweep { .. } => {}
+            Event::Magnetometer(_) | Event::Barometer(_) | Event::Sweep { .. } => {}
         }
         Some(stamped)
     }

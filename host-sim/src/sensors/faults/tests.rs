@@ -233,17 +233,17 @@ fn the_same_seed_gives_the_same_faults() {
 }
 
 #[test]
-fn late_events_cannot_be_recorded() {
+fn paths_of_late_events_cannot_be_kept() {
     let config = SensorsConfig {
         faults: toml::from_str("[[transport]]\nevents = [\"beacon\"]\nlate = 0.5\nlate_by_s = 0.2")
             .expect("valid"),
         ..SensorsConfig::default()
     };
     let flight = SensedFlight::new(plan(), config, SEED).expect("sound figures");
-    let error = crate::recording::check(&flight);
+    let error = crate::recording::check_order(&flight);
     let message = error.expect_err("must be refused").to_string();
     assert!(
-        message.contains("late events, and lost or doubled sweeps, cannot be recorded"),
+        message.contains("world.sensors.faults.transport: with late events"),
         "{message}"
     );
 }

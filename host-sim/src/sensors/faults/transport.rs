@@ -90,5 +90,6 @@ fn kind(event: &Event) -> Traveller {
         Event::Timing(_) => Traveller::Timing,
         Event::Sweep { .. } => Traveller::Sweep,
         Event::Beacon(_) => Traveller::Beacon,
+        Event::Barometer(_) => Traveller::Barometer,
     }
 }

@@ -91,7 +91,10 @@ fn both(
     let terminal = std::io::stderr().is_terminal();
     for stamped in world.flight().events() {
         now_ns = stamped.uav_time_ns;
-        let record = recorder.record(&stamped).encode();
+        let Some(record) = recorder.record(&stamped) else {
+            continue;
+        };
+        let record = record.encode();
         board.record(&record)?;
         receiver.record(&record, lines)?;
         if let Event::Sweep { sweep } = stamped.event {
