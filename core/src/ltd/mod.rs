@@ -15,6 +15,7 @@
 //! earlier beam did, is not transformed: the folded taps tell how strong those are in it.
 
 mod cancel;
+mod check;
 mod cholesky;
 mod correlator;
 mod departure;
@@ -29,6 +30,7 @@ mod iq;
 pub mod kernels;
 mod known;
 mod level;
+mod line;
 mod merge;
 mod meter;
 mod model;
@@ -45,6 +47,7 @@ mod taps;
 mod template;
 mod window;
 
+pub use check::EstimatorConfigError;
 pub use correlator::{Correlator, FOLDED_CHANNELS, FOLDED_TAPS, Folded, Workspace};
 pub use detector::{Detector, Peak};
 pub use effort::WorkLimit;
