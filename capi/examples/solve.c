@@ -27,7 +27,7 @@ int main(void) {
     } tried[] = {
         {"off the wall", 46.818f, {-12, -20, -2}},
         {"straight", 40.200f, {0, -40, -4}},
-        {"around a corner", 90.000f, {-12, -20, -2}},
+        {"a longer way", 90.000f, {-12, -20, -2}},
         {"from below", 60.000f, {-12, -20, -9}},
     };
     cslam_gates gates;

@@ -302,7 +302,7 @@ unsafe fn block<'a>(samples: *mut i16, count: usize) -> Result<&'a mut Samples, 
 
 /// Checks a beam and its exponent.
 fn beam_block(samples: &mut Samples, beam: u16, exponent: i32) -> Result<BeamBlock<'_>, CslamStatus> {
-    if usize::from(beam) >= BEAMS || exponent.abs() > MOST_EXPONENT {
+    if usize::from(beam) >= BEAMS || !(-MOST_EXPONENT..=MOST_EXPONENT).contains(&exponent) {
         return Err(CslamStatus::OutOfRange);
     }
     Ok(BeamBlock {
@@ -330,7 +330,7 @@ pub unsafe extern "C" fn cslam_block_power(
         if count < BLOCK {
             return Err(CslamStatus::TooShort);
         }
-        if exponent.abs() > MOST_EXPONENT {
+        if !(-MOST_EXPONENT..=MOST_EXPONENT).contains(&exponent) {
             return Err(CslamStatus::OutOfRange);
         }
         // SAFETY: not null, aligned for pairs, long enough; an `Iq` is a `u32` in memory, a pair of `int16_t`.

@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (what, way_m, towards) in [
         ("off the wall", 46.818, Vector3::new(-12.0, -20.0, -2.0)),
         ("straight", 40.200, Vector3::new(0.0, -40.0, -4.0)),
-        ("around a corner", 90.000, Vector3::new(-12.0, -20.0, -2.0)),
+        ("a longer way", 90.000, Vector3::new(-12.0, -20.0, -2.0)),
         ("from below", 60.000, Vector3::new(-12.0, -20.0, -9.0)),
     ] {
         let path = Path {

@@ -6,17 +6,17 @@ use cslam_core::ltd::Iq;
 use cslam_core::profile::Samples;
 
 /// What was heard of one transmit beam.
-pub struct Beam {
+pub(crate) struct Beam {
     /// Transmit beam.
-    pub beam: u16,
+    pub(crate) beam: u16,
     /// Amplitude = integer x 2^exponent, in this beam.
-    pub exponent: i32,
+    pub(crate) exponent: i32,
     /// Samples by channel and sample.
-    pub samples: Box<Samples>,
+    pub(crate) samples: Box<Samples>,
 }
 
 /// The beams of NAME.sigmf-meta, as they were recorded. Looks for two keys and believes the rest: a program of your own reads the JSON.
-pub fn read(meta: &str) -> Result<Vec<Beam>, Box<dyn Error>> {
+pub(crate) fn read(meta: &str) -> Result<Vec<Beam>, Box<dyn Error>> {
     let data = std::fs::read(meta.replace(".sigmf-meta", ".sigmf-data"))?;
     let text = std::fs::read_to_string(meta)?;
     let number = |text: &str| -> Result<i32, Box<dyn Error>> {

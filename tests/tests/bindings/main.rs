@@ -1,0 +1,54 @@
+//! The library in other people's programs: the command, Rust, C and Python print the same paths of the same recording, character for
+//! character; and wrong arguments of the C interface never do more than give a status.
+
+mod c;
+mod python;
+mod recording;
+
+use std::process::{Command, Output};
+
+/// Root of the workspace.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+/// Runs a command that must succeed; what it printed.
+fn printed(command: &mut Command) -> String {
+    let output = command.output().unwrap_or_else(|e| panic!("{command:?}: {e}"));
+    assert_success(command, &output);
+    String::from_utf8(output.stdout).expect("text")
+}
+
+fn assert_success(command: &Command, output: &Output) {
+    assert!(
+        output.status.success(),
+        "{command:?}: {}\n{}{}",
+        output.status,
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+/// Whether a program of this name is there.
+fn is_there(program: &str) -> bool {
+    Command::new(program).arg("--version").output().is_ok()
+}
+
+/// An example of cslam-core, built and run by cargo.
+fn rust_example(name: &str, arguments: &[&str]) -> String {
+    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
+    let build = ["run", "--quiet", "--locked", "--release", "--package=cslam-core", "--example", name, "--"];
+    printed(Command::new(cargo).current_dir(ROOT).args(build).args(arguments))
+}
+
+#[test]
+fn every_example_of_the_core_runs() {
+    let expected = [
+        ("solve", "off the wall: 0.001 20.001 4.000 m, sigma 0.202 m\nstraight: line of sight\n"),
+        ("classify", "40.20 m: LineOfSight"),
+        ("own_geometry", "paths in silence: 0\nwaveform.active: expected an even number of 2 to 512\n"),
+        ("embedded", "static memory: "),
+    ];
+    for (name, start) in expected {
+        let printed = rust_example(name, &[]);
+        assert!(printed.starts_with(start), "{name}: {printed}");
+    }
+}
