@@ -13,7 +13,7 @@ import cslam
 
 @pytest.fixture(scope="module")
 def link():
-    return cslam.Scene("outdoor").trace([0, 0, 1.5], [20, 10, 12])[0]
+    return cslam.Scene("outdoor").trace([0, 0, 1.5], [56, 2, 6])[0]
 
 
 @pytest.fixture(scope="module")
@@ -200,7 +200,7 @@ def test_columns_of_your_own():
 def test_scenes_and_links(tmp_path, link):
     scene = cslam.Scene("outdoor")
     assert scene.bounds_m.shape == (2, 3) and scene.frequency_hz == 30e9 and "outdoor" in repr(scene)
-    links = scene.trace([[0, 0, 1.5]], [[20, 10, 12], [20, 11, 12]], max_order=1)
+    links = scene.trace([[0, 0, 1.5]], [[56, 2, 6], [56, 3, 6]], max_order=1)
     assert len(links) == 2 and max(links[0].order, default=0) <= 1
     cslam.write_links(tmp_path / "links.jsonl", [link])
     (again,) = cslam.read_links(tmp_path / "links.jsonl")

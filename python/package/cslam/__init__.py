@@ -6,7 +6,7 @@ delay. Quaternions are ``[w, x, y, z]``, body to world.
 
 >>> import cslam
 >>> print(cslam.demo())                                             # doctest: +SKIP
->>> link = cslam.Scene("outdoor").trace([0, 0, 1.5], [20, 10, 12])[0]
+>>> link = cslam.Scene("outdoor").trace([0, 0, 1.5], [56, 2, 6])[0]
 >>> sweep = cslam.synth(link)
 >>> paths = cslam.Estimator().estimate(sweep.iq, sweep.beams, sweep.exponents)
 >>> points = cslam.solve(paths, uav_m=link.rx_m, gmt_m=link.tx_m)

@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 def floats(name: str, value: Any, shape: tuple[int | None, ...]) -> Floats:
     """``value`` as a C-contiguous float64 array of a shape; None stands for any length."""
     try:
-        array = np.ascontiguousarray(value, dtype=np.float64)
+        array = np.asarray(value, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
         raise ValueError(f"{name}: expected numbers of shape {wanted(shape)}: {error}") from None
     return checked(name, array, shape)
@@ -27,7 +27,7 @@ def integers(name: str, value: Any, dtype: Any, shape: tuple[int | None, ...]) -
     limits = np.iinfo(dtype)
     if array.size and (array.min() < limits.min or array.max() > limits.max):
         raise ValueError(f"{name}: got {array.min()} to {array.max()}, expected {limits.min} to {limits.max}")
-    return checked(name, np.ascontiguousarray(array, dtype=dtype), shape)
+    return checked(name, np.asarray(array, dtype=dtype, order="C"), shape)
 
 
 def checked(name: str, array: NDArray[Any], shape: tuple[int | None, ...]) -> NDArray[Any]:

@@ -143,10 +143,16 @@ def fly(directory: str | os.PathLike[str], out: str | os.PathLike[str] | None = 
         report = json.loads(_cslam.fly(os.fspath(directory), os.fspath(written), sweeps))
         return Flight(
             report=report,
-            trajectory=np.loadtxt(written / "trajectory.tum", ndmin=2).reshape(-1, 8),
+            trajectory=_read_tum(written / "trajectory.tum"),
             map=_read_ply(written / "map.ply"),
             directory=None if out is None else written,
         )
+
+
+def _read_tum(file: Path) -> Floats:
+    """Poses as text; none when the flight was too short for one."""
+    lines = (line for line in file.read_text().splitlines() if line and not line.startswith("#"))
+    return np.array([line.split() for line in lines], dtype=np.float64).reshape(-1, 8)
 
 
 def _read_ply(file: Path) -> dict[str, Floats]:

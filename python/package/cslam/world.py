@@ -186,7 +186,7 @@ def demo() -> str:
     from cslam.estimation import Estimator
     from cslam.solving import solve
 
-    link = Scene("outdoor").trace([0, 0, 1.5], [20, 10, 12])[0]
+    link = Scene("outdoor").trace([0, 0, 1.5], [56, 2, 6])[0]
     heard = synth(link)
     paths = Estimator().estimate(heard.iq, heard.beams, heard.exponents)
     points = solve(paths, uav_m=link.rx_m, gmt_m=link.tx_m, ground_z_m=0.0)

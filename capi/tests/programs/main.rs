@@ -5,6 +5,7 @@ mod c;
 mod python;
 mod recording;
 
+use std::path::PathBuf;
 use std::process::{Command, Output};
 
 /// Root of the workspace.
@@ -32,19 +33,63 @@ fn is_there(program: &str) -> bool {
     Command::new(program).arg("--version").output().is_ok()
 }
 
+/// Has cargo build something in release mode: the files that came of it.
+fn built(arguments: &[&str]) -> Vec<PathBuf> {
+    let messages = printed(
+        cargo()
+            .args([
+                "build",
+                "--quiet",
+                "--locked",
+                "--release",
+                "--message-format=json",
+            ])
+            .args(arguments),
+    );
+    messages
+        .lines()
+        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
+        .filter_map(|message| message["filenames"].as_array().cloned())
+        .flatten()
+        .filter_map(|file| file.as_str().map(PathBuf::from))
+        .collect()
+}
+
+fn cargo() -> Command {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut command = Command::new(cargo);
+    command.current_dir(ROOT);
+    command
+}
+
 /// An example of cslam-core, built and run by cargo.
 fn rust_example(name: &str, arguments: &[&str]) -> String {
-    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
-    let build = ["run", "--quiet", "--locked", "--release", "--package=cslam-core", "--example", name, "--"];
-    printed(Command::new(cargo).current_dir(ROOT).args(build).args(arguments))
+    let run = [
+        "run",
+        "--quiet",
+        "--locked",
+        "--release",
+        "--package=cslam-core",
+        "--example",
+        name,
+        "--",
+    ];
+    printed(cargo().args(run).args(arguments))
 }
 
 #[test]
+#[ignore = "builds in release mode: the stage capi runs it"]
 fn every_example_of_the_core_runs() {
     let expected = [
-        ("solve", "off the wall: 0.001 20.001 4.000 m, sigma 0.202 m\nstraight: line of sight\n"),
+        (
+            "solve",
+            "off the wall: 0.001 20.001 4.000 m, sigma 0.202 m\nstraight: line of sight\n",
+        ),
         ("classify", "40.20 m: LineOfSight"),
-        ("own_geometry", "paths in silence: 0\nwaveform.active: expected an even number of 2 to 512\n"),
+        (
+            "own_geometry",
+            "paths in silence: 0\nwaveform.active: expected an even number of 2 to 512\n",
+        ),
         ("embedded", "static memory: "),
     ];
     for (name, start) in expected {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::recording::Recorded;
-use crate::{ROOT, assert_success, is_there, printed, rust_example};
+use crate::{ROOT, assert_success, built, is_there, printed, rust_example};
 
 /// Random calls that are made under the sanitizers of the compiler.
 const CALLS: &str = "1000000";
@@ -13,17 +13,8 @@ const WATCHED_CALLS: &str = "5000";
 
 /// The library for C programs, built by cargo.
 fn library() -> PathBuf {
-    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
-    let build = ["build", "--quiet", "--locked", "--release", "--package=cslam-c", "--message-format=json"];
-    let messages = printed(Command::new(cargo).current_dir(ROOT).args(build));
-    let files = messages
-        .lines()
-        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
-        .filter_map(|message| message["filenames"].as_array().cloned())
-        .flatten();
-    let archive = files.filter_map(|file| file.as_str().map(PathBuf::from)).find(|file| {
-        file.file_name().is_some_and(|name| name == "libcslam_c.a")
-    });
+    let files = built(&["--package=cslam-c", "--lib"]);
+    let archive = files.into_iter().find(|file| file.ends_with("libcslam_c.a"));
     archive.expect("libcslam_c.a among what cargo built")
 }
 
@@ -32,7 +23,17 @@ fn compiled(source: &str, to: &Path, options: &[&str]) {
     let mut command = Command::new("cc");
     command
         .current_dir(Path::new(ROOT).join("capi"))
-        .args(["-std=c11", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-D_GNU_SOURCE", "-DCSLAM_STD", "-Iinclude"])
+        .args([
+            "-std=c11",
+            "-O1",
+            "-g",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+            "-D_GNU_SOURCE",
+            "-DCSLAM_STD",
+            "-Iinclude",
+        ])
         // The library is given memory that is too short on purpose.
         .args(["-Wno-array-bounds", "-Wno-stringop-overflow"])
         .args(options)
@@ -45,6 +46,7 @@ fn compiled(source: &str, to: &Path, options: &[&str]) {
 }
 
 #[test]
+#[ignore = "builds in release mode and needs a C compiler: the stage capi runs it"]
 fn c_prints_what_rust_and_the_command_print() {
     let folder = tempfile::tempdir().expect("a folder");
     let program = folder.path().join("estimate");
@@ -55,8 +57,14 @@ fn c_prints_what_rust_and_the_command_print() {
     assert_eq!(rust_example("estimate", &[meta]), by_the_command, "Rust");
     assert_eq!(printed(Command::new(&program).arg(meta)), by_the_command, "C");
     // Without a recording: an error, in words.
-    let nothing = Command::new(&program).arg("nowhere.sigmf-meta").output().expect("runs");
-    assert!(!nothing.status.success() && String::from_utf8_lossy(&nothing.stderr).contains("expected a recording"));
+    let nothing = Command::new(&program)
+        .arg("nowhere.sigmf-meta")
+        .output()
+        .expect("runs");
+    assert!(
+        !nothing.status.success()
+            && String::from_utf8_lossy(&nothing.stderr).contains("expected a recording")
+    );
 
     let program = folder.path().join("solve");
     compiled("examples/solve.c", &program, &[]);
@@ -64,6 +72,7 @@ fn c_prints_what_rust_and_the_command_print() {
 }
 
 #[test]
+#[ignore = "builds in release mode and needs a C compiler: the stage capi runs it"]
 fn wrong_arguments_give_a_status() {
     let folder = tempfile::tempdir().expect("a folder");
     let plain = folder.path().join("misuse");
@@ -75,7 +84,12 @@ fn wrong_arguments_give_a_status() {
     printed(Command::new(&sanitized).args([CALLS, "2"]));
     if is_there("valgrind") {
         let watch = ["--quiet", "--error-exitcode=9", "--leak-check=full"];
-        printed(Command::new("valgrind").args(watch).arg(&plain).args([WATCHED_CALLS, "3"]));
+        printed(
+            Command::new("valgrind")
+                .args(watch)
+                .arg(&plain)
+                .args([WATCHED_CALLS, "3"]),
+        );
     } else {
         println!("valgrind is not here: not tried");
     }
