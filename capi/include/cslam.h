@@ -90,6 +90,10 @@ enum cslam_status
    The library itself is damaged: its models do not pass their checks.
    */
   CSLAM_STATUS_DAMAGED = 16,
+  /*
+   What was asked for is not known yet.
+   */
+  CSLAM_STATUS_NOT_KNOWN = 17,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -103,6 +107,11 @@ typedef int32_t cslam_status;
  An estimator in the caller's memory.
  */
 typedef struct cslam_estimator cslam_estimator;
+
+/*
+ A receiver in the caller's memory.
+ */
+typedef struct cslam_receiver cslam_receiver;
 
 /*
  What the estimator may be told. `cslam_estimator_config_default` fills it in.
@@ -421,6 +430,146 @@ typedef struct cslam_probabilities {
   float higher_order;
 } cslam_probabilities;
 
+/*
+ What a receiver must be told.
+ */
+typedef struct cslam_receiver_config {
+  /*
+   `sizeof(cslam_receiver_config)`.
+   */
+  uint32_t size;
+  /*
+   Number of the UAV in its packets.
+   */
+  uint8_t uav;
+  /*
+   1 when `ground_z_m` is known, else 0.
+   */
+  uint8_t has_ground;
+  /*
+   0.
+   */
+  uint8_t reserved[2];
+  /*
+   Secret of the link, with which packets both ways are signed; not all zero.
+   */
+  uint8_t key[32];
+  /*
+   Counter of the first packet: no less than any that was used with this key before.
+   */
+  uint32_t first_counter;
+  /*
+   Height of the ground at the start, m.
+   */
+  float ground_z_m;
+} cslam_receiver_config;
+
+/*
+ What the transmitter says of a sweep.
+ */
+typedef struct cslam_beacon {
+  /*
+   `sizeof(cslam_beacon)`.
+   */
+  uint32_t size;
+  /*
+   Number of the sweep that it follows.
+   */
+  uint32_t sweep;
+  /*
+   Position of the antenna during that sweep, world axes, m.
+   */
+  double position_m[3];
+  /*
+   Attitude of the mast: quaternion w, x, y, z from its axes to the world's.
+   */
+  float attitude_wxyz[4];
+  /*
+   Standard deviation of the position, m per axis.
+   */
+  float sigma_m;
+  /*
+   Sweeps from one place before it moves on, 1 or more.
+   */
+  uint32_t sweeps_per_stop;
+} cslam_beacon;
+
+/*
+ Where the UAV is.
+ */
+typedef struct cslam_pose {
+  /*
+   `sizeof(cslam_pose)`.
+   */
+  uint32_t size;
+  /*
+   Counts the jumps: poses with different counts must not be differenced.
+   */
+  uint32_t resets;
+  /*
+   Clock of the UAV, ns.
+   */
+  uint64_t time_ns;
+  /*
+   World axes, m.
+   */
+  double position_m[3];
+  /*
+   UAV clock less transmitter clock as a length, m, within half a period of 625 m.
+   */
+  double clock_offset_m;
+  /*
+   World axes, m/s.
+   */
+  float velocity_m_per_s[3];
+  /*
+   Attitude: the matrix that turns body axes into world axes, row by row.
+   */
+  float attitude_wb[9];
+  /*
+   Covariance of the position, m^2, row by row.
+   */
+  float position_covariance_m2[9];
+  /*
+   Covariance of the velocity, m^2/s^2, row by row.
+   */
+  float velocity_covariance_m2_per_s2[9];
+  /*
+   Covariance of the attitude as a small rotation vector in world axes, rad^2, row by row.
+   */
+  float attitude_covariance_rad2[9];
+  /*
+   Standard deviation of `clock_offset_m`, m.
+   */
+  float clock_offset_sigma_m;
+} cslam_pose;
+
+/*
+ A point of the map.
+ */
+typedef struct cslam_map_point {
+  /*
+   `sizeof(cslam_map_point)`.
+   */
+  uint32_t size;
+  /*
+   Reflections that were fused, at most 65535.
+   */
+  uint32_t hits;
+  /*
+   World axes, m.
+   */
+  float position_m[3];
+  /*
+   Trace of its covariance, m^2.
+   */
+  float variance_m2;
+  /*
+   Number of the surface that it lies on, -1 where none is known.
+   */
+  int32_t surface;
+} cslam_map_point;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -570,6 +719,153 @@ cslam_status cslam_classify(const struct cslam_link *link,
                             size_t count,
                             struct cslam_probabilities *probabilities);
 
+/*
+ Bytes that a receiver takes: 320 KiB. Its memory must be zeroed, or have held one that was ended.
+ */
+size_t cslam_receiver_size(void);
+
+/*
+ Alignment of these bytes: 8 at most.
+ */
+size_t cslam_receiver_align(void);
+
+/*
+ Builds a receiver at rest that knows nothing yet, in `length` bytes at `memory`. On a stack of 128 KiB: it is built part by part.
+
+ # Safety
+ `memory`: `length` bytes, zeroed or of a receiver that was ended, that stay where they are until `cslam_receiver_end`. `config` filled
+ in; `out` as its type says.
+ */
+cslam_status cslam_receiver_init(void *memory,
+                                 size_t length,
+                                 const struct cslam_receiver_config *config,
+                                 struct cslam_receiver **out);
+
+/*
+ Gives the memory back.
+
+ # Safety
+ `receiver` is null or comes from `cslam_receiver_init`, and its memory is still there.
+ */
+cslam_status cslam_receiver_end(struct cslam_receiver *receiver);
+
+/*
+ A sample of the inertial sensor: UAV clock at the end of its interval; angular rate (rad/s) and specific force (m/s^2, +9.8 along z at
+ rest) in body axes, three of each.
+
+ # Safety
+ `receiver` from `cslam_receiver_init`; arrays of three.
+ */
+cslam_status cslam_receiver_imu(struct cslam_receiver *receiver,
+                                uint64_t time_ns,
+                                const float *rate_rad_per_s,
+                                const float *specific_force_m_per_s2);
+
+/*
+ A two-way timing exchange: UAV clock less transmitter clock, s, not beyond one second.
+
+ # Safety
+ `receiver` from `cslam_receiver_init`.
+ */
+cslam_status cslam_receiver_timing(struct cslam_receiver *receiver, uint64_t time_ns, double clock_offset_s);
+
+/*
+ Samples of a transmit beam of a sweep, strongest beam first, each with its own exponent; as `cslam_estimator_push_beam` takes them. The
+ first block of a new sweep begins it. `CSLAM_STATUS_OUT_OF_RANGE` also for a sweep that has ended.
+
+ # Safety
+ `receiver` from `cslam_receiver_init`; `samples`: `count` values of `int16_t`, 32 x 512 pairs, aligned to 4 bytes.
+ */
+cslam_status cslam_receiver_beam(struct cslam_receiver *receiver,
+                                 uint32_t sweep,
+                                 uint64_t sweep_ns,
+                                 int16_t *samples,
+                                 size_t count,
+                                 uint16_t beam,
+                                 int32_t exponent);
+
+/*
+ Samples of a beam squint symbol, 0 to 32, in this order, after all beams of the sweep.
+
+ # Safety
+ As `cslam_receiver_beam`.
+ */
+cslam_status cslam_receiver_squint(struct cslam_receiver *receiver,
+                                   uint32_t sweep,
+                                   uint64_t sweep_ns,
+                                   int16_t *samples,
+                                   size_t count,
+                                   uint16_t symbol,
+                                   int32_t exponent);
+
+/*
+ What the transmitter says of the sweep in hand. One that comes as a signed packet goes through `cslam_receiver_uplink` instead.
+
+ # Safety
+ `receiver` from `cslam_receiver_init`; `beacon` filled in.
+ */
+cslam_status cslam_receiver_beacon(struct cslam_receiver *receiver,
+                                   uint64_t time_ns,
+                                   const struct cslam_beacon *beacon);
+
+/*
+ Bytes that the radio has received: packets of the ground, signed with the key. What is not signed so is counted and not used.
+
+ # Safety
+ `receiver` from `cslam_receiver_init`; `bytes`: `count` of them.
+ */
+cslam_status cslam_receiver_uplink(struct cslam_receiver *receiver,
+                                   uint64_t time_ns,
+                                   const uint8_t *bytes,
+                                   size_t count);
+
+/*
+ Tells the time: a sweep that will not be whole any more ends, 21 ms after its last block without a beacon, 450 ms without its blocks.
+
+ # Safety
+ `receiver` from `cslam_receiver_init`.
+ */
+cslam_status cslam_receiver_elapse(struct cslam_receiver *receiver,
+                                   uint64_t time_ns);
+
+/*
+ Ends the flight: the sweep in hand, and what waited for more to be sent with it.
+
+ # Safety
+ `receiver` from `cslam_receiver_init`.
+ */
+cslam_status cslam_receiver_close(struct cslam_receiver *receiver);
+
+/*
+ Takes what waits for the radio: `taken` bytes, at most `capacity`, a part of the stream of frames. At most 4096 wait; more is dropped.
+
+ # Safety
+ `receiver` from `cslam_receiver_init`; `bytes`: room for `capacity`; `taken` as its type says.
+ */
+cslam_status cslam_receiver_take_packets(struct cslam_receiver *receiver,
+                                         uint8_t *bytes,
+                                         size_t capacity,
+                                         size_t *taken);
+
+/*
+ Pose by the newest inertial data. `CSLAM_STATUS_NOT_KNOWN` before there is one.
+
+ # Safety
+ `receiver` from `cslam_receiver_init`; `pose` with its size.
+ */
+cslam_status cslam_receiver_pose(struct cslam_receiver *receiver, struct cslam_pose *pose);
+
+/*
+ The map: writes at most `capacity` points, and to `found` how many there are (at most 3072). `points` may be null when `capacity` is 0.
+
+ # Safety
+ `receiver` from `cslam_receiver_init`; `points`: `capacity` structs, the first with its size; `found` as its type says.
+ */
+cslam_status cslam_receiver_map(struct cslam_receiver *receiver,
+                                struct cslam_map_point *points,
+                                size_t capacity,
+                                size_t *found);
+
 #ifdef __cplusplus
 }  // extern "C"
 #endif  // __cplusplus
@@ -591,6 +887,10 @@ CSLAM_ASSERT(offsetof(cslam_path, covariance) == 48);
 CSLAM_ASSERT(sizeof(cslam_gates) == 64);
 CSLAM_ASSERT(sizeof(cslam_point) == 64);
 CSLAM_ASSERT(sizeof(cslam_probabilities) == 20);
+CSLAM_ASSERT(sizeof(cslam_receiver_config) == 48);
+CSLAM_ASSERT(sizeof(cslam_beacon) == 56);
+CSLAM_ASSERT(sizeof(cslam_pose) == 208);
+CSLAM_ASSERT(sizeof(cslam_map_point) == 28);
 CSLAM_ASSERT(sizeof(cslam_status) == 4);
 #undef CSLAM_ASSERT
 

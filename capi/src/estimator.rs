@@ -291,7 +291,7 @@ pub unsafe extern "C" fn cslam_estimator_end(estimator: *mut CslamEstimator) -> 
 ///
 /// # Safety
 /// Unless null or misaligned, `samples` points to `count` values that nobody else uses meanwhile.
-unsafe fn block<'a>(samples: *mut i16, count: usize) -> Result<&'a mut Samples, CslamStatus> {
+pub(crate) unsafe fn block<'a>(samples: *mut i16, count: usize) -> Result<&'a mut Samples, CslamStatus> {
     pointer::check(samples.cast::<Samples>())?;
     if count < BLOCK {
         return Err(CslamStatus::TooShort);
@@ -301,7 +301,11 @@ unsafe fn block<'a>(samples: *mut i16, count: usize) -> Result<&'a mut Samples, 
 }
 
 /// Checks a beam and its exponent.
-fn beam_block(samples: &mut Samples, beam: u16, exponent: i32) -> Result<BeamBlock<'_>, CslamStatus> {
+pub(crate) fn beam_block(
+    samples: &mut Samples,
+    beam: u16,
+    exponent: i32,
+) -> Result<BeamBlock<'_>, CslamStatus> {
     if usize::from(beam) >= BEAMS || !(-MOST_EXPONENT..=MOST_EXPONENT).contains(&exponent) {
         return Err(CslamStatus::OutOfRange);
     }

@@ -20,6 +20,7 @@ mod estimator;
 #[cfg(all(feature = "panic-handler", not(feature = "std")))]
 mod panic;
 mod pointer;
+mod receiver;
 mod slot;
 mod solver;
 mod status;
@@ -31,6 +32,13 @@ pub use estimator::{
     cslam_estimator_align, cslam_estimator_config_default, cslam_estimator_config_wrong_field,
     cslam_estimator_end, cslam_estimator_finish, cslam_estimator_init, cslam_estimator_push_beam,
     cslam_estimator_size, cslam_estimator_sweep,
+};
+pub use receiver::{
+    CslamBeacon, CslamMapPoint, CslamPose, CslamReceiver, CslamReceiverConfig, cslam_receiver_align,
+    cslam_receiver_beacon, cslam_receiver_beam, cslam_receiver_close, cslam_receiver_elapse,
+    cslam_receiver_end, cslam_receiver_imu, cslam_receiver_init, cslam_receiver_map, cslam_receiver_pose,
+    cslam_receiver_size, cslam_receiver_squint, cslam_receiver_take_packets, cslam_receiver_timing,
+    cslam_receiver_uplink,
 };
 pub use solver::{CslamGates, CslamPoint, cslam_gates_default, cslam_solve, cslam_verdict_text};
 pub use status::{CslamStatus, cslam_status_text};

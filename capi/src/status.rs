@@ -43,11 +43,13 @@ pub enum CslamStatus {
     Angle = 15,
     /// The library itself is damaged: its models do not pass their checks.
     Damaged = 16,
+    /// What was asked for is not known yet.
+    NotKnown = 17,
 }
 
 impl CslamStatus {
     /// Every status, in order.
-    const ALL: [Self; 17] = [
+    const ALL: [Self; 18] = [
         Self::Ok,
         Self::Null,
         Self::Misaligned,
@@ -65,6 +67,7 @@ impl CslamStatus {
         Self::Covariance,
         Self::Angle,
         Self::Damaged,
+        Self::NotKnown,
     ];
 
     fn text(self) -> &'static CStr {
@@ -86,6 +89,7 @@ impl CslamStatus {
             Self::Covariance => c"a variance is negative or not finite",
             Self::Angle => c"an angle is outside its range, or a direction no unit vector",
             Self::Damaged => c"the library is damaged",
+            Self::NotKnown => c"not known yet",
         }
     }
 

@@ -247,7 +247,7 @@ static void random_calls(long calls) {
     void *memory = calloc(1, size);
     int16_t *samples = calloc(BLOCK, sizeof *samples);
     cslam_estimator *estimator = memory;
-    size_t told[17] = {0};
+    size_t told[18] = {0};
     for (long call = 0; call < calls; call++) {
         void *a, *b, *c, *d = NULL;
         cslam_link link = a_link();
@@ -288,7 +288,7 @@ static void random_calls(long calls) {
                 status = cslam_estimator_push_beam(estimator, samples, BLOCK, (uint16_t)draw(80), (int32_t)draw(240) - 120, NULL);
             }
         }
-        if (status < 0 || status > 16)
+        if (status < 0 || status > 17)
             failures++;
         else
             told[status]++;
@@ -297,7 +297,7 @@ static void random_calls(long calls) {
     cslam_estimator_end(estimator);
     free(samples);
     free(memory);
-    for (int s = 0; s < 17; s++)
+    for (int s = 0; s < 18; s++)
         if (told[s] > 0)
             printf("%9zu  %s\n", told[s], cslam_status_text(s));
 }

@@ -1,0 +1,573 @@
+//! The whole receiver: sensors and samples in, pose, map and packets for the ground out. The application that flies on a board.
+
+use core::ffi::c_void;
+
+use cslam_core::cslam::{Beacon, Config, Cslam, LinkStates, Memory};
+use cslam_core::geometry::{Gmt, Rotation, Vector3, World};
+use cslam_core::localization::ImuSample;
+use cslam_core::localization::bsm::BeamSquint;
+use cslam_core::localization::filter::states;
+use cslam_core::lscn::{Classifier, models};
+use cslam_core::profile::{FlightConfig, FlightEstimator};
+use cslam_core::telemetry::{Decoder, Key};
+use cslam_firmware::app::{AppConfig, Application, Capture, Downlink, Ground, Map, Symbol, VOXELS};
+use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
+use cslam_firmware::sensor_stream::SESSION;
+
+use crate::estimator::{beam_block, block};
+use crate::pointer::{self, Sized32};
+use crate::slot::Slot;
+use crate::status::CslamStatus;
+use crate::values::flag;
+
+/// Squint symbols of a sweep: 11 a face.
+const SQUINT_SYMBOLS: u16 = 33;
+/// An attitude, position or rate beyond this is no measurement.
+const MOST: f64 = 1e7;
+
+/// A receiver in the caller's memory.
+pub struct CslamReceiver {
+    _private: [u8; 0],
+}
+
+type App = Application<'static, FlightEstimator, VOXELS, { states(2) }>;
+type ReceiverSlot = Slot<Parts>;
+
+/// All of a receiver. `application` refers to the parts before it, so none of them is touched once it is there, and the whole does not
+/// move: the slot knows its address.
+struct Parts {
+    estimator: FlightEstimator,
+    squint: BeamSquint,
+    map: Map,
+    application: App,
+}
+
+/// What a receiver must be told.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct CslamReceiverConfig {
+    /// `sizeof(cslam_receiver_config)`.
+    pub size: u32,
+    /// Number of the UAV in its packets.
+    pub uav: u8,
+    /// 1 when `ground_z_m` is known, else 0.
+    pub has_ground: u8,
+    /// 0.
+    pub reserved: [u8; 2],
+    /// Secret of the link, with which packets both ways are signed; not all zero.
+    pub key: [u8; 32],
+    /// Counter of the first packet: no less than any that was used with this key before.
+    pub first_counter: u32,
+    /// Height of the ground at the start, m.
+    pub ground_z_m: f32,
+}
+
+/// What the transmitter says of a sweep.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct CslamBeacon {
+    /// `sizeof(cslam_beacon)`.
+    pub size: u32,
+    /// Number of the sweep that it follows.
+    pub sweep: u32,
+    /// Position of the antenna during that sweep, world axes, m.
+    pub position_m: [f64; 3],
+    /// Attitude of the mast: quaternion w, x, y, z from its axes to the world's.
+    pub attitude_wxyz: [f32; 4],
+    /// Standard deviation of the position, m per axis.
+    pub sigma_m: f32,
+    /// Sweeps from one place before it moves on, 1 or more.
+    pub sweeps_per_stop: u32,
+}
+
+/// Where the UAV is.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CslamPose {
+    /// `sizeof(cslam_pose)`.
+    pub size: u32,
+    /// Counts the jumps: poses with different counts must not be differenced.
+    pub resets: u32,
+    /// Clock of the UAV, ns.
+    pub time_ns: u64,
+    /// World axes, m.
+    pub position_m: [f64; 3],
+    /// UAV clock less transmitter clock as a length, m, within half a period of 625 m.
+    pub clock_offset_m: f64,
+    /// World axes, m/s.
+    pub velocity_m_per_s: [f32; 3],
+    /// Attitude: the matrix that turns body axes into world axes, row by row.
+    pub attitude_wb: [f32; 9],
+    /// Covariance of the position, m^2, row by row.
+    pub position_covariance_m2: [f32; 9],
+    /// Covariance of the velocity, m^2/s^2, row by row.
+    pub velocity_covariance_m2_per_s2: [f32; 9],
+    /// Covariance of the attitude as a small rotation vector in world axes, rad^2, row by row.
+    pub attitude_covariance_rad2: [f32; 9],
+    /// Standard deviation of `clock_offset_m`, m.
+    pub clock_offset_sigma_m: f32,
+}
+
+/// A point of the map.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CslamMapPoint {
+    /// `sizeof(cslam_map_point)`.
+    pub size: u32,
+    /// Reflections that were fused, at most 65535.
+    pub hits: u32,
+    /// World axes, m.
+    pub position_m: [f32; 3],
+    /// Trace of its covariance, m^2.
+    pub variance_m2: f32,
+    /// Number of the surface that it lies on, -1 where none is known.
+    pub surface: i32,
+}
+
+// SAFETY: `repr(C)`, `u32` first, numbers only.
+unsafe impl Sized32 for CslamReceiverConfig {}
+// SAFETY: `repr(C)`, `u32` first, numbers only.
+unsafe impl Sized32 for CslamBeacon {}
+// SAFETY: `repr(C)`, `u32` first, numbers only.
+unsafe impl Sized32 for CslamPose {}
+// SAFETY: `repr(C)`, `u32` first, numbers only.
+unsafe impl Sized32 for CslamMapPoint {}
+
+const _: () = assert!(size_of::<CslamReceiverConfig>() == 48 && size_of::<CslamBeacon>() == 56);
+const _: () = assert!(size_of::<CslamPose>() == 208 && size_of::<CslamMapPoint>() == 28);
+
+/// Bytes that a receiver takes: 320 KiB. Its memory must be zeroed, or have held one that was ended.
+#[unsafe(no_mangle)]
+pub extern "C" fn cslam_receiver_size() -> usize {
+    size_of::<ReceiverSlot>()
+}
+
+/// Alignment of these bytes: 8 at most.
+#[unsafe(no_mangle)]
+pub extern "C" fn cslam_receiver_align() -> usize {
+    align_of::<ReceiverSlot>()
+}
+
+/// Builds a receiver at rest that knows nothing yet, in `length` bytes at `memory`. On a stack of 128 KiB: it is built part by part.
+///
+/// # Safety
+/// `memory`: `length` bytes, zeroed or of a receiver that was ended, that stay where they are until `cslam_receiver_end`. `config` filled
+/// in; `out` as its type says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cslam_receiver_init(
+    memory: *mut c_void,
+    length: usize,
+    config: *const CslamReceiverConfig,
+    out: *mut *mut CslamReceiver,
+) -> CslamStatus {
+    let init = || {
+        // SAFETY: the caller's promise.
+        let out = unsafe { pointer::place(out)? };
+        out.write(core::ptr::null_mut());
+        // SAFETY: the caller's promise.
+        let config = unsafe { pointer::read(config)? };
+        let ground_z_m = flag(config.has_ground)?.then_some(config.ground_z_m);
+        if ground_z_m.is_some_and(|z| !z.is_finite()) {
+            return Err(CslamStatus::NotFinite);
+        }
+        if config.key == [0; 32] {
+            return Err(CslamStatus::Config);
+        }
+        // SAFETY: the caller's promise; `build` writes all parts when it gives no error.
+        let slot = unsafe { ReceiverSlot::init(memory, length, |place| build(place, &config, ground_z_m))? };
+        out.write(slot.cast());
+        Ok(())
+    };
+    CslamStatus::of(init())
+}
+
+/// Writes a receiver part by part.
+///
+/// # Safety
+/// `place` is memory of [`Parts`] that is the receiver's until it ends, at an address that it keeps.
+unsafe fn build(
+    place: *mut Parts,
+    told: &CslamReceiverConfig,
+    ground_z_m: Option<f32>,
+) -> Result<(), CslamStatus> {
+    let (Ok(with), Ok(without)) = (models::geometric(), models::geometric_without_departure()) else {
+        return Err(CslamStatus::Damaged);
+    };
+    let classifier = Classifier::new(with, without).map_err(|_| CslamStatus::Damaged)?;
+    let mut config = Config::best(LinkStates::Geometric(classifier));
+    config.accept.point.ground_z_m = ground_z_m;
+    let squint = config.beam_squint().map_err(|_| CslamStatus::Damaged)?;
+    let key = Key::new(told.key);
+    let ground = Ground {
+        downlink: Downlink::new(told.uav, &key, told.first_counter),
+        uplink: Decoder::new(told.uav, &key),
+    };
+    // SAFETY: `place` is memory of `Parts`. The references go to parts that nobody touches but through them, as long as the receiver is
+    // there; they end with it.
+    unsafe {
+        (&raw mut (*place).estimator).write(FlightEstimator::new(&FlightConfig::default()));
+        (&raw mut (*place).squint).write(squint);
+        (&raw mut (*place).map).write(Map::new());
+        let memory = Memory {
+            estimator: &mut *(&raw mut (*place).estimator),
+            squint: &mut *(&raw mut (*place).squint),
+            map: &mut *(&raw mut (*place).map),
+        };
+        (&raw mut (*place).application).write(Application::new(
+            AppConfig::default(),
+            FrontEnd::new(SoftwareCrc, SESSION),
+            ground,
+            Cslam::new(config, memory),
+        ));
+    }
+    Ok(())
+}
+
+/// Calls `work` with the application of a receiver.
+///
+/// # Safety
+/// `receiver` is null or comes from `cslam_receiver_init`, and its memory is still there.
+unsafe fn with<R>(
+    receiver: *mut CslamReceiver,
+    work: impl FnOnce(&mut App) -> Result<R, CslamStatus>,
+) -> Result<R, CslamStatus> {
+    // SAFETY: the caller's promise; `with` gives parts that nobody else uses, and of these only the application is touched.
+    unsafe {
+        ReceiverSlot::with(receiver.cast(), |parts| {
+            work(&mut *(&raw mut (*parts).application))
+        })
+    }
+}
+
+/// Three numbers that are some.
+///
+/// # Safety
+/// Unless null or misaligned, `pointer` points to three numbers.
+unsafe fn three(pointer: *const f32) -> Result<Vector3<f32>, CslamStatus> {
+    // SAFETY: the caller's promise.
+    let v = unsafe { pointer::array(pointer, 3)? };
+    let v = Vector3::from_iterator(v.iter().copied());
+    if v.iter().all(|c| c.is_finite() && f64::from(c.abs()) < MOST) {
+        Ok(v)
+    } else {
+        Err(CslamStatus::NotFinite)
+    }
+}
+
+/// Gives the memory back.
+///
+/// # Safety
+/// `receiver` is null or comes from `cslam_receiver_init`, and its memory is still there.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cslam_receiver_end(receiver: *mut CslamReceiver) -> CslamStatus {
+    // SAFETY: the caller's promise.
+    CslamStatus::of(unsafe { ReceiverSlot::end(receiver.cast()) })
+}
+
+/// A sample of the inertial sensor: UAV clock at the end of its interval; angular rate (rad/s) and specific force (m/s^2, +9.8 along z at
+/// rest) in body axes, three of each.
+///
+/// # Safety
+/// `receiver` from `cslam_receiver_init`; arrays of three.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cslam_receiver_imu(
+    receiver: *mut CslamReceiver,
+    time_ns: u64,
+    rate_rad_per_s: *const f32,
+    specific_force_m_per_s2: *const f32,
+) -> CslamStatus {
+    let imu = || {
+        // SAFETY: the caller's promise.
+        let sample = unsafe {
+            ImuSample {
+                time_ns,
+                rate_rad_per_s: three(rate_rad_per_s)?,
+                specific_force_m_per_s2: three(specific_force_m_per_s2)?,
+            }
+        };
+        // SAFETY: the caller's promise.
+        unsafe { with(receiver, |app| Ok(app.imu(&sample, &mut ()))) }
+    };
+    CslamStatus::of(imu())
+}
+
+/// A two-way timing exchange: UAV clock less transmitter clock, s, not beyond one second.
+///
+/// # Safety
+/// `receiver` from `cslam_receiver_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cslam_receiver_timing(
+    receiver: *mut CslamReceiver,
+    time_ns: u64,
+    clock_offset_s: f64,
+) -> CslamStatus {
+    if !clock_offset_s.is_finite() {
+        return CslamStatus::NotFinite;
+    }
+    if !(-1.0..=1.0).contains(&clock_offset_s) {
+        return CslamStatus::OutOfRange;
+    }
+    // SAFETY: the caller's promise.
+    CslamStatus::of(unsafe { with(receiver, |app| Ok(app.timing(time_ns, clock_offset_s, &mut ()))) })
+}
+
+/// Samples of a transmit beam of a sweep, strongest beam first, each with its own exponent; as `cslam_estimator_push_beam` takes them. The
+/// first block of a new sweep begins it. `CSLAM_STATUS_OUT_OF_RANGE` also for a sweep that has ended.
+///
+/// # Safety
+/// `receiver` from `cslam_receiver_init`; `samples`: `count` values of `int16_t`, 32 x 512 pairs, aligned to 4 bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cslam_receiver_beam(
+    receiver: *mut CslamReceiver,
+    sweep: u32,
+    sweep_ns: u64,
+    samples: *mut i16,
+    count: usize,
+    beam: u16,
+    exponent: i32,
+) -> CslamStatus {
+    let beam = || {
+        // SAFETY: the caller's promise.
+        let symbol = Symbol::Beam(beam_block(unsafe { block(samples, count)? }, beam, exponent)?);
+        // SAFETY: the caller's promise.
+        unsafe { capture(receiver, sweep, sweep_ns, symbol) }
+    };
+    CslamStatus::of(beam())
+}
+
+/// Samples of a beam squint symbol, 0 to 32, in this order, after all beams of the sweep.
+///
+/// # Safety
+/// As `cslam_receiver_beam`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cslam_receiver_squint(
+    receiver: *mut CslamReceiver,
+    sweep: u32,
+    sweep_ns: u64,
+    samples: *mut i16,
+    count: usize,
+    symbol: u16,
+    exponent: i32,
+) -> CslamStatus {
+    let squint = || {
+        if symbol >= SQUINT_SYMBOLS {
+            return Err(CslamStatus::OutOfRange);
+        }
+        // SAFETY: the caller's promise.
+        let symbol = Symbol::Squint(beam_block(unsafe { block(samples, count)? }, symbol, exponent)?);
+        // SAFETY: the caller's promise.
+        unsafe { capture(receiver, sweep, sweep_ns, symbol) }
+    };
+    CslamStatus::of(squint())
+}
+
+/// Hands a block over.
+///
+/// # Safety
+/// As [`with`].
+unsafe fn capture(
+    receiver: *mut CslamReceiver,
+    sweep: u32,
+    sweep_ns: u64,
+    symbol: Symbol<'_>,
+) -> Result<(), CslamStatus> {
+    let capture = Capture {
+        sweep,
+        sweep_ns,
+        symbol,
+    };
+    // SAFETY: the caller's promise.
+    let used = unsafe { with(receiver, |app| Ok(app.capture(capture, &mut ())))? };
+    if used {
+        Ok(())
+    } else {
+        Err(CslamStatus::OutOfRange)
+    }
+}
+
+/// What the transmitter says of the sweep in hand. One that comes as a signed packet goes through `cslam_receiver_uplink` instead.
+///
+/// # Safety
+/// `receiver` from `cslam_receiver_init`; `beacon` filled in.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cslam_receiver_beacon(
+    receiver: *mut CslamReceiver,
+    time_ns: u64,
+    beacon: *const CslamBeacon,
+) -> CslamStatus {
+    let heard = || {
+        // SAFETY: the caller's promise.
+        let told = unsafe { pointer::read(beacon)? };
+        if told.position_m.iter().any(|c| !c.is_finite()) || !told.sigma_m.is_finite() {
+            return Err(CslamStatus::NotFinite);
+        }
+        let placed = told.position_m.iter().all(|c| c.abs() < MOST);
+        if !placed || told.sigma_m < 0.0 || told.sweeps_per_stop == 0 {
+            return Err(CslamStatus::OutOfRange);
+        }
+        let said = Beacon {
+            sweep: told.sweep,
+            position_m: told.position_m.into(),
+            sigma_m: f64::from(told.sigma_m),
+            attitude: Rotation::<Gmt, World>::from_quaternion(told.attitude_wxyz)?,
+            sweeps_per_stop: told.sweeps_per_stop,
+        };
+        // SAFETY: the caller's promise.
+        unsafe { with(receiver, |app| Ok(app.beacon(time_ns, &said, &mut ()))) }
+    };
+    CslamStatus::of(heard())
+}
+
+/// Bytes that the radio has received: packets of the ground, signed with the key. What is not signed so is counted and not used.
+///
+/// # Safety
+/// `receiver` from `cslam_receiver_init`; `bytes`: `count` of them.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cslam_receiver_uplink(
+    receiver: *mut CslamReceiver,
+    time_ns: u64,
+    bytes: *const u8,
+    count: usize,
+) -> CslamStatus {
+    let uplink = || {
+        // SAFETY: the caller's promise.
+        let bytes = unsafe { pointer::array(bytes, count)? };
+        // SAFETY: the caller's promise.
+        unsafe { with(receiver, |app| Ok(app.uplink(time_ns, bytes, |_| None, &mut ()))) }
+    };
+    CslamStatus::of(uplink())
+}
+
+/// Tells the time: a sweep that will not be whole any more ends, 21 ms after its last block without a beacon, 450 ms without its blocks.
+///
+/// # Safety
+/// `receiver` from `cslam_receiver_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cslam_receiver_elapse(receiver: *mut CslamReceiver, time_ns: u64) -> CslamStatus {
+    // SAFETY: the caller's promise.
+    CslamStatus::of(unsafe { with(receiver, |app| Ok(app.elapse(time_ns, &mut ()))) })
+}
+
+/// Ends the flight: the sweep in hand, and what waited for more to be sent with it.
+///
+/// # Safety
+/// `receiver` from `cslam_receiver_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cslam_receiver_close(receiver: *mut CslamReceiver) -> CslamStatus {
+    let close = |app: &mut App| {
+        app.end(&mut ());
+        app.close();
+        Ok(())
+    };
+    // SAFETY: the caller's promise.
+    CslamStatus::of(unsafe { with(receiver, close) })
+}
+
+/// Takes what waits for the radio: `taken` bytes, at most `capacity`, a part of the stream of frames. At most 4096 wait; more is dropped.
+///
+/// # Safety
+/// `receiver` from `cslam_receiver_init`; `bytes`: room for `capacity`; `taken` as its type says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cslam_receiver_take_packets(
+    receiver: *mut CslamReceiver,
+    bytes: *mut u8,
+    capacity: usize,
+    taken: *mut usize,
+) -> CslamStatus {
+    let take = || {
+        // SAFETY: the caller's promise.
+        let taken = unsafe { pointer::place(taken)? };
+        pointer::check(bytes.cast_const())?;
+        // SAFETY: the caller's promise.
+        let count = unsafe {
+            with(receiver, |app| {
+                let mut count = 0;
+                let mut byte = [0];
+                // One by one into memory that may not be initialised.
+                while count < capacity && app.downlink().take(&mut byte) == 1 {
+                    bytes.add(count).write(byte[0]);
+                    count += 1;
+                }
+                Ok(count)
+            })?
+        };
+        taken.write(count);
+        Ok(())
+    };
+    CslamStatus::of(take())
+}
+
+/// Pose by the newest inertial data. `CSLAM_STATUS_NOT_KNOWN` before there is one.
+///
+/// # Safety
+/// `receiver` from `cslam_receiver_init`; `pose` with its size.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cslam_receiver_pose(
+    receiver: *mut CslamReceiver,
+    pose: *mut CslamPose,
+) -> CslamStatus {
+    let known = || {
+        // SAFETY: the caller's promise.
+        unsafe { pointer::check_size(pose.cast_const())? };
+        // SAFETY: the caller's promise.
+        let found = unsafe { with(receiver, |app| app.cslam().pose().ok_or(CslamStatus::NotKnown))? };
+        let rows = |m: &cslam_core::geometry::Matrix3<f32>| {
+            [m.m11, m.m12, m.m13, m.m21, m.m22, m.m23, m.m31, m.m32, m.m33]
+        };
+        // SAFETY: checked above.
+        unsafe { pointer::place(pose)? }.write(CslamPose {
+            size: size_of::<CslamPose>() as u32,
+            resets: found.resets,
+            time_ns: found.time_ns,
+            position_m: found.position.to_array(),
+            clock_offset_m: found.clock.offset_m,
+            velocity_m_per_s: found.velocity_m_per_s.into(),
+            attitude_wb: rows(found.attitude.matrix()),
+            position_covariance_m2: rows(&found.position_covariance_m2),
+            velocity_covariance_m2_per_s2: rows(&found.velocity_covariance_m2_per_s2),
+            attitude_covariance_rad2: rows(&found.attitude_covariance_rad2),
+            clock_offset_sigma_m: found.clock.offset_sigma_m,
+        });
+        Ok(())
+    };
+    CslamStatus::of(known())
+}
+
+/// The map: writes at most `capacity` points, and to `found` how many there are (at most 3072). `points` may be null when `capacity` is 0.
+///
+/// # Safety
+/// `receiver` from `cslam_receiver_init`; `points`: `capacity` structs, the first with its size; `found` as its type says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cslam_receiver_map(
+    receiver: *mut CslamReceiver,
+    points: *mut CslamMapPoint,
+    capacity: usize,
+    found: *mut usize,
+) -> CslamStatus {
+    let map = || {
+        // SAFETY: the caller's promise.
+        let found = unsafe { pointer::place(found)? };
+        if capacity > 0 {
+            // SAFETY: the caller's promise.
+            unsafe { pointer::check_size(points.cast_const())? };
+        }
+        // SAFETY: the caller's promise.
+        let count = unsafe {
+            with(receiver, |app| {
+                for (index, point) in app.cslam().map().points().take(capacity).enumerate() {
+                    points.add(index).write(CslamMapPoint {
+                        size: size_of::<CslamMapPoint>() as u32,
+                        hits: point.hits.into(),
+                        position_m: point.position.to_array(),
+                        variance_m2: point.variance_m2,
+                        surface: point.surface().map_or(-1, i32::from),
+                    });
+                }
+                Ok(app.cslam().map().len())
+            })?
+        };
+        found.write(count);
+        Ok(())
+    };
+    CslamStatus::of(map())
+}
