@@ -1,4 +1,4 @@
-/* C interface of the cslam receiver: path estimation, reflection points, link states.
+/* C interface of the cslam receiver: path estimation, reflection points, link states, and all of it as it flies.
  *
  * Memory is the caller's, zeroed before `_init`; every struct begins with its size, which the caller sets; every function gives a
  * status and reads no pointer before it is checked for null and alignment. A handle is good for one thread at a time.
@@ -447,9 +447,13 @@ typedef struct cslam_receiver_config {
    */
   uint8_t has_ground;
   /*
+   1 when `earth_field_ut` is known, else 0: the magnetometer is not used then.
+   */
+  uint8_t has_earth_field;
+  /*
    0.
    */
-  uint8_t reserved[2];
+  uint8_t reserved;
   /*
    Secret of the link, with which packets both ways are signed; not all zero.
    */
@@ -462,6 +466,10 @@ typedef struct cslam_receiver_config {
    Height of the ground at the start, m.
    */
   float ground_z_m;
+  /*
+   The earth's magnetic field, world axes (east, north, up), uT.
+   */
+  float earth_field_ut[3];
 } cslam_receiver_config;
 
 /*
@@ -585,7 +593,7 @@ const char *cslam_status_text(int32_t status);
 size_t cslam_estimator_size(void);
 
 /*
- Alignment of these bytes: 8 at most.
+ Alignment of these bytes: 16 at most, that of `malloc`.
  */
 size_t cslam_estimator_align(void);
 
@@ -720,17 +728,17 @@ cslam_status cslam_classify(const struct cslam_link *link,
                             struct cslam_probabilities *probabilities);
 
 /*
- Bytes that a receiver takes: 320 KiB. Its memory must be zeroed, or have held one that was ended.
+ Bytes that a receiver takes: 266 KiB. Its memory must be zeroed, or have held one that was ended.
  */
 size_t cslam_receiver_size(void);
 
 /*
- Alignment of these bytes: 8 at most.
+ Alignment of these bytes: 16 at most, that of `malloc`.
  */
 size_t cslam_receiver_align(void);
 
 /*
- Builds a receiver at rest that knows nothing yet, in `length` bytes at `memory`. On a stack of 128 KiB: it is built part by part.
+ Builds a receiver at rest that knows nothing yet, in `length` bytes at `memory`. Takes 128 KiB of stack.
 
  # Safety
  `memory`: `length` bytes, zeroed or of a receiver that was ended, that stay where they are until `cslam_receiver_end`. `config` filled
@@ -760,6 +768,26 @@ cslam_status cslam_receiver_imu(struct cslam_receiver *receiver,
                                 uint64_t time_ns,
                                 const float *rate_rad_per_s,
                                 const float *specific_force_m_per_s2);
+
+/*
+ A sample of the magnetometer, body axes, uT, three numbers.
+
+ # Safety
+ `receiver` from `cslam_receiver_init`; an array of three.
+ */
+cslam_status cslam_receiver_magnetometer(struct cslam_receiver *receiver, uint64_t time_ns, const float *field_ut);
+
+/*
+ Begins a sweep with the powers of its beams (`cslam_block_power`), 72 of them, 0 where one is lost: so the receiver counts what is
+ missing. A front end that does not know them leaves this call out.
+
+ # Safety
+ `receiver` from `cslam_receiver_init`; an array of 72.
+ */
+cslam_status cslam_receiver_powers(struct cslam_receiver *receiver,
+                                   uint32_t sweep,
+                                   uint64_t sweep_ns,
+                                   const float *powers);
 
 /*
  A two-way timing exchange: UAV clock less transmitter clock, s, not beyond one second.
@@ -887,7 +915,7 @@ CSLAM_ASSERT(offsetof(cslam_path, covariance) == 48);
 CSLAM_ASSERT(sizeof(cslam_gates) == 64);
 CSLAM_ASSERT(sizeof(cslam_point) == 64);
 CSLAM_ASSERT(sizeof(cslam_probabilities) == 20);
-CSLAM_ASSERT(sizeof(cslam_receiver_config) == 48);
+CSLAM_ASSERT(sizeof(cslam_receiver_config) == 60);
 CSLAM_ASSERT(sizeof(cslam_beacon) == 56);
 CSLAM_ASSERT(sizeof(cslam_pose) == 208);
 CSLAM_ASSERT(sizeof(cslam_map_point) == 28);

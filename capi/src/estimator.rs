@@ -108,6 +108,7 @@ unsafe impl Sized32 for CslamBeamReport {}
 // SAFETY: `repr(C)`, `u32` first, numbers only.
 unsafe impl Sized32 for CslamPath {}
 
+const _: () = assert!(align_of::<EstimatorSlot>() <= 16);
 const _: () = assert!(size_of::<CslamEstimatorConfig>() == 44 && size_of::<CslamBeamReport>() == 20);
 const _: () = assert!(size_of::<CslamPath>() == 84 && core::mem::offset_of!(CslamPath, covariance) == 48);
 const _: () = assert!(size_of::<Samples>() == 2 * BLOCK);
@@ -205,7 +206,7 @@ pub extern "C" fn cslam_estimator_size() -> usize {
     size_of::<EstimatorSlot>()
 }
 
-/// Alignment of these bytes: 8 at most.
+/// Alignment of these bytes: 16 at most, that of `malloc`.
 #[unsafe(no_mangle)]
 pub extern "C" fn cslam_estimator_align() -> usize {
     align_of::<EstimatorSlot>()

@@ -36,9 +36,9 @@ pub use estimator::{
 pub use receiver::{
     CslamBeacon, CslamMapPoint, CslamPose, CslamReceiver, CslamReceiverConfig, cslam_receiver_align,
     cslam_receiver_beacon, cslam_receiver_beam, cslam_receiver_close, cslam_receiver_elapse,
-    cslam_receiver_end, cslam_receiver_imu, cslam_receiver_init, cslam_receiver_map, cslam_receiver_pose,
-    cslam_receiver_size, cslam_receiver_squint, cslam_receiver_take_packets, cslam_receiver_timing,
-    cslam_receiver_uplink,
+    cslam_receiver_end, cslam_receiver_imu, cslam_receiver_init, cslam_receiver_magnetometer,
+    cslam_receiver_map, cslam_receiver_pose, cslam_receiver_powers, cslam_receiver_size,
+    cslam_receiver_squint, cslam_receiver_take_packets, cslam_receiver_timing, cslam_receiver_uplink,
 };
 pub use solver::{CslamGates, CslamPoint, cslam_gates_default, cslam_solve, cslam_verdict_text};
 pub use status::{CslamStatus, cslam_status_text};

@@ -7,7 +7,9 @@ use cslam_core::geometry::{Gmt, Rotation, Vector3, World};
 use cslam_core::localization::ImuSample;
 use cslam_core::localization::bsm::BeamSquint;
 use cslam_core::localization::filter::states;
+use cslam_core::localization::imu::MagneticField;
 use cslam_core::lscn::{Classifier, models};
+use cslam_core::profile::quad_4x8_gmt_72::BEAMS;
 use cslam_core::profile::{FlightConfig, FlightEstimator};
 use cslam_core::telemetry::{Decoder, Key};
 use cslam_firmware::app::{AppConfig, Application, Capture, Downlink, Ground, Map, Symbol, VOXELS};
@@ -52,14 +54,18 @@ pub struct CslamReceiverConfig {
     pub uav: u8,
     /// 1 when `ground_z_m` is known, else 0.
     pub has_ground: u8,
+    /// 1 when `earth_field_ut` is known, else 0: the magnetometer is not used then.
+    pub has_earth_field: u8,
     /// 0.
-    pub reserved: [u8; 2],
+    pub reserved: u8,
     /// Secret of the link, with which packets both ways are signed; not all zero.
     pub key: [u8; 32],
     /// Counter of the first packet: no less than any that was used with this key before.
     pub first_counter: u32,
     /// Height of the ground at the start, m.
     pub ground_z_m: f32,
+    /// The earth's magnetic field, world axes (east, north, up), uT.
+    pub earth_field_ut: [f32; 3],
 }
 
 /// What the transmitter says of a sweep.
@@ -133,22 +139,23 @@ unsafe impl Sized32 for CslamPose {}
 // SAFETY: `repr(C)`, `u32` first, numbers only.
 unsafe impl Sized32 for CslamMapPoint {}
 
-const _: () = assert!(size_of::<CslamReceiverConfig>() == 48 && size_of::<CslamBeacon>() == 56);
+const _: () = assert!(size_of::<CslamReceiverConfig>() == 60 && size_of::<CslamBeacon>() == 56);
+const _: () = assert!(align_of::<ReceiverSlot>() <= 16);
 const _: () = assert!(size_of::<CslamPose>() == 208 && size_of::<CslamMapPoint>() == 28);
 
-/// Bytes that a receiver takes: 320 KiB. Its memory must be zeroed, or have held one that was ended.
+/// Bytes that a receiver takes: 266 KiB. Its memory must be zeroed, or have held one that was ended.
 #[unsafe(no_mangle)]
 pub extern "C" fn cslam_receiver_size() -> usize {
     size_of::<ReceiverSlot>()
 }
 
-/// Alignment of these bytes: 8 at most.
+/// Alignment of these bytes: 16 at most, that of `malloc`.
 #[unsafe(no_mangle)]
 pub extern "C" fn cslam_receiver_align() -> usize {
     align_of::<ReceiverSlot>()
 }
 
-/// Builds a receiver at rest that knows nothing yet, in `length` bytes at `memory`. On a stack of 128 KiB: it is built part by part.
+/// Builds a receiver at rest that knows nothing yet, in `length` bytes at `memory`. Takes 128 KiB of stack.
 ///
 /// # Safety
 /// `memory`: `length` bytes, zeroed or of a receiver that was ended, that stay where they are until `cslam_receiver_end`. `config` filled
@@ -173,8 +180,18 @@ pub unsafe extern "C" fn cslam_receiver_init(
         if config.key == [0; 32] {
             return Err(CslamStatus::Config);
         }
+        let field = Vector3::from(config.earth_field_ut);
+        let magnetic_field = flag(config.has_earth_field)?.then_some(MagneticField {
+            earth_ut: field,
+            ..MagneticField::new(0.0, 0.0, 0.0)
+        });
+        // The earth's field is 22 to 67 uT.
+        if magnetic_field.is_some() && !(10.0..=100.0).contains(&field.norm()) {
+            return Err(CslamStatus::OutOfRange);
+        }
+        let place = (ground_z_m, magnetic_field);
         // SAFETY: the caller's promise; `build` writes all parts when it gives no error.
-        let slot = unsafe { ReceiverSlot::init(memory, length, |place| build(place, &config, ground_z_m))? };
+        let slot = unsafe { ReceiverSlot::init(memory, length, |parts| build(parts, &config, place))? };
         out.write(slot.cast());
         Ok(())
     };
@@ -188,7 +205,7 @@ pub unsafe extern "C" fn cslam_receiver_init(
 unsafe fn build(
     place: *mut Parts,
     told: &CslamReceiverConfig,
-    ground_z_m: Option<f32>,
+    (ground_z_m, magnetic_field): (Option<f32>, Option<MagneticField>),
 ) -> Result<(), CslamStatus> {
     let (Ok(with), Ok(without)) = (models::geometric(), models::geometric_without_departure()) else {
         return Err(CslamStatus::Damaged);
@@ -196,6 +213,7 @@ unsafe fn build(
     let classifier = Classifier::new(with, without).map_err(|_| CslamStatus::Damaged)?;
     let mut config = Config::best(LinkStates::Geometric(classifier));
     config.accept.point.ground_z_m = ground_z_m;
+    config.magnetic_field = magnetic_field;
     let squint = config.beam_squint().map_err(|_| CslamStatus::Damaged)?;
     let key = Key::new(told.key);
     let ground = Ground {
@@ -289,6 +307,51 @@ pub unsafe extern "C" fn cslam_receiver_imu(
         unsafe { with(receiver, |app| Ok(app.imu(&sample, &mut ()))) }
     };
     CslamStatus::of(imu())
+}
+
+/// A sample of the magnetometer, body axes, uT, three numbers.
+///
+/// # Safety
+/// `receiver` from `cslam_receiver_init`; an array of three.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cslam_receiver_magnetometer(
+    receiver: *mut CslamReceiver,
+    time_ns: u64,
+    field_ut: *const f32,
+) -> CslamStatus {
+    let sample = || {
+        // SAFETY: the caller's promise.
+        let field_ut = unsafe { three(field_ut)? };
+        // SAFETY: the caller's promise.
+        unsafe { with(receiver, |app| Ok(app.magnetometer(time_ns, &field_ut, &mut ()))) }
+    };
+    CslamStatus::of(sample())
+}
+
+/// Begins a sweep with the powers of its beams (`cslam_block_power`), 72 of them, 0 where one is lost: so the receiver counts what is
+/// missing. A front end that does not know them leaves this call out.
+///
+/// # Safety
+/// `receiver` from `cslam_receiver_init`; an array of 72.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cslam_receiver_powers(
+    receiver: *mut CslamReceiver,
+    sweep: u32,
+    sweep_ns: u64,
+    powers: *const f32,
+) -> CslamStatus {
+    let begin = || {
+        // SAFETY: the caller's promise.
+        let told = unsafe { pointer::array(powers, BEAMS)? };
+        if told.iter().any(|power| !power.is_finite()) {
+            return Err(CslamStatus::NotFinite);
+        }
+        let mut powers = [0.0; BEAMS];
+        powers.copy_from_slice(told);
+        // SAFETY: the caller's promise.
+        unsafe { with(receiver, |app| Ok(app.powers(sweep, sweep_ns, &powers, &mut ()))) }
+    };
+    CslamStatus::of(begin())
 }
 
 /// A two-way timing exchange: UAV clock less transmitter clock, s, not beyond one second.

@@ -1,176 +1,38 @@
-//! The receiver behind the C interface sends, byte for byte, what the application that flies sends of the same samples.
+//! The receiver behind the C interface sends, byte for byte, what the application that flies sends on the same flight.
 
 use std::ffi::c_void;
 use std::ptr::null_mut;
+use std::sync::atomic::AtomicBool;
 
 use cslam_c::*;
-use cslam_core::block::BeamBlock;
-use cslam_core::cslam::{Beacon, Config, Cslam, LinkStates, Memory};
-use cslam_core::geometry::{Rotation, Vector3};
-use cslam_core::localization::ImuSample;
-use cslam_core::localization::filter::states;
-use cslam_core::lscn::{Classifier, models};
 use cslam_core::ltd::Iq;
-use cslam_core::profile::{FlightConfig, FlightEstimator, Samples};
-use cslam_core::telemetry::{Decoder, Key};
-use cslam_core::waveform::{SAMPLES, Waveform};
-use cslam_firmware::app::{AppConfig, Application, Capture, Downlink, Ground, Map, Symbol, VOXELS};
-use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
-use cslam_firmware::sensor_stream::SESSION;
+use cslam_core::telemetry::Key;
+use cslam_core::waveform::SAMPLES;
+use cslam_firmware::sensor_stream::{Content, UAV};
+use cslam_host_sim::channel::Block;
+use cslam_host_sim::flight::FlightConfig;
+use cslam_host_sim::flight_log::Header;
+use cslam_host_sim::raw_flight::{Recorder, Source, fly, with_board_receiver};
+use cslam_host_sim::scene::Scene;
+use cslam_host_sim::sensors::Event;
+use cslam_host_sim::world::{World, WorldConfig};
 
-const KEY: [u8; 32] = [7; 32];
 const BLOCK: usize = 32 * SAMPLES * 2;
-/// At rest for three seconds, then five sweeps.
-const SWEEPS: u32 = 5;
-const REST_MS: u64 = 3_000;
+/// Three seconds at rest, then nine in the air.
+const SWEEPS: u32 = 24;
 
-/// What happens, in order.
-enum Event {
-    Imu(ImuSample),
-    Timing(u64, f64),
-    Beam(u32, u64, u16, i32),
-    Squint(u32, u64, u16),
-    Beacon(u64, Beacon),
-}
-
-fn events() -> Vec<Event> {
-    let mut events = Vec::new();
-    for ms in 1..=REST_MS + 500 * u64::from(SWEEPS) {
-        let time_ns = ms * 1_000_000;
-        let wobble = (ms % 7) as f32 * 1e-4;
-        events.push(Event::Imu(ImuSample {
-            time_ns,
-            rate_rad_per_s: Vector3::new(wobble, -wobble, 0.5 * wobble),
-            specific_force_m_per_s2: Vector3::new(wobble, 0.0, 9.806_65 + wobble),
-        }));
-        if ms % 250 == 0 {
-            events.push(Event::Timing(time_ns, 1e-7));
-        }
-        if ms > REST_MS && ms % 500 == 250 {
-            let sweep = ((ms - REST_MS) / 500) as u32;
-            events.extend(
-                [12, 13, 15, 40].map(|beam| Event::Beam(sweep, time_ns, beam, -38 - i32::from(beam % 3))),
-            );
-            events.extend((0..33).map(|symbol| Event::Squint(sweep, time_ns, symbol)));
-            events.push(Event::Beacon(
-                time_ns + 1_000_000,
-                Beacon {
-                    sweep,
-                    position_m: Vector3::new(1.0, 2.0, 1.5),
-                    sigma_m: f64::from(0.02_f32),
-                    attitude: Rotation::identity(),
-                    sweeps_per_stop: 2,
-                },
-            ));
-        }
-    }
-    events
-}
-
-/// Samples of a wave from the front, 60 m away, over noise of the converter: the same for every block of a beam.
-fn samples(beam: u16) -> Box<Samples> {
-    let waveform = Waveform::default();
-    let mut block = Box::new([[Iq::ZERO; SAMPLES]; 32]);
-    let mut state = u32::from(beam).wrapping_mul(747_796_405).wrapping_add(1);
-    let wave: Vec<(f64, f64)> = (0..SAMPLES)
-        .map(|n| {
-            (0..waveform.active).fold((0.0, 0.0), |(re, im), i| {
-                let x = waveform.symbol::<f64>(i);
-                let turns = f64::from(waveform.offset(i)) * (n as f64 - 49.2) / SAMPLES as f64;
-                let (sin, cos) = (core::f64::consts::TAU * turns).sin_cos();
-                (re + x.re * cos - x.im * sin, im + x.re * sin + x.im * cos)
-            })
-        })
-        .collect();
-    for (channel, samples) in block.iter_mut().enumerate() {
-        for (x, (re, im)) in samples.iter_mut().zip(&wave) {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            let noise = f64::from((state >> 20) as i16) * 0.02;
-            let gain = if channel < 8 { 60.0 } else { 6.0 };
-            *x = Iq::new((re * gain + noise) as i16, (im * gain - noise) as i16);
-        }
-    }
-    block
-}
-
-fn by_the_application(events: &[Event]) -> (Vec<u8>, usize, Option<[f64; 3]>) {
-    let classifier = Classifier::new(
-        models::geometric().expect("sound"),
-        models::geometric_without_departure().expect("sound"),
-    );
-    let config = Config::best(LinkStates::Geometric(classifier.expect("a pair")));
-    let mut estimator = Box::new(FlightEstimator::new(&FlightConfig::default()));
-    let mut squint = Box::new(config.beam_squint().expect("sound"));
-    let mut map = Box::new(Map::new());
-    let memory = Memory {
-        estimator: &mut *estimator,
-        squint: &mut squint,
-        map: &mut map,
-    };
-    let ground = Ground {
-        downlink: Downlink::new(9, &Key::new(KEY), 100),
-        uplink: Decoder::new(9, &Key::new(KEY)),
-    };
-    let mut app = Application::<_, VOXELS, { states(2) }, _>::new(
-        AppConfig::default(),
-        FrontEnd::new(SoftwareCrc, SESSION),
-        ground,
-        Cslam::new(config, memory),
-    );
-    let mut packets = Vec::new();
-    let mut waiting = vec![0; 4096];
-    for event in events {
-        match event {
-            Event::Imu(sample) => app.imu(sample, &mut ()),
-            Event::Timing(time_ns, offset_s) => app.timing(*time_ns, *offset_s, &mut ()),
-            Event::Beacon(time_ns, beacon) => app.beacon(*time_ns, beacon, &mut ()),
-            Event::Beam(sweep, sweep_ns, beam, exponent) => {
-                let mut samples = samples(*beam);
-                let block = BeamBlock {
-                    samples: &mut samples,
-                    beam: *beam,
-                    exponent: *exponent,
-                };
-                app.capture(
-                    Capture {
-                        sweep: *sweep,
-                        sweep_ns: *sweep_ns,
-                        symbol: Symbol::Beam(block),
-                    },
-                    &mut (),
-                );
-            }
-            Event::Squint(sweep, sweep_ns, symbol) => {
-                let mut samples = samples(*symbol);
-                let block = BeamBlock {
-                    samples: &mut samples,
-                    beam: *symbol,
-                    exponent: -38,
-                };
-                app.capture(
-                    Capture {
-                        sweep: *sweep,
-                        sweep_ns: *sweep_ns,
-                        symbol: Symbol::Squint(block),
-                    },
-                    &mut (),
-                );
-            }
-        }
-        let taken = app.downlink().take(&mut waiting);
-        packets.extend_from_slice(&waiting[..taken]);
-    }
-    app.end(&mut ());
-    app.close();
-    let taken = app.downlink().take(&mut waiting);
-    packets.extend_from_slice(&waiting[..taken]);
-    let position = app.cslam().pose().map(|pose| pose.position.to_array());
-    (packets, app.cslam().map().len(), position)
+/// A block as C has it: so many `int16_t`.
+fn as_c(block: &mut Block) -> *mut i16 {
+    block.samples.as_mut_ptr().cast()
 }
 
 /// Zeroed memory of a receiver.
 fn memory() -> Vec<u128> {
-    println!("{} bytes, aligned to {}", cslam_receiver_size(), cslam_receiver_align());
+    println!(
+        "{} bytes, aligned to {}",
+        cslam_receiver_size(),
+        cslam_receiver_align()
+    );
     assert!(cslam_receiver_align() <= align_of::<u128>());
     vec![0; cslam_receiver_size().div_ceil(16)]
 }
@@ -178,12 +40,14 @@ fn memory() -> Vec<u128> {
 fn config() -> CslamReceiverConfig {
     CslamReceiverConfig {
         size: size_of::<CslamReceiverConfig>() as u32,
-        uav: 9,
+        uav: UAV,
         has_ground: 1,
-        reserved: [0; 2],
-        key: KEY,
-        first_counter: 100,
+        has_earth_field: 0,
+        reserved: 0,
+        key: *b"PUBLISHED TEST KEY, NOT A SECRET",
+        first_counter: 0,
         ground_z_m: 0.0,
+        earth_field_ut: [0.0; 3],
     }
 }
 
@@ -196,15 +60,8 @@ fn started(memory: &mut Vec<u128>) -> *mut CslamReceiver {
     receiver
 }
 
-#[test]
-fn packets_are_those_of_the_application() {
-    let events = events();
-    let (expected, points, position) = by_the_application(&events);
-    println!("{} bytes, {points} points, at {position:?}", expected.len());
-    assert!(expected.len() > 200, "{} bytes", expected.len());
-
-    let mut memory = memory();
-    let receiver = started(&mut memory);
+/// Flies what a source gives through the C interface: the packets, and the receiver.
+fn flown(source: &impl Source, receiver: *mut CslamReceiver) -> Vec<u8> {
     let mut packets = Vec::new();
     let take = |packets: &mut Vec<u8>| {
         let (mut bytes, mut taken) = ([0; 4096], 0);
@@ -214,46 +71,98 @@ fn packets_are_those_of_the_application() {
         assert_eq!(status, CslamStatus::Ok);
         packets.extend_from_slice(&bytes[..taken]);
     };
-    for event in &events {
-        // SAFETY: a receiver, and arrays and structs as each function wants them.
+    // What the radio hears of the transmitter is signed by the recorder.
+    let mut recorder = Recorder::default();
+    for stamped in source.events() {
+        let at = stamped.uav_time_ns;
+        if matches!(stamped.event, Event::Sweep { sweep } if sweep >= SWEEPS) {
+            break;
+        }
+        let record = recorder.record(&stamped);
+        // SAFETY: a receiver, and arrays as long as each function wants them.
         let status = unsafe {
-            match event {
-                Event::Imu(sample) => cslam_receiver_imu(
-                    receiver,
-                    sample.time_ns,
-                    sample.rate_rad_per_s.as_ptr(),
-                    sample.specific_force_m_per_s2.as_ptr(),
-                ),
-                Event::Timing(time_ns, offset_s) => cslam_receiver_timing(receiver, *time_ns, *offset_s),
-                Event::Beacon(time_ns, beacon) => {
-                    let told = CslamBeacon {
-                        size: size_of::<CslamBeacon>() as u32,
-                        sweep: beacon.sweep,
-                        position_m: beacon.position_m.into(),
-                        attitude_wxyz: [1.0, 0.0, 0.0, 0.0],
-                        sigma_m: beacon.sigma_m as f32,
-                        sweeps_per_stop: beacon.sweeps_per_stop,
-                    };
-                    cslam_receiver_beacon(receiver, *time_ns, &told)
+            match &record.content {
+                Content::Imu(raw) => {
+                    let sample = raw.at(at);
+                    let (rate, force) = (sample.rate_rad_per_s, sample.specific_force_m_per_s2);
+                    cslam_receiver_imu(receiver, at, rate.as_ptr(), force.as_ptr())
                 }
-                Event::Beam(sweep, sweep_ns, beam, exponent) => {
-                    let mut samples = samples(*beam);
-                    let at = samples.as_mut_ptr().cast();
-                    cslam_receiver_beam(receiver, *sweep, *sweep_ns, at, BLOCK, *beam, *exponent)
+                Content::Magnetometer(field_ut) => {
+                    cslam_receiver_magnetometer(receiver, at, field_ut.as_ptr())
                 }
-                Event::Squint(sweep, sweep_ns, symbol) => {
-                    let mut samples = samples(*symbol);
-                    let at = samples.as_mut_ptr().cast();
-                    cslam_receiver_squint(receiver, *sweep, *sweep_ns, at, BLOCK, *symbol, -38)
-                }
+                Content::Timing(offset_s) => cslam_receiver_timing(receiver, at, *offset_s),
+                Content::Uplink(bytes) => cslam_receiver_uplink(receiver, at, bytes.as_ptr(), bytes.len()),
+                Content::Frames(_) | Content::End => cslam_receiver_elapse(receiver, at),
             }
         };
         assert_eq!(status, CslamStatus::Ok);
+        if let Event::Sweep { sweep } = stamped.event {
+            let mut heard = source.sweep(sweep).expect("samples");
+            let powers = heard.beams.powers();
+            // SAFETY: a receiver, 72 powers, and whole blocks.
+            unsafe {
+                assert_eq!(
+                    cslam_receiver_powers(receiver, sweep, at, powers.as_ptr()),
+                    CslamStatus::Ok
+                );
+                for block in heard.beams.strongest_first() {
+                    let (beam, exponent) = (block.beam, block.exponent);
+                    let status = cslam_receiver_beam(receiver, sweep, at, as_c(block), BLOCK, beam, exponent);
+                    assert_eq!(status, CslamStatus::Ok);
+                }
+                for block in &mut heard.squint.blocks {
+                    let (symbol, exponent) = (block.beam, block.exponent);
+                    let status =
+                        cslam_receiver_squint(receiver, sweep, at, as_c(block), BLOCK, symbol, exponent);
+                    assert_eq!(status, CslamStatus::Ok);
+                }
+            }
+        }
         take(&mut packets);
     }
     // SAFETY: a receiver.
     assert_eq!(unsafe { cslam_receiver_close(receiver) }, CslamStatus::Ok);
     take(&mut packets);
+    packets
+}
+
+#[test]
+fn packets_are_those_of_the_application() {
+    assert!(Key::new(config().key).is_test());
+    let scene = Scene::load("outdoor").expect("built in");
+    let told = WorldConfig {
+        flight: FlightConfig {
+            duration_s: 0.5 * f64::from(SWEEPS + 1),
+            ..FlightConfig::default()
+        },
+        ..WorldConfig::default()
+    };
+    let world = World::new(&scene, told, 3).expect("a flight");
+    let header = Header {
+        mode: "best".into(),
+        scene: "outdoor".into(),
+        world: None,
+        seed: 3,
+        planned_sweeps: SWEEPS as usize,
+        sweep_period_s: 0.5,
+        delay_cycle_m: None,
+    };
+    let never = AtomicBool::new(false);
+    let (expected, points, position) = with_board_receiver(|application| {
+        let (_, packets) = fly(&world, application, header, &never, |_| (), |_, _| ())?;
+        let pose = application.cslam().pose().expect("it has started");
+        Ok((packets, application.cslam().map().len(), pose.position.to_array()))
+    })
+    .expect("flown");
+    assert!(
+        expected.len() > 1000 && points > 0,
+        "{} bytes, {points} points",
+        expected.len()
+    );
+
+    let mut memory = memory();
+    let receiver = started(&mut memory);
+    let packets = flown(&world, receiver);
     assert!(
         packets == expected,
         "{} bytes, expected {}",
@@ -264,20 +173,21 @@ fn packets_are_those_of_the_application() {
         size: size_of::<CslamPose>() as u32,
         ..CslamPose::default()
     };
-    let mut found = 0;
+    let empty = CslamMapPoint {
+        size: size_of::<CslamMapPoint>() as u32,
+        ..CslamMapPoint::default()
+    };
+    let (mut map, mut found) = (vec![empty; points + 1], 0);
     // SAFETY: a receiver, and structs with their sizes.
     unsafe {
-        let known = cslam_receiver_pose(receiver, &mut pose);
-        let known = (known == CslamStatus::Ok).then_some(pose.position_m);
-        assert_eq!(known, position);
-        assert_eq!(
-            cslam_receiver_map(receiver, null_mut(), 0, &mut found),
-            CslamStatus::Ok
-        );
-        assert_eq!(found, points);
+        assert_eq!(cslam_receiver_pose(receiver, &mut pose), CslamStatus::Ok);
+        assert_eq!(pose.position_m, position);
+        let status = cslam_receiver_map(receiver, map.as_mut_ptr(), map.len(), &mut found);
+        assert_eq!((status, found), (CslamStatus::Ok, points));
         assert_eq!(cslam_receiver_end(receiver), CslamStatus::Ok);
         assert_eq!(cslam_receiver_elapse(receiver, 1), CslamStatus::NotReady);
     }
+    assert!(map[..points].iter().all(|point| point.hits > 0) && map[points].hits == 0);
 }
 
 #[test]
@@ -311,8 +221,15 @@ fn wrong_arguments_give_a_status() {
             CslamStatus::NotFinite
         );
     }
+    let magnetic = CslamReceiverConfig {
+        has_earth_field: 1,
+        ..config()
+    };
+    // SAFETY: as above.
+    let status = unsafe { cslam_receiver_init(place, size, &magnetic, &mut receiver) };
+    assert_eq!(status, CslamStatus::OutOfRange);
     let receiver = started(&mut memory);
-    let mut block = samples(0);
+    let mut block = Box::new([[Iq::ZERO; SAMPLES]; 32]);
     let samples: *mut i16 = block.as_mut_ptr().cast();
     let (good, bad) = ([0.0_f32; 3], [0.0, f32::NAN, 0.0]);
     let mut pose = CslamPose {
