@@ -155,7 +155,7 @@ pub extern "C" fn cslam_receiver_align() -> usize {
     align_of::<ReceiverSlot>()
 }
 
-/// Builds a receiver at rest that knows nothing yet, in `length` bytes at `memory`. Takes 128 KiB of stack.
+/// Builds a receiver at rest that knows nothing yet, in `length` bytes at `memory`. Takes up to 240 KiB of stack on a 64-bit host (measured).
 ///
 /// # Safety
 /// `memory`: `length` bytes, zeroed or of a receiver that was ended, that stay where they are until `cslam_receiver_end`. `config` filled
