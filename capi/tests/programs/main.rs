@@ -2,6 +2,7 @@
 //! character; and wrong arguments of the C interface never do more than give a status.
 
 mod c;
+mod m7;
 mod python;
 mod recording;
 
@@ -35,15 +36,27 @@ fn is_there(program: &str) -> bool {
 
 /// Has cargo build something in release mode: the files that came of it.
 fn built(arguments: &[&str]) -> Vec<PathBuf> {
+    files(&[&["--release"], arguments].concat())
+}
+
+/// The library for C programs on the emulated Cortex-M7.
+fn built_for_a_chip() -> PathBuf {
+    let files = files(&[
+        "--profile=firmware",
+        "--package=cslam-c",
+        "--lib",
+        "--no-default-features",
+        "--features=panic-handler",
+        "--target=thumbv7em-none-eabihf",
+    ]);
+    let archive = files.into_iter().find(|file| file.ends_with("libcslam_c.a"));
+    archive.expect("libcslam_c.a among what cargo built")
+}
+
+fn files(arguments: &[&str]) -> Vec<PathBuf> {
     let messages = printed(
         cargo()
-            .args([
-                "build",
-                "--quiet",
-                "--locked",
-                "--release",
-                "--message-format=json",
-            ])
+            .args(["build", "--quiet", "--locked", "--message-format=json"])
             .args(arguments),
     );
     messages

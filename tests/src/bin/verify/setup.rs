@@ -180,6 +180,28 @@ pub(crate) fn c_compiler() -> Result<(), String> {
     Ok(())
 }
 
+/// A C compiler for the emulated Cortex-M7 with its library, by the system's package manager.
+pub(crate) fn chip_c_compiler() -> Result<(), String> {
+    let program = "arm-none-eabi-gcc";
+    let library = || {
+        output_of(program, &["--print-file-name=rdimon.specs"])
+            .is_some_and(|file| file.trim() != "rdimon.specs")
+    };
+    if output_of(program, &["--version"]).is_none() {
+        let elsewhere =
+            "Debian, Ubuntu: gcc-arm-none-eabi; Fedora: arm-none-eabi-gcc-cs; Arch: arm-none-eabi-gcc";
+        install_package(program, "gcc-arm-none-eabi", elsewhere)?;
+    }
+    if !library() {
+        let elsewhere = "Debian, Ubuntu: libnewlib-arm-none-eabi; Fedora, Arch: arm-none-eabi-newlib";
+        install_package("newlib for arm-none-eabi", "libnewlib-arm-none-eabi", elsewhere)?;
+    }
+    let version =
+        output_of(program, &["--version"]).ok_or("arm-none-eabi-gcc was installed and does not run")?;
+    println!("{}", version.lines().next().unwrap_or_default());
+    Ok(())
+}
+
 /// Where the checks' JavaScript packages are installed, from the workspace's root: what is copied from where.
 const NODE: [(&str, &str); 2] = [
     ("tests/tools/browser", "target/verify-node/browser"),

@@ -95,6 +95,12 @@ pub(crate) const STAGES: &[Stage] = &[
         work: Work::SetUp(setup::c_compiler),
     },
     Stage {
+        name: "chip-c-compiler",
+        what: "arm-none-eabi-gcc with newlib is there, or the package manager installs it",
+        needs: &[],
+        work: Work::SetUp(setup::chip_c_compiler),
+    },
+    Stage {
         name: "fmt",
         what: "every file is formatted",
         needs: &["toolchain"],
@@ -431,6 +437,22 @@ pub(crate) const STAGES: &[Stage] = &[
             "--",
             "--include-ignored",
             "--skip=python",
+            "--skip=chip",
+        ])]),
+    },
+    Stage {
+        name: "capi-chip",
+        what: "the C examples print the same paths on the emulated Cortex-M7",
+        needs: &["toolchain", "qemu", "chip-c-compiler"],
+        work: Work::Steps(&[step(&[
+            "test",
+            "--locked",
+            "--release",
+            "-p=cslam-c",
+            "--test=programs",
+            "--",
+            "--ignored",
+            "chip",
         ])]),
     },
     Stage {
