@@ -17,29 +17,24 @@ extern crate std;
 
 mod classifier;
 mod estimator;
+mod estimator_values;
 #[cfg(all(feature = "panic-handler", not(feature = "std")))]
 mod panic;
 mod pointer;
 mod receiver;
+mod receiver_outputs;
+mod receiver_values;
 mod slot;
 mod solver;
 mod status;
 mod values;
 
-pub use classifier::{CslamProbabilities, cslam_classify};
-pub use estimator::{
-    CslamBeamReport, CslamEstimator, CslamEstimatorConfig, CslamPath, cslam_block_power,
-    cslam_estimator_align, cslam_estimator_config_default, cslam_estimator_config_wrong_field,
-    cslam_estimator_end, cslam_estimator_finish, cslam_estimator_init, cslam_estimator_push_beam,
-    cslam_estimator_size, cslam_estimator_sweep,
-};
-pub use receiver::{
-    CslamBeacon, CslamMapPoint, CslamPose, CslamReceiver, CslamReceiverConfig, cslam_receiver_align,
-    cslam_receiver_beacon, cslam_receiver_beam, cslam_receiver_close, cslam_receiver_elapse,
-    cslam_receiver_end, cslam_receiver_imu, cslam_receiver_init, cslam_receiver_magnetometer,
-    cslam_receiver_map, cslam_receiver_pose, cslam_receiver_powers, cslam_receiver_size,
-    cslam_receiver_squint, cslam_receiver_take_packets, cslam_receiver_timing, cslam_receiver_uplink,
-};
-pub use solver::{CslamGates, CslamPoint, cslam_gates_default, cslam_solve, cslam_verdict_text};
-pub use status::{CslamStatus, cslam_status_text};
-pub use values::{CslamLink, CslamMeasuredPath};
+pub use classifier::*;
+pub use estimator::*;
+pub use estimator_values::*;
+pub use receiver::*;
+pub use receiver_outputs::*;
+pub use receiver_values::*;
+pub use solver::*;
+pub use status::*;
+pub use values::*;

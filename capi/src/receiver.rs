@@ -17,7 +17,8 @@ use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
 use cslam_firmware::sensor_stream::SESSION;
 
 use crate::estimator::{beam_block, block};
-use crate::pointer::{self, Sized32};
+use crate::pointer;
+use crate::receiver_values::{CslamBeacon, CslamReceiverConfig};
 use crate::slot::Slot;
 use crate::status::CslamStatus;
 use crate::values::flag;
@@ -32,7 +33,7 @@ pub struct CslamReceiver {
     _private: [u8; 0],
 }
 
-type App = Application<'static, FlightEstimator, VOXELS, { states(2) }>;
+pub(crate) type App = Application<'static, FlightEstimator, VOXELS, { states(2) }>;
 type ReceiverSlot = Slot<Parts>;
 
 /// All of a receiver. `application` refers to the parts before it, so none of them is touched once it is there, and the whole does not
@@ -44,104 +45,7 @@ struct Parts {
     application: App,
 }
 
-/// What a receiver must be told.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct CslamReceiverConfig {
-    /// `sizeof(cslam_receiver_config)`.
-    pub size: u32,
-    /// Number of the UAV in its packets.
-    pub uav: u8,
-    /// 1 when `ground_z_m` is known, else 0.
-    pub has_ground: u8,
-    /// 1 when `earth_field_ut` is known, else 0: the magnetometer is not used then.
-    pub has_earth_field: u8,
-    /// 0.
-    pub reserved: u8,
-    /// Secret of the link, with which packets both ways are signed; not all zero.
-    pub key: [u8; 32],
-    /// Counter of the first packet: no less than any that was used with this key before.
-    pub first_counter: u32,
-    /// Height of the ground at the start, m.
-    pub ground_z_m: f32,
-    /// The earth's magnetic field, world axes (east, north, up), uT.
-    pub earth_field_ut: [f32; 3],
-}
-
-/// What the transmitter says of a sweep.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct CslamBeacon {
-    /// `sizeof(cslam_beacon)`.
-    pub size: u32,
-    /// Number of the sweep that it follows.
-    pub sweep: u32,
-    /// Position of the antenna during that sweep, world axes, m.
-    pub position_m: [f64; 3],
-    /// Attitude of the mast: quaternion w, x, y, z from its axes to the world's.
-    pub attitude_wxyz: [f32; 4],
-    /// Standard deviation of the position, m per axis.
-    pub sigma_m: f32,
-    /// Sweeps from one place before it moves on, 1 or more.
-    pub sweeps_per_stop: u32,
-}
-
-/// Where the UAV is.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
-pub struct CslamPose {
-    /// `sizeof(cslam_pose)`.
-    pub size: u32,
-    /// Counts the jumps: poses with different counts must not be differenced.
-    pub resets: u32,
-    /// Clock of the UAV, ns.
-    pub time_ns: u64,
-    /// World axes, m.
-    pub position_m: [f64; 3],
-    /// UAV clock less transmitter clock as a length, m, within half a period of 625 m.
-    pub clock_offset_m: f64,
-    /// World axes, m/s.
-    pub velocity_m_per_s: [f32; 3],
-    /// Attitude: the matrix that turns body axes into world axes, row by row.
-    pub attitude_wb: [f32; 9],
-    /// Covariance of the position, m^2, row by row.
-    pub position_covariance_m2: [f32; 9],
-    /// Covariance of the velocity, m^2/s^2, row by row.
-    pub velocity_covariance_m2_per_s2: [f32; 9],
-    /// Covariance of the attitude as a small rotation vector in world axes, rad^2, row by row.
-    pub attitude_covariance_rad2: [f32; 9],
-    /// Standard deviation of `clock_offset_m`, m.
-    pub clock_offset_sigma_m: f32,
-}
-
-/// A point of the map.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
-pub struct CslamMapPoint {
-    /// `sizeof(cslam_map_point)`.
-    pub size: u32,
-    /// Reflections that were fused, at most 65535.
-    pub hits: u32,
-    /// World axes, m.
-    pub position_m: [f32; 3],
-    /// Trace of its covariance, m^2.
-    pub variance_m2: f32,
-    /// Number of the surface that it lies on, -1 where none is known.
-    pub surface: i32,
-}
-
-// SAFETY: `repr(C)`, `u32` first, numbers only.
-unsafe impl Sized32 for CslamReceiverConfig {}
-// SAFETY: `repr(C)`, `u32` first, numbers only.
-unsafe impl Sized32 for CslamBeacon {}
-// SAFETY: `repr(C)`, `u32` first, numbers only.
-unsafe impl Sized32 for CslamPose {}
-// SAFETY: `repr(C)`, `u32` first, numbers only.
-unsafe impl Sized32 for CslamMapPoint {}
-
-const _: () = assert!(size_of::<CslamReceiverConfig>() == 60 && size_of::<CslamBeacon>() == 56);
 const _: () = assert!(align_of::<ReceiverSlot>() <= 16);
-const _: () = assert!(size_of::<CslamPose>() == 208 && size_of::<CslamMapPoint>() == 28);
 
 /// Bytes that a receiver takes: 266 KiB. Its memory must be zeroed, or have held one that was ended.
 #[unsafe(no_mangle)]
@@ -227,9 +131,9 @@ unsafe fn build(
         (&raw mut (*place).squint).write(squint);
         (&raw mut (*place).map).write(Map::new());
         let memory = Memory {
-            estimator: &mut *(&raw mut (*place).estimator),
-            squint: &mut *(&raw mut (*place).squint),
-            map: &mut *(&raw mut (*place).map),
+            estimator: &mut (*place).estimator,
+            squint: &mut (*place).squint,
+            map: &mut (*place).map,
         };
         (&raw mut (*place).application).write(Application::new(
             AppConfig::default(),
@@ -245,16 +149,25 @@ unsafe fn build(
 ///
 /// # Safety
 /// `receiver` is null or comes from `cslam_receiver_init`, and its memory is still there.
-unsafe fn with<R>(
+pub(crate) unsafe fn with<R>(
     receiver: *mut CslamReceiver,
     work: impl FnOnce(&mut App) -> Result<R, CslamStatus>,
 ) -> Result<R, CslamStatus> {
     // SAFETY: the caller's promise; `with` gives parts that nobody else uses, and of these only the application is touched.
-    unsafe {
-        ReceiverSlot::with(receiver.cast(), |parts| {
-            work(&mut *(&raw mut (*parts).application))
-        })
-    }
+    unsafe { ReceiverSlot::with(receiver.cast(), |parts| work(&mut (*parts).application)) }
+}
+
+/// The same of work that cannot fail.
+///
+/// # Safety
+/// As [`with`].
+unsafe fn tell(receiver: *mut CslamReceiver, work: impl FnOnce(&mut App)) -> Result<(), CslamStatus> {
+    let done = |app: &mut App| {
+        work(app);
+        Ok(())
+    };
+    // SAFETY: the caller's promise.
+    unsafe { with(receiver, done) }
 }
 
 /// Three numbers that are some.
@@ -304,7 +217,7 @@ pub unsafe extern "C" fn cslam_receiver_imu(
             }
         };
         // SAFETY: the caller's promise.
-        unsafe { with(receiver, |app| Ok(app.imu(&sample, &mut ()))) }
+        unsafe { tell(receiver, |app| app.imu(&sample, &mut ())) }
     };
     CslamStatus::of(imu())
 }
@@ -323,7 +236,7 @@ pub unsafe extern "C" fn cslam_receiver_magnetometer(
         // SAFETY: the caller's promise.
         let field_ut = unsafe { three(field_ut)? };
         // SAFETY: the caller's promise.
-        unsafe { with(receiver, |app| Ok(app.magnetometer(time_ns, &field_ut, &mut ()))) }
+        unsafe { tell(receiver, |app| app.magnetometer(time_ns, &field_ut, &mut ())) }
     };
     CslamStatus::of(sample())
 }
@@ -349,7 +262,7 @@ pub unsafe extern "C" fn cslam_receiver_powers(
         let mut powers = [0.0; BEAMS];
         powers.copy_from_slice(told);
         // SAFETY: the caller's promise.
-        unsafe { with(receiver, |app| Ok(app.powers(sweep, sweep_ns, &powers, &mut ()))) }
+        unsafe { tell(receiver, |app| app.powers(sweep, sweep_ns, &powers, &mut ())) }
     };
     CslamStatus::of(begin())
 }
@@ -371,7 +284,7 @@ pub unsafe extern "C" fn cslam_receiver_timing(
         return CslamStatus::OutOfRange;
     }
     // SAFETY: the caller's promise.
-    CslamStatus::of(unsafe { with(receiver, |app| Ok(app.timing(time_ns, clock_offset_s, &mut ()))) })
+    CslamStatus::of(unsafe { tell(receiver, |app| app.timing(time_ns, clock_offset_s, &mut ())) })
 }
 
 /// Samples of a transmit beam of a sweep, strongest beam first, each with its own exponent; as `cslam_estimator_push_beam` takes them. The
@@ -476,7 +389,7 @@ pub unsafe extern "C" fn cslam_receiver_beacon(
             sweeps_per_stop: told.sweeps_per_stop,
         };
         // SAFETY: the caller's promise.
-        unsafe { with(receiver, |app| Ok(app.beacon(time_ns, &said, &mut ()))) }
+        unsafe { tell(receiver, |app| app.beacon(time_ns, &said, &mut ())) }
     };
     CslamStatus::of(heard())
 }
@@ -496,7 +409,7 @@ pub unsafe extern "C" fn cslam_receiver_uplink(
         // SAFETY: the caller's promise.
         let bytes = unsafe { pointer::array(bytes, count)? };
         // SAFETY: the caller's promise.
-        unsafe { with(receiver, |app| Ok(app.uplink(time_ns, bytes, |_| None, &mut ()))) }
+        unsafe { tell(receiver, |app| app.uplink(time_ns, bytes, |_| None, &mut ())) }
     };
     CslamStatus::of(uplink())
 }
@@ -508,7 +421,7 @@ pub unsafe extern "C" fn cslam_receiver_uplink(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cslam_receiver_elapse(receiver: *mut CslamReceiver, time_ns: u64) -> CslamStatus {
     // SAFETY: the caller's promise.
-    CslamStatus::of(unsafe { with(receiver, |app| Ok(app.elapse(time_ns, &mut ()))) })
+    CslamStatus::of(unsafe { tell(receiver, |app| app.elapse(time_ns, &mut ())) })
 }
 
 /// Ends the flight: the sweep in hand, and what waited for more to be sent with it.
@@ -524,113 +437,4 @@ pub unsafe extern "C" fn cslam_receiver_close(receiver: *mut CslamReceiver) -> C
     };
     // SAFETY: the caller's promise.
     CslamStatus::of(unsafe { with(receiver, close) })
-}
-
-/// Takes what waits for the radio: `taken` bytes, at most `capacity`, a part of the stream of frames. At most 4096 wait; more is dropped.
-///
-/// # Safety
-/// `receiver` from `cslam_receiver_init`; `bytes`: room for `capacity`; `taken` as its type says.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn cslam_receiver_take_packets(
-    receiver: *mut CslamReceiver,
-    bytes: *mut u8,
-    capacity: usize,
-    taken: *mut usize,
-) -> CslamStatus {
-    let take = || {
-        // SAFETY: the caller's promise.
-        let taken = unsafe { pointer::place(taken)? };
-        pointer::check(bytes.cast_const())?;
-        // SAFETY: the caller's promise.
-        let count = unsafe {
-            with(receiver, |app| {
-                let mut count = 0;
-                let mut byte = [0];
-                // One by one into memory that may not be initialised.
-                while count < capacity && app.downlink().take(&mut byte) == 1 {
-                    bytes.add(count).write(byte[0]);
-                    count += 1;
-                }
-                Ok(count)
-            })?
-        };
-        taken.write(count);
-        Ok(())
-    };
-    CslamStatus::of(take())
-}
-
-/// Pose by the newest inertial data. `CSLAM_STATUS_NOT_KNOWN` before there is one.
-///
-/// # Safety
-/// `receiver` from `cslam_receiver_init`; `pose` with its size.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn cslam_receiver_pose(
-    receiver: *mut CslamReceiver,
-    pose: *mut CslamPose,
-) -> CslamStatus {
-    let known = || {
-        // SAFETY: the caller's promise.
-        unsafe { pointer::check_size(pose.cast_const())? };
-        // SAFETY: the caller's promise.
-        let found = unsafe { with(receiver, |app| app.cslam().pose().ok_or(CslamStatus::NotKnown))? };
-        let rows = |m: &cslam_core::geometry::Matrix3<f32>| {
-            [m.m11, m.m12, m.m13, m.m21, m.m22, m.m23, m.m31, m.m32, m.m33]
-        };
-        // SAFETY: checked above.
-        unsafe { pointer::place(pose)? }.write(CslamPose {
-            size: size_of::<CslamPose>() as u32,
-            resets: found.resets,
-            time_ns: found.time_ns,
-            position_m: found.position.to_array(),
-            clock_offset_m: found.clock.offset_m,
-            velocity_m_per_s: found.velocity_m_per_s.into(),
-            attitude_wb: rows(found.attitude.matrix()),
-            position_covariance_m2: rows(&found.position_covariance_m2),
-            velocity_covariance_m2_per_s2: rows(&found.velocity_covariance_m2_per_s2),
-            attitude_covariance_rad2: rows(&found.attitude_covariance_rad2),
-            clock_offset_sigma_m: found.clock.offset_sigma_m,
-        });
-        Ok(())
-    };
-    CslamStatus::of(known())
-}
-
-/// The map: writes at most `capacity` points, and to `found` how many there are (at most 3072). `points` may be null when `capacity` is 0.
-///
-/// # Safety
-/// `receiver` from `cslam_receiver_init`; `points`: `capacity` structs, the first with its size; `found` as its type says.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn cslam_receiver_map(
-    receiver: *mut CslamReceiver,
-    points: *mut CslamMapPoint,
-    capacity: usize,
-    found: *mut usize,
-) -> CslamStatus {
-    let map = || {
-        // SAFETY: the caller's promise.
-        let found = unsafe { pointer::place(found)? };
-        if capacity > 0 {
-            // SAFETY: the caller's promise.
-            unsafe { pointer::check_size(points.cast_const())? };
-        }
-        // SAFETY: the caller's promise.
-        let count = unsafe {
-            with(receiver, |app| {
-                for (index, point) in app.cslam().map().points().take(capacity).enumerate() {
-                    points.add(index).write(CslamMapPoint {
-                        size: size_of::<CslamMapPoint>() as u32,
-                        hits: point.hits.into(),
-                        position_m: point.position.to_array(),
-                        variance_m2: point.variance_m2,
-                        surface: point.surface().map_or(-1, i32::from),
-                    });
-                }
-                Ok(app.cslam().map().len())
-            })?
-        };
-        found.write(count);
-        Ok(())
-    };
-    CslamStatus::of(map())
 }
