@@ -36,7 +36,7 @@
 //! use cslam_core::path::{Path, diagonal_covariance};
 //! use cslam_core::reflection::{Ends, Form, Gates, Verdict, solve};
 //!
-//! let ends = Ends {
+//! let ends: Ends = Ends {
 //!     uav: Position::new(12.0, 40.0, 6.0)?,
 //!     uav_covariance: Matrix3::identity() * 0.05 * 0.05,
 //!     gmt: Position::new(12.0, 0.0, 2.0)?,
