@@ -11,6 +11,48 @@
 //! Simultaneous Localization and Mapping"; `docs/signal-model.md` of the repository has the formulas and where this crate
 //! departs from the paper, `docs/localization.md` the filter.
 //!
+//! # Quick start
+//! The default geometry has names in [`profile`]: an estimator takes the samples of the transmit beams, strongest first, and gives the
+//! paths of the sweep. **Each beam has an exponent of its own** (amplitude = integer x 2^exponent): one for all gives paths that look
+//! right and are wrong.
+//! ```
+//! use cslam_core::ltd::{EstimatedPath, Iq, PathEstimator};
+//! use cslam_core::profile::{Block, FlightConfig, FlightEstimator};
+//!
+//! let mut estimator = FlightEstimator::checked(&FlightConfig::default())?;
+//! let mut samples = Box::new([[Iq::ZERO; 512]; 32]); // of a front end; 32 channels, array-major
+//! for (beam, exponent) in [(17, -38), (16, -39)] {
+//!     estimator.push_beam(Block { samples: &mut samples, beam, exponent });
+//! }
+//! println!("{}", EstimatedPath::COLUMNS);
+//! for path in &estimator.finish() {
+//!     println!("{path}");
+//! }
+//! # Ok::<(), cslam_core::ltd::EstimatorConfigError>(())
+//! ```
+//! Where a path was reflected, if it was reflected once:
+//! ```
+//! use cslam_core::geometry::{Direction, Matrix3, Position, Vector3};
+//! use cslam_core::path::{Path, diagonal_covariance};
+//! use cslam_core::reflection::{Ends, Form, Gates, Verdict, solve};
+//!
+//! let ends: Ends = Ends {
+//!     uav: Position::new(12.0, 40.0, 6.0)?,
+//!     uav_covariance: Matrix3::identity() * 0.05 * 0.05,
+//!     gmt: Position::new(12.0, 0.0, 2.0)?,
+//! };
+//! let path = Path {
+//!     c_tau_m: 46.818,
+//!     aoa: Direction::from_vector(Vector3::new(-12.0, -20.0, -2.0))?, // towards where the wave came from, world axes
+//!     aod: None,
+//!     covariance: diagonal_covariance(0.05, 2e-3),
+//! };
+//! let verdict = solve(&ends, &path, Form::Vector, &Gates::default())?;
+//! assert!(matches!(verdict, Verdict::Accepted(point) if point.position.to_array()[0].abs() < 0.01)); // the wall x = 0
+//! # Ok::<(), cslam_core::reflection::InputError>(())
+//! ```
+//! The folder `examples` has more: a recorded sweep, link states, arrays of one's own, static memory.
+//!
 //! # Conventions
 //! - World frame east-north-up, body frame forward-left-up, metres. Frames are types: see [`geometry`].
 //! - `zenith` is the angle from +z (0 = up, 0..pi), `azimuth` is `atan2(y, x)` in (-pi, pi].
@@ -27,6 +69,7 @@
 //! The types keep frames apart, not instants: a direction measured at one attitude and turned by another is still a
 //! well-typed world direction.
 #![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 pub mod array;
 pub mod association;
@@ -42,6 +85,7 @@ pub mod ltd;
 pub mod map;
 pub mod path;
 pub mod paths;
+pub mod profile;
 pub mod reflection;
 #[cfg(dsp_kernels)]
 mod simd;

@@ -38,9 +38,93 @@ impl Default for Waveform {
     }
 }
 
+/// What a waveform cannot be: the field, in the words of [`WaveformError::field`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum WaveformError {
+    /// `carrier_hz` is not a positive number.
+    Carrier,
+    /// `sample_rate_hz` is not a positive number.
+    SampleRate,
+    /// `active` is zero, odd or more than [`SAMPLES`].
+    Active,
+    /// `sequence_length` is even, or 1 and less.
+    SequenceLength,
+    /// `root` is zero, or has a divisor in common with the length: the sequence repeats within a symbol, and delays are ambiguous.
+    Root,
+}
+
+impl WaveformError {
+    /// Name of the field that is wrong.
+    #[must_use]
+    pub fn field(self) -> &'static str {
+        match self {
+            Self::Carrier => "waveform.carrier_hz",
+            Self::SampleRate => "waveform.sample_rate_hz",
+            Self::Active => "waveform.active",
+            Self::SequenceLength => "waveform.sequence_length",
+            Self::Root => "waveform.root",
+        }
+    }
+
+    /// What was expected of it.
+    #[must_use]
+    pub fn expected(self) -> &'static str {
+        match self {
+            Self::Carrier | Self::SampleRate => "a positive number",
+            Self::Active => "an even number of 2 to 512",
+            Self::SequenceLength => "an odd number of 3 or more",
+            Self::Root => "a number coprime to the sequence's length",
+        }
+    }
+}
+
+impl core::fmt::Display for WaveformError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{}: expected {}", self.field(), self.expected())
+    }
+}
+
+impl core::error::Error for WaveformError {}
+
 impl Waveform {
     /// Name of the default waveform in recordings.
     pub const NAME: &'static str = "zc409-273";
+
+    /// Whether the receiver can work with it.
+    ///
+    /// # Errors
+    /// [`WaveformError`] naming the first field that is wrong.
+    pub fn check(&self) -> Result<(), WaveformError> {
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        let coprime = |(mut a, mut b): (u32, u32)| {
+            while b != 0 {
+                (a, b) = (b, a % b);
+            }
+            a == 1
+        };
+        let sound = [
+            (positive(self.carrier_hz), WaveformError::Carrier),
+            (positive(self.sample_rate_hz), WaveformError::SampleRate),
+            (
+                (2..=SAMPLES).contains(&self.active) && self.active.is_multiple_of(2),
+                WaveformError::Active,
+            ),
+            (
+                self.sequence_length > 2 && !self.sequence_length.is_multiple_of(2),
+                WaveformError::SequenceLength,
+            ),
+            (
+                self.root > 0 && coprime((self.sequence_length, self.root)),
+                WaveformError::Root,
+            ),
+        ];
+        match sound.into_iter().find(|(is_sound, _)| !is_sound) {
+            Some((_, error)) => Err(error),
+            None => Ok(()),
+        }
+    }
 
     /// Subcarrier offset of active index 0..active.
     pub fn offset(&self, index: usize) -> i32 {
@@ -141,5 +225,75 @@ mod tests {
         }
         let papr_db = 10.0 * libm::log10(peak / mean);
         assert!((2.5..3.1).contains(&papr_db), "{papr_db}");
+    }
+
+    #[test]
+    fn what_cannot_work_is_refused_by_its_field() {
+        let sound = Waveform::default();
+        assert_eq!(sound.check(), Ok(()));
+        let wrong: [(Waveform, &str); 12] = [
+            (
+                Waveform {
+                    carrier_hz: f64::NAN,
+                    ..sound
+                },
+                "waveform.carrier_hz",
+            ),
+            (
+                Waveform {
+                    carrier_hz: 0.0,
+                    ..sound
+                },
+                "waveform.carrier_hz",
+            ),
+            (
+                Waveform {
+                    sample_rate_hz: -1.0,
+                    ..sound
+                },
+                "waveform.sample_rate_hz",
+            ),
+            (
+                Waveform {
+                    sample_rate_hz: f64::INFINITY,
+                    ..sound
+                },
+                "waveform.sample_rate_hz",
+            ),
+            (Waveform { active: 0, ..sound }, "waveform.active"),
+            (Waveform { active: 415, ..sound }, "waveform.active"),
+            (Waveform { active: 514, ..sound }, "waveform.active"),
+            (
+                Waveform {
+                    sequence_length: 0,
+                    ..sound
+                },
+                "waveform.sequence_length",
+            ),
+            (
+                Waveform {
+                    sequence_length: 410,
+                    ..sound
+                },
+                "waveform.sequence_length",
+            ),
+            (Waveform { root: 0, ..sound }, "waveform.root"),
+            (Waveform { root: 409, ..sound }, "waveform.root"),
+            (
+                Waveform {
+                    sequence_length: 405,
+                    root: 25,
+                    ..sound
+                },
+                "waveform.root",
+            ),
+        ];
+        for (waveform, field) in wrong {
+            assert_eq!(
+                waveform.check().map_err(WaveformError::field),
+                Err(field),
+                "{waveform:?}"
+            );
+        }
     }
 }

@@ -116,6 +116,9 @@ pub struct Estimated {
     pub beam: u16,
     /// Covariance by noise of (c tau in m, angles along the tangents e1, e2 of the line's `frame` in rad).
     pub covariance: [[f64; 3]; 3],
+    /// The path as the receiver has it: what the lines of `cslam estimate --csv` are made of.
+    #[serde(skip)]
+    pub found: EstimatedPath,
 }
 
 /// Runs an estimator over the blocks of a recording, which it works on in place. `gmt_heading_rad`: azimuth at which the
@@ -210,6 +213,7 @@ fn estimated(
         snr_db: f64::from(found.snr_db),
         beam: found.beam,
         covariance: std::array::from_fn(|r| std::array::from_fn(|c| covariance[(r, c)])),
+        found: *found,
     })
 }
 

@@ -22,6 +22,16 @@ pub enum ElementErrors {
     Learned(f32),
 }
 
+impl ElementErrors {
+    /// The standard deviation that is known, or begun with.
+    #[must_use]
+    pub fn sigma(self) -> f32 {
+        match self {
+            Self::Known(sigma) | Self::Learned(sigma) => sigma,
+        }
+    }
+}
+
 /// The share of a path's energy that is left beside it.
 #[derive(Clone, Debug)]
 pub(super) struct Calibration {
@@ -34,14 +44,10 @@ pub(super) struct Calibration {
 
 impl Calibration {
     pub(super) fn new(errors: ElementErrors) -> Self {
-        let (sigma, learns) = match errors {
-            ElementErrors::Known(sigma) => (sigma, false),
-            ElementErrors::Learned(sigma) => (sigma, true),
-        };
-        let share = sigma * sigma;
+        let share = errors.sigma() * errors.sigma();
         Self {
             share,
-            most: learns.then_some(share),
+            most: matches!(errors, ElementErrors::Learned(_)).then_some(share),
             recent: [share; SWEEPS],
             count: 0,
         }

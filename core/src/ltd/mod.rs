@@ -16,6 +16,7 @@
 
 mod calibration;
 mod cancel;
+mod check;
 mod cholesky;
 mod correlator;
 mod departure;
@@ -30,6 +31,7 @@ mod iq;
 pub mod kernels;
 mod known;
 mod level;
+mod line;
 mod merge;
 mod meter;
 mod model;
@@ -47,6 +49,7 @@ mod template;
 mod window;
 
 pub use calibration::ElementErrors;
+pub use check::EstimatorConfigError;
 pub use correlator::{Correlator, FOLDED_CHANNELS, FOLDED_TAPS, Folded, Workspace};
 pub use detector::{Detector, Peak};
 pub use effort::WorkLimit;

@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
+use cslam_core::ltd::EstimatedPath;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -33,6 +34,10 @@ pub(crate) struct Args {
     /// Print one JSON object a recording on standard output (paths format) instead of tables
     #[arg(long)]
     json: bool,
+    /// Print lines of numbers with a header line, a recording after the other: the paths as the receiver has them, angles of arrival as
+    /// unit vectors in body axes. The examples in Rust, C and Python print the same characters
+    #[arg(long, conflicts_with = "json")]
+    csv: bool,
 }
 
 /// A line of `--json`.
@@ -66,6 +71,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         if args.json {
             let line = serde_json::to_string(&Line { recording, estimate })?;
             writeln!(out, "{line}")?;
+        } else if args.csv {
+            writeln!(out, "{}", EstimatedPath::COLUMNS)?;
+            for path in &estimate.paths {
+                writeln!(out, "{}", path.found)?;
+            }
         } else {
             print(&mut out, recording, estimate)?;
         }

@@ -8,7 +8,7 @@ pub(crate) mod raw;
 pub(crate) mod recorded;
 mod thinning;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -169,17 +169,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
             from_samples(args, &config, &interrupted, |_, _| {})?
         }
     };
-    let elapsed_s = start.elapsed().as_secs_f64();
-    let evaluation = evaluate(&mut flown.log, flown.scene.as_ref());
-    let report = Report::new(&flown.log, &evaluation, elapsed_s);
-    let outputs = Outputs {
-        log: &flown.log,
-        scene: flown.scene.as_ref(),
-        evaluation: &evaluation,
-        report: &report,
-        packets: &flown.packets,
-    };
-    outputs.write(flown.out.path(), args.ply.into())?;
+    let report = write(args, &mut flown, start)?;
     flown.out.commit()?;
     if args.json {
         println!("{}", serde_json::to_string(&report)?);
@@ -197,6 +187,42 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         live.wait()?;
     }
     Ok(())
+}
+
+/// Evaluates a flight and writes its files into the directory of results.
+fn write(args: &Args, flown: &mut Flown, start: Instant) -> anyhow::Result<Report> {
+    let elapsed_s = start.elapsed().as_secs_f64();
+    let evaluation = evaluate(&mut flown.log, flown.scene.as_ref());
+    let report = Report::new(&flown.log, &evaluation, elapsed_s);
+    let outputs = Outputs {
+        log: &flown.log,
+        scene: flown.scene.as_ref(),
+        evaluation: &evaluation,
+        report: &report,
+        packets: &flown.packets,
+    };
+    outputs.write(flown.out.path(), args.ply.into())?;
+    Ok(report)
+}
+
+/// What `cslam fly --recording DIRECTORY --out OUT` does, for a program: nothing is printed, and what would be is returned.
+pub(crate) fn over_recording(
+    directory: &Path,
+    out: &Path,
+    steps: Option<usize>,
+    interrupted: &AtomicBool,
+) -> anyhow::Result<Report> {
+    let args = Args {
+        recording: Some(directory.to_owned()),
+        out: out.to_owned(),
+        steps,
+        ..Args::default()
+    };
+    let start = Instant::now();
+    let mut flown = from_samples(&args, &read_config(&args)?, interrupted, |_, _| {})?;
+    let report = write(&args, &mut flown, start)?;
+    flown.out.commit()?;
+    Ok(report)
 }
 
 /// A flight over a recording or through a simulated world.

@@ -138,6 +138,70 @@ pub(crate) fn python() -> Result<(), String> {
     Ok(())
 }
 
+/// Where the project's own Python package is installed, from the workspace's root.
+const OWN_PYTHON: &str = "target/verify-bindings";
+
+/// The project's Python package with its tests' needs, built by pip as a user has it built.
+pub(crate) fn own_python() -> Result<(), String> {
+    let python = format!("{OWN_PYTHON}/bin/python");
+    if output_of(&python, &["-m", "pip", "--version"]).is_none() {
+        if output_of("python3", &["-c", "import venv, ensurepip"]).is_none() {
+            let elsewhere = "Debian, Ubuntu: python3-venv; elsewhere it comes with python3";
+            install_package("python3 with venv", "python3-venv", elsewhere)?;
+        }
+        install("python3", &["-m", "venv", OWN_PYTHON])?;
+    }
+    install(&python, &["-m", "pip", "install", "--quiet", "./python[test]"])?;
+    let loads = output_of(
+        &python,
+        &[
+            "-c",
+            "import cslam, numpy; print(f'cslam {cslam.__version__}, numpy {numpy.__version__}')",
+        ],
+    );
+    println!(
+        "{}",
+        loads.ok_or("the package was installed and does not load")?.trim()
+    );
+    Ok(())
+}
+
+/// A C compiler and one for C++, by the system's package manager.
+pub(crate) fn c_compiler() -> Result<(), String> {
+    for (program, package) in [("cc", "gcc libc6-dev"), ("c++", "g++")] {
+        if output_of(program, &["--version"]).is_none() {
+            for package in package.split(' ') {
+                install_package(program, package, "a C and a C++ compiler by the names cc and c++")?;
+            }
+        }
+    }
+    let version = output_of("cc", &["--version"]).ok_or("cc was installed and does not run")?;
+    println!("{}", version.lines().next().unwrap_or_default());
+    Ok(())
+}
+
+/// A C compiler for the emulated Cortex-M7 with its library, by the system's package manager.
+pub(crate) fn chip_c_compiler() -> Result<(), String> {
+    let program = "arm-none-eabi-gcc";
+    let library = || {
+        output_of(program, &["--print-file-name=rdimon.specs"])
+            .is_some_and(|file| file.trim() != "rdimon.specs")
+    };
+    if output_of(program, &["--version"]).is_none() {
+        let elsewhere =
+            "Debian, Ubuntu: gcc-arm-none-eabi; Fedora: arm-none-eabi-gcc-cs; Arch: arm-none-eabi-gcc";
+        install_package(program, "gcc-arm-none-eabi", elsewhere)?;
+    }
+    if !library() {
+        let elsewhere = "Debian, Ubuntu: libnewlib-arm-none-eabi; Fedora, Arch: arm-none-eabi-newlib";
+        install_package("newlib for arm-none-eabi", "libnewlib-arm-none-eabi", elsewhere)?;
+    }
+    let version =
+        output_of(program, &["--version"]).ok_or("arm-none-eabi-gcc was installed and does not run")?;
+    println!("{}", version.lines().next().unwrap_or_default());
+    Ok(())
+}
+
 /// Where the checks' JavaScript packages are installed, from the workspace's root: what is copied from where.
 const NODE: [(&str, &str); 2] = [
     ("tests/tools/browser", "target/verify-node/browser"),

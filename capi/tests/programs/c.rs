@@ -1,0 +1,96 @@
+//! C on the host.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::recording::Recorded;
+use crate::{ROOT, assert_success, built, is_there, printed, rust_example};
+
+/// Random calls that are made under the sanitizers of the compiler.
+const CALLS: &str = "1000000";
+/// The same under valgrind, which sees into the library too.
+const WATCHED_CALLS: &str = "5000";
+
+/// The library for C programs, built by cargo.
+fn library() -> PathBuf {
+    let files = built(&["--package=cslam-c", "--lib"]);
+    let archive = files.into_iter().find(|file| file.ends_with("libcslam_c.a"));
+    archive.expect("libcslam_c.a among what cargo built")
+}
+
+/// Compiles a program of `capi` against the library.
+fn compiled(source: &str, to: &Path, options: &[&str]) {
+    let mut command = Command::new("cc");
+    command
+        .current_dir(Path::new(ROOT).join("capi"))
+        .args([
+            "-std=c11",
+            "-O1",
+            "-g",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+            "-D_GNU_SOURCE",
+            "-DCSLAM_STD",
+            "-Iinclude",
+        ])
+        // The library is given memory that is too short on purpose.
+        .args(["-Wno-array-bounds", "-Wno-stringop-overflow"])
+        .args(options)
+        .arg(source)
+        .arg(library())
+        .args(["-lm", "-lpthread", "-ldl", "-o"])
+        .arg(to);
+    let output = command.output().expect("cc: a C compiler");
+    assert_success(&command, &output);
+}
+
+#[test]
+#[ignore = "builds in release mode and needs a C compiler: the stage capi runs it"]
+fn c_prints_what_rust_and_the_command_print() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let program = folder.path().join("estimate");
+    compiled("examples/estimate.c", &program, &[]);
+    let recorded = Recorded::new();
+    let by_the_command = recorded.by_the_command();
+    let meta = recorded.meta().to_str().expect("a name");
+    assert_eq!(rust_example("estimate", &[meta]), by_the_command, "Rust");
+    assert_eq!(printed(Command::new(&program).arg(meta)), by_the_command, "C");
+    // Without a recording: an error, in words.
+    let nothing = Command::new(&program)
+        .arg("nowhere.sigmf-meta")
+        .output()
+        .expect("runs");
+    assert!(
+        !nothing.status.success()
+            && String::from_utf8_lossy(&nothing.stderr).contains("expected a recording")
+    );
+
+    let program = folder.path().join("solve");
+    compiled("examples/solve.c", &program, &[]);
+    assert_eq!(printed(&mut Command::new(program)), rust_example("solve", &[]));
+}
+
+#[test]
+#[ignore = "builds in release mode and needs a C compiler: the stage capi runs it"]
+fn wrong_arguments_give_a_status() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let plain = folder.path().join("misuse");
+    compiled("tests/misuse.c", &plain, &[]);
+    print!("{}", printed(Command::new(&plain).args([CALLS, "1"])));
+    let sanitized = folder.path().join("sanitized");
+    let with = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+    compiled("tests/misuse.c", &sanitized, &with);
+    printed(Command::new(&sanitized).args([CALLS, "2"]));
+    if is_there("valgrind") {
+        let watch = ["--quiet", "--error-exitcode=9", "--leak-check=full"];
+        printed(
+            Command::new("valgrind")
+                .args(watch)
+                .arg(&plain)
+                .args([WATCHED_CALLS, "3"]),
+        );
+    } else {
+        println!("valgrind is not here: not tried");
+    }
+}

@@ -1,0 +1,112 @@
+//! The library in other people's programs: the command, Rust, C and Python print the same paths of the same recording, character for
+//! character; and wrong arguments of the C interface never do more than give a status.
+
+mod c;
+mod m7;
+mod python;
+mod recording;
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+/// Root of the workspace.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+/// Runs a command that must succeed; what it printed.
+fn printed(command: &mut Command) -> String {
+    let output = command.output().unwrap_or_else(|e| panic!("{command:?}: {e}"));
+    assert_success(command, &output);
+    String::from_utf8(output.stdout).expect("text")
+}
+
+fn assert_success(command: &Command, output: &Output) {
+    assert!(
+        output.status.success(),
+        "{command:?}: {}\n{}{}",
+        output.status,
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+/// Whether a program of this name is there.
+fn is_there(program: &str) -> bool {
+    Command::new(program).arg("--version").output().is_ok()
+}
+
+/// Has cargo build something in release mode: the files that came of it.
+fn built(arguments: &[&str]) -> Vec<PathBuf> {
+    files(&[&["--release"], arguments].concat())
+}
+
+/// The library for C programs on the emulated Cortex-M7.
+fn built_for_a_chip() -> PathBuf {
+    let files = files(&[
+        "--profile=firmware",
+        "--package=cslam-c",
+        "--lib",
+        "--no-default-features",
+        "--features=panic-handler",
+        "--target=thumbv7em-none-eabihf",
+    ]);
+    let archive = files.into_iter().find(|file| file.ends_with("libcslam_c.a"));
+    archive.expect("libcslam_c.a among what cargo built")
+}
+
+fn files(arguments: &[&str]) -> Vec<PathBuf> {
+    let messages = printed(
+        cargo()
+            .args(["build", "--quiet", "--locked", "--message-format=json"])
+            .args(arguments),
+    );
+    messages
+        .lines()
+        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
+        .filter_map(|message| message["filenames"].as_array().cloned())
+        .flatten()
+        .filter_map(|file| file.as_str().map(PathBuf::from))
+        .collect()
+}
+
+fn cargo() -> Command {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut command = Command::new(cargo);
+    command.current_dir(ROOT);
+    command
+}
+
+/// An example of cslam-core, built and run by cargo.
+fn rust_example(name: &str, arguments: &[&str]) -> String {
+    let run = [
+        "run",
+        "--quiet",
+        "--locked",
+        "--release",
+        "--package=cslam-core",
+        "--example",
+        name,
+        "--",
+    ];
+    printed(cargo().args(run).args(arguments))
+}
+
+#[test]
+#[ignore = "builds in release mode: the stage capi runs it"]
+fn every_example_of_the_core_runs() {
+    let expected = [
+        (
+            "solve",
+            "off the wall: 0.001 20.001 4.000 m, sigma 0.202 m\nstraight: line of sight\n",
+        ),
+        ("classify", "40.20 m: LineOfSight"),
+        (
+            "own_geometry",
+            "paths in silence: 0\nwaveform.active: expected an even number of 2 to 512\n",
+        ),
+        ("embedded", "static memory: "),
+    ];
+    for (name, start) in expected {
+        let printed = rust_example(name, &[]);
+        assert!(printed.starts_with(start), "{name}: {printed}");
+    }
+}

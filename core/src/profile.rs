@@ -1,0 +1,58 @@
+//! Types with their capacities filled in, so that they can be named: one module for each geometry of arrays and beams.
+//!
+//! The stages are generic over how many arrays, elements, beams and paths there are. Who uses the geometry that a module here
+//! describes writes `profile::FlightEstimator` and need not know ten numbers. Another geometry is another module like this one.
+
+pub use quad_4x8_gmt_72::{
+    Block, Config as FlightConfig, FlightEstimator, PaperFlightEstimator, Receiver, ReceiverMemory, Samples,
+    SweepPaths,
+};
+
+/// The default: four tilted arrays of eight elements on the UAV (`quad-tilted-4x8` in recordings), three faces of 8 x 8 elements with
+/// 72 beams at the GMT (`gmt-72`), nine paths a sweep.
+pub mod quad_4x8_gmt_72 {
+    use crate::block::BeamBlock;
+    use crate::cslam::{CHANNELS as FLIGHT_CHANNELS, Cslam, Memory, PATHS as FLIGHT_PATHS};
+    use crate::ltd::{EstimatedPath, Estimator, EstimatorConfig, Iq, PaperEstimator};
+    use crate::waveform::SAMPLES;
+
+    /// Receive arrays on the UAV.
+    pub const ARRAYS: usize = 4;
+    /// Elements of an array.
+    pub const ELEMENTS: usize = 8;
+    /// Receive channels, array-major: channel = 8 j + i.
+    pub const CHANNELS: usize = ARRAYS * ELEMENTS;
+    /// Faces of the GMT.
+    pub const FACES: usize = 3;
+    /// Columns of elements of a face.
+    pub const COLUMNS: usize = 8;
+    /// Rows of elements of a face.
+    pub const ROWS: usize = 8;
+    /// Elevations of the codebook.
+    pub const ELEVATIONS: usize = 3;
+    /// Transmit beams of a sweep.
+    pub const BEAMS: usize = 72;
+    /// Detections that are kept in a sweep.
+    pub const DETECTIONS: usize = 360;
+    /// Paths that are reported of a sweep.
+    pub const PATHS: usize = 9;
+    const _: () = assert!(CHANNELS == FLIGHT_CHANNELS && PATHS == FLIGHT_PATHS);
+
+    /// Configuration of [`FlightEstimator`] and [`PaperFlightEstimator`].
+    pub type Config = EstimatorConfig<ARRAYS, ELEMENTS, FACES, COLUMNS, ROWS, ELEVATIONS>;
+    /// The path estimator that flies. 77 KiB; [`FlightEstimator::checked`] builds it from a configuration that is checked.
+    pub type FlightEstimator =
+        Estimator<ARRAYS, ELEMENTS, CHANNELS, BEAMS, FACES, COLUMNS, ROWS, DETECTIONS, PATHS>;
+    /// The published estimator, for comparison.
+    pub type PaperFlightEstimator = PaperEstimator<ARRAYS, ELEMENTS, CHANNELS, BEAMS, PATHS>;
+    /// Samples of a beam, by channel and sample: 64 KiB.
+    pub type Samples = [[Iq; SAMPLES]; CHANNELS];
+    /// What an estimator takes for one beam; its exponent is its own.
+    pub type Block<'a> = BeamBlock<'a, CHANNELS>;
+    /// Paths of a sweep, strongest first.
+    pub type SweepPaths = heapless::Vec<EstimatedPath, PATHS>;
+    /// The whole receiver, with a map of `VOXELS` voxels.
+    pub type Receiver<'m, const VOXELS: usize> = Cslam<'m, FlightEstimator, VOXELS>;
+    /// Its large parts.
+    pub type ReceiverMemory<'m, const VOXELS: usize> = Memory<'m, FlightEstimator, VOXELS>;
+}

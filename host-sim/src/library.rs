@@ -1,0 +1,21 @@
+//! What the command does, for programs that are no command line: nothing is printed, and results are returned.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use crate::commands::fly;
+use crate::report::Report;
+
+/// Flies over the recording in `directory` as `cslam fly --recording` does, at most `steps` sweeps, until `interrupted`; the files of the
+/// flight lie in `out` afterwards. Call [`crate::progress::be_quiet`] first where no progress shall be shown.
+///
+/// # Errors
+/// [`crate::input::InputError`], as an [`anyhow::Error`], naming the file that is missing, damaged or cannot be written.
+pub fn fly_recording(
+    directory: &Path,
+    out: &Path,
+    steps: Option<usize>,
+    interrupted: &AtomicBool,
+) -> anyhow::Result<Report> {
+    fly::over_recording(directory, out, steps, interrupted)
+}

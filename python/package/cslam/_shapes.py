@@ -1,0 +1,43 @@
+"""Arrays of the caller's, checked: a ValueError says what was met and what was wanted."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+def floats(name: str, value: Any, shape: tuple[int | None, ...]) -> Floats:
+    """``value`` as a C-contiguous float64 array of a shape; None stands for any length."""
+    try:
+        array = np.asarray(value, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name}: expected numbers of shape {wanted(shape)}: {error}") from None
+    return checked(name, array, shape)
+
+
+def integers(name: str, value: Any, dtype: Any, shape: tuple[int | None, ...]) -> NDArray[Any]:
+    """``value``, whole numbers that fit, as a C-contiguous array of ``dtype``."""
+    array = np.asarray(value)
+    if array.dtype.kind not in "iu":
+        raise ValueError(f"{name}: got {array.dtype}, expected whole numbers")
+    limits = np.iinfo(dtype)
+    if array.size and (array.min() < limits.min or array.max() > limits.max):
+        raise ValueError(f"{name}: got {array.min()} to {array.max()}, expected {limits.min} to {limits.max}")
+    return checked(name, np.asarray(array, dtype=dtype, order="C"), shape)
+
+
+def checked(name: str, array: NDArray[Any], shape: tuple[int | None, ...]) -> NDArray[Any]:
+    """The array, of the right shape."""
+    fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape))
+    if not fits:
+        raise ValueError(f"{name}: got shape {list(array.shape)}, expected {wanted(shape)}")
+    return array
+
+
+def wanted(shape: tuple[int | None, ...]) -> str:
+    """A shape in words."""
+    return "[" + ", ".join("n" if length is None else str(length) for length in shape) + "]"
