@@ -82,10 +82,15 @@ impl<const A: usize> Source<A> {
 
 /// Taps on both sides over which a path of this amplitude stands out of the noise.
 pub(super) fn reach(amplitude: f32, noise: f32, occupancy: f32) -> usize {
-    // |D(x)| <= 1 / (pi occupancy x) up to a quarter of the period, and less than twice that beyond.
     let ratio = amplitude / libm::sqrtf(noise.max(f32::MIN_POSITIVE));
-    let reach = MARGIN * ratio / (core::f32::consts::PI * occupancy);
-    (reach.min(SAMPLES as f32) as usize).clamp(LEAST, SAMPLES / 2)
+    reach_of::<SAMPLES>(MARGIN * ratio, occupancy)
+}
+
+/// Taps of a period of `N`, on both sides, at which sidelobes are over `1 / ratio` of the peak.
+pub(super) fn reach_of<const N: usize>(ratio: f32, occupancy: f32) -> usize {
+    // |D(x)| <= 1 / (pi occupancy x) up to a quarter of the period, and less than twice that beyond.
+    let reach = ratio / (core::f32::consts::PI * occupancy);
+    (reach.min(N as f32) as usize).clamp(LEAST, N / 2)
 }
 
 /// Taps from one origin to another, the shorter way round the period.

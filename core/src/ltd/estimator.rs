@@ -12,6 +12,7 @@ use super::effort::{Effort, Work, WorkLimit};
 use super::gate::Gate;
 use super::grid::AngleGrid;
 use super::known::{FITTED, KnownPaths, Levels, Seen};
+use super::level::Levelled;
 use super::merge::{Detection, Detections, Merged};
 use super::meter::{Meter, Stage};
 use super::model::ArrayModel;
@@ -333,7 +334,7 @@ impl<
         count
     }
 
-    /// Everything about one beam.
+    /// Everything about one beam: its gate, a look, and where that cannot tell, the transform.
     fn search(&mut self, block: BeamBlock<'_, C>) -> BeamReport {
         let measured = self.correlator.measure(block);
         let power = measured.mean_power();
@@ -371,38 +372,53 @@ impl<
             to_lsb,
             threshold: self.threshold,
         };
-        let Levels { floor, noise, .. } = levels;
-        if let Some(screen) = &self.screen
-            && screen.can_tell(floor, noise)
-        {
-            self.meter.enter(Stage::Detection);
-            self.effort.spend(Work::Look);
-            let mut folded = self
-                .correlator
-                .detect(&levelled, screen.channels(), &mut self.work);
-            let seen: Option<Vec<Seen, FITTED>> = if screen.is_empty(&folded, floor) {
-                Some(Vec::new())
-            } else if folded.strained {
-                None
-            } else {
-                self.known
-                    .recognise::<A, E, C>(
-                        &self.model,
-                        &self.folded_template,
-                        screen.channels(),
-                        &mut folded,
-                        &levels,
-                        &self.effort,
-                    )
-                    .filter(|_| screen.is_empty(&folded, floor))
-            };
-            let noise_gain = screen.noise_gain();
-            if let Some(seen) = seen {
-                let paths = self.glance(&seen, to_lsb, noise_gain, levelled.beam());
-                return BeamReport { paths, ..weak };
-            }
+        if let Some(paths) = self.look(&levelled, &levels) {
+            return BeamReport { paths, ..weak };
+        }
+        BeamReport {
+            weak: false,
+            power: weak.power,
+            ..self.transform(levelled, levels)
+        }
+    }
+
+    /// A cheap look at a beam: how many known paths it shows, when it shows nothing that is worth a transform.
+    fn look(&mut self, levelled: &Levelled<'_, C>, levels: &Levels) -> Option<u8> {
+        let screen = self.screen.as_ref()?;
+        if !screen.can_tell(levels.floor, levels.noise) {
+            return None;
+        }
+        self.meter.enter(Stage::Detection);
+        self.effort.spend(Work::Look);
+        let mut folded = self
+            .correlator
+            .detect(levelled, screen.channels(), &mut self.work);
+        let seen: Option<Vec<Seen, FITTED>> = if screen.is_empty(&folded, levels.floor) {
+            Some(Vec::new())
+        } else if folded.strained {
+            None
+        } else {
+            self.known
+                .recognise::<A, E, C>(
+                    &self.model,
+                    &self.folded_template,
+                    screen.channels(),
+                    &mut folded,
+                    levels,
+                    &self.effort,
+                )
+                .filter(|_| screen.is_empty(&folded, levels.floor))
+        };
+        let noise_gain = screen.noise_gain();
+        let paths = seen.map(|seen| self.glance(&seen, levels.to_lsb, noise_gain, levelled.beam()));
+        if paths.is_none() {
             self.meter.enter(Stage::FrontEnd);
         }
+        paths
+    }
+
+    /// Transforms a beam and finds its paths.
+    fn transform(&mut self, levelled: Levelled<'_, C>, levels: Levels) -> BeamReport {
         self.effort.spend(Work::Transform);
         let taps = self.correlator.correlate(levelled, &mut self.work);
         let (clips, unexamined) = (taps.clips(), taps.unexamined());
@@ -442,11 +458,9 @@ impl<
         }
         BeamReport {
             paths: self.keep(noise, exponent, beam),
-            power: weak.power,
-            weak: false,
-            left_out: false,
             clips,
             unexamined,
+            ..BeamReport::default()
         }
     }
 

@@ -47,10 +47,10 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         source: &Source<A>,
         noise: f32,
     ) -> bool {
-        if self.effort.is_spent() {
+        let members = beam.members(group);
+        if self.effort.is_spent() || (members.len() > 1 && !self.effort.allows_large_groups()) {
             return false;
         }
-        let members = beam.members(group);
         within(self.meter, Stage::JointFit, || match *members.as_slice() {
             [a] => self.extend::<1, 3, 2, 6, C>(beam, [a], source, noise),
             [a, b] => self.extend::<2, 6, 3, 9, C>(beam, [a, b], source, noise),

@@ -8,7 +8,7 @@
 use heapless::Vec;
 use nalgebra::{Complex, Vector3};
 
-use super::cancel::{fill, q15};
+use super::cancel::{fill, q15, reach_of};
 use super::correlator::{FOLDED_CHANNELS, FOLDED_TAPS, Folded};
 use super::effort::{Effort, Work};
 use super::fit::Place;
@@ -35,8 +35,6 @@ const WINDOW: usize = 2 * REACH + 1;
 const SHARE: f32 = 0.125;
 /// Sidelobes are cancelled down to a quarter of the amplitude asked for.
 const MARGIN: f32 = 4.0;
-/// Taps on both sides that are always cancelled.
-const LEAST: usize = 8;
 /// A path is worth another transform where it is stronger than in any beam before by this factor, 1 dB.
 const BETTER: f32 = 1.26;
 /// Load on the diagonal of the joint fit: two paths that a beam cannot tell apart share what is there.
@@ -314,8 +312,7 @@ impl<const A: usize, const E: usize> Match<A, E> {
     fn take_out(&self, template: &Template, channels: &[u8], folded: &mut Folded<'_>, power: f32) -> usize {
         let strongest = self.gains.iter().map(|g| g.norm_sqr()).fold(0.0, f32::max);
         let ratio = strongest / power.max(f32::MIN_POSITIVE);
-        let reach = MARGIN * libm::sqrtf(ratio) / (core::f32::consts::PI * template.occupancy());
-        let reach = (reach.min(FOLDED_TAPS as f32) as usize).clamp(LEAST, FOLDED_TAPS / 2);
+        let reach = reach_of::<FOLDED_TAPS>(MARGIN * libm::sqrtf(ratio), template.occupancy());
         let count = (2 * reach + 1).min(FOLDED_TAPS);
         let first = self.origin as i32 - reach as i32;
         let start = first as usize & (FOLDED_TAPS - 1);
@@ -366,24 +363,23 @@ fn separate<const A: usize, const E: usize>(
     }
     let zero = Complex::new(0.0, 0.0);
     let (mut gram, mut gains) = ([[zero; FITTED]; FITTED], [zero; FITTED]);
-    for ((row, gain), a) in gram.iter_mut().zip(&mut gains).zip(matches.iter()) {
-        for (value, b) in row.iter_mut().zip(matches.iter()) {
-            *value = if core::ptr::eq(a, b) {
-                Complex::new(1.0 + LOAD, 0.0)
-            } else {
-                a.overlap(b, template, channels, array)
-            };
+    let count = matches.len().min(FITTED);
+    for (p, a) in matches.iter().enumerate().take(FITTED) {
+        gains[p] = a.gains.get(array).copied().unwrap_or(zero);
+        gram[p][p] = Complex::new(1.0 + LOAD, 0.0);
+        for (q, b) in matches.iter().enumerate().take(FITTED).skip(p + 1) {
+            let overlap = a.overlap(b, template, channels, array);
+            (gram[p][q], gram[q][p]) = (overlap, overlap.conj());
         }
-        *gain = a.gains.get(array).copied().unwrap_or(zero);
     }
     // Gauss-Jordan: the matrix is positive definite.
-    for p in 0..matches.len().min(FITTED) {
+    for p in 0..count {
         let (row, gain) = (gram[p], gains[p]);
         let inverse = 1.0 / row[p].re.max(LOAD);
-        for r in 0..matches.len().min(FITTED) {
+        for r in 0..count {
             if r != p {
                 let factor = gram[r][p] * inverse;
-                for s in p..FITTED {
+                for s in p..count {
                     gram[r][s] -= factor * row[s];
                 }
                 gains[r] -= factor * gain;

@@ -60,7 +60,7 @@ impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {
         let content = window.content();
         let most = self.unexplained(&content, noise);
         for attempt in 0..ATTEMPTS {
-            if self.effort.is_spent() {
+            if !self.effort.allows_further_starts() {
                 break;
             }
             let told_apart = regular(&best.hessian);
