@@ -130,9 +130,13 @@ typedef struct cslam_estimator_config {
    */
   uint8_t gating;
   /*
+   1: errors of the receive elements are learned from sweep to sweep, beginning with `element_errors`. 0: they are known.
+   */
+  uint8_t element_errors_learned;
+  /*
    0.
    */
-  uint8_t reserved[2];
+  uint8_t reserved;
   /*
    Attitude of the transmitter: quaternion w, x, y, z from its axes to the world's. 1, 0, 0, 0: first face to the east.
    */
@@ -146,9 +150,9 @@ typedef struct cslam_estimator_config {
    */
   float dynamic_range_db;
   /*
-   Standard deviation of the phase error that calibration leaves on a receive element, rad, 0 to a quarter turn.
+   Standard deviation of the error of a receive element's response, relative to what it should be, 0 to 1.
    */
-  float element_phase_sigma_rad;
+  float element_errors;
   /*
    Standard deviation of a transmit beam's gain, dB, 0 to 20.
    */

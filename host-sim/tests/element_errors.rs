@@ -7,7 +7,8 @@ use cslam_host_sim::channel::{ChannelConfig, Impairments};
 use cslam_host_sim::estimate;
 
 fn direction<F: Frame>(azimuth_deg: f64, elevation_deg: f64) -> Direction<F, f64> {
-    Direction::from_zenith_azimuth((90.0 - elevation_deg).to_radians(), azimuth_deg.to_radians()).expect("finite")
+    Direction::from_zenith_azimuth((90.0 - elevation_deg).to_radians(), azimuth_deg.to_radians())
+        .expect("finite")
 }
 
 /// The errors of the elements that the world `real` has, and no others.
@@ -50,7 +51,10 @@ fn flown(errors: ElementErrors, seed: u64) -> Vec<(Truth, Vec<EstimatedPath>)> {
 }
 
 fn further(flight: &[(Truth, Vec<EstimatedPath>)]) -> usize {
-    flight.iter().map(|(_, found)| found.len().saturating_sub(1)).sum()
+    flight
+        .iter()
+        .map(|(_, found)| found.len().saturating_sub(1))
+        .sum()
 }
 
 #[test]
@@ -58,7 +62,9 @@ fn what_errors_of_the_arrays_leave_is_no_path() {
     let told = flown(ElementErrors::Known(0.035), 3);
     let learned = flown(ElementErrors::Learned(0.17), 3);
     let (told, learned) = (further(&told), further(&learned));
-    println!("further paths in 60 sweeps of one path: {told} with errors of 2 degrees, {learned} with learned ones");
+    println!(
+        "further paths in 60 sweeps of one path: {told} with errors of 2 degrees, {learned} with learned ones"
+    );
     assert!(told > 60, "the errors make no images: {told}");
     assert!(learned * 10 < told, "{learned} of {told}");
 }
@@ -77,6 +83,9 @@ fn the_claim_on_the_arrival_holds_the_errors_of_the_elements() {
         }
     }
     let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
-    println!("squared arrival error over claimed variance, mean of {}: {mean:.2}", ratios.len());
+    println!(
+        "squared arrival error over claimed variance, mean of {}: {mean:.2}",
+        ratios.len()
+    );
     assert!((0.25..4.0).contains(&mean), "{mean}");
 }

@@ -172,8 +172,8 @@ impl<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ltd::ElementErrors;
     use crate::array::{Codebook, CodebookConfig, GmtArrays, UavArrayConfig, UavArrays};
+    use crate::ltd::ElementErrors;
     use crate::profile::quad_4x8_gmt_72::{BEAMS, Config};
 
     fn field(change: impl Fn(&mut Config)) -> Result<(), &'static str> {

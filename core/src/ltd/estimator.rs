@@ -172,7 +172,7 @@ pub struct Estimator<
     known: KnownPaths,
     effort: Effort,
     strongest: f32,
-    /// What was left beside the first path of the strongest beam.
+    /// What was left beside the first path of the beam that shows the strongest one.
     left: Option<Left>,
     /// Power of the strongest beam.
     loudest: f64,
@@ -265,7 +265,12 @@ impl<
         let paths = || self.found.iter().filter(|f| !f.remainder);
         let members = |group: u8| paths().filter(|f| f.group == group).count() as u8;
         // Errors of the arrays act as noise on all that is fitted jointly: in a channel, the share of what the group holds there.
-        let of_group = |group: u8| paths().filter(|f| f.group == group).map(|f| f.source.power()).sum::<f32>();
+        let of_group = |group: u8| {
+            paths()
+                .filter(|f| f.group == group)
+                .map(|f| f.source.power())
+                .sum::<f32>()
+        };
         let mut count = 0;
         for found in paths() {
             let energy = found.source.power() * C as f32 * scale;
@@ -447,10 +452,15 @@ impl<
         self.meter.enter(Stage::Detection);
         let noise = search.run(&mut under);
         self.meter.enter(Stage::Rest);
-        if is_strongest {
+        let scale = libm::scalbnf(1.0, exponent.saturating_mul(2));
+        let first = under
+            .found
+            .first()
+            .map(|first| first.source.power() * C as f32 * scale);
+        if first > Some(self.strongest) {
             self.left = under.left_beside_first(noise);
         }
-        self.noise = noise * libm::scalbnf(1.0, exponent.saturating_mul(2));
+        self.noise = noise * scale;
         if let Some(gate) = &mut self.gate {
             // A tap sums the noise of Na of the subcarriers of each channel; that of a sample is spread over all of them.
             let bins = C as f32 * SAMPLES as f32 / self.template.active();

@@ -173,11 +173,21 @@ impl<const A: usize, const C: usize> Beam<'_, A, C> {
     /// What the search has left where the first path was found. Its peak may lie between two taps.
     pub(super) fn left_beside_first(&self, noise: f32) -> Option<Left> {
         let first = self.found.first()?;
-        let at = |n: usize| self.profile.get(n & (SAMPLES - 1)).map_or(0.0, |power| *power as f32);
+        let at = |n: usize| {
+            self.profile
+                .get(n & (SAMPLES - 1))
+                .map_or(0.0, |power| *power as f32)
+        };
         let tap = first.source.origin;
         let near = |f: &&Found<A>| f.source.delay_from(tap).abs() <= 1.0;
         let energy = |found: &Found<A>| found.source.power() * C as f32;
-        let remainders: f32 = self.found.iter().filter(|f| f.remainder).filter(near).map(energy).sum();
+        let remainders: f32 = self
+            .found
+            .iter()
+            .filter(|f| f.remainder)
+            .filter(near)
+            .map(energy)
+            .sum();
         Some(Left {
             left: at(tap) + remainders,
             noise: C as f32 * noise,
