@@ -96,7 +96,12 @@ int main(int count_of_words, char **words) {
     size_t size = cslam_estimator_size();
     void *memory = calloc(1, size);
     cslam_estimator *estimator;
-    cslam_status status = cslam_estimator_init(memory, size, NULL, &estimator);
+    /* One sweep teaches nothing of the arrays before its paths are wanted: two degrees an element. */
+    cslam_estimator_config config = {.size = sizeof config};
+    cslam_estimator_config_default(&config);
+    config.element_errors_learned = 0;
+    config.element_errors = 0.035F;
+    cslam_status status = cslam_estimator_init(memory, size, &config, &estimator);
     if (status != CSLAM_STATUS_OK)
         return failed("estimator", status);
     cslam_path paths[PATHS] = {{.size = sizeof(cslam_path)}};

@@ -6,7 +6,7 @@ mod recording;
 
 use std::error::Error;
 
-use cslam_core::ltd::{EstimatedPath, PathEstimator};
+use cslam_core::ltd::{ElementErrors, EstimatedPath, PathEstimator};
 use cslam_core::profile::{Block, FlightConfig, FlightEstimator};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -24,7 +24,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         .collect();
     blocks.sort_by(|a, b| b.power().total_cmp(&a.power()));
 
-    let mut estimator = Box::new(FlightEstimator::checked(&FlightConfig::default())?);
+    // One sweep teaches nothing of the arrays before its paths are wanted.
+    let config = FlightConfig {
+        element_errors: ElementErrors::BUDGET,
+        ..FlightConfig::default()
+    };
+    let mut estimator = Box::new(FlightEstimator::checked(&config)?);
     for block in blocks {
         estimator.push_beam(block);
     }

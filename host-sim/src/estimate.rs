@@ -7,7 +7,9 @@
 use cslam_core::array::{Codebook, UavArrays};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction, Frame, Gmt, Matrix3, Rotation, World};
-use cslam_core::ltd::{EstimatedPath, Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays};
+use cslam_core::ltd::{
+    ElementErrors, EstimatedPath, Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays,
+};
 use cslam_core::path::Path;
 use serde::{Deserialize, Serialize};
 
@@ -148,6 +150,7 @@ pub fn estimate(recording: &mut Recording, mode: Mode, gmt_heading_rad: f64) -> 
         arrays: UavArrays::default(),
         codebook: Codebook::default(),
         gmt_attitude: heading,
+        element_errors: ElementErrors::BUDGET,
         ..EstimatorConfig::default()
     };
     let mut estimator = estimator(mode, &config);

@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError, TryLockError};
 
 use cslam_core::geometry::Rotation;
-use cslam_core::ltd::{EstimatedPath, Iq, PathEstimator};
+use cslam_core::ltd::{ElementErrors, EstimatedPath, Iq, PathEstimator};
 use cslam_core::profile::quad_4x8_gmt_72::{BEAMS, CHANNELS};
 use cslam_core::profile::{FlightConfig, FlightEstimator};
 use cslam_core::waveform::SAMPLES;
@@ -69,6 +69,11 @@ impl Estimator {
             false_alarms_per_sweep,
             dynamic_range_db,
             screening,
+            element_errors: if follow {
+                FlightConfig::default().element_errors
+            } else {
+                ElementErrors::BUDGET
+            },
             ..FlightConfig::default()
         };
         let flying = FlightEstimator::checked(&config).map_err(refused)?;

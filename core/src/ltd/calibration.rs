@@ -23,6 +23,9 @@ pub enum ElementErrors {
 }
 
 impl ElementErrors {
+    /// Two degrees, those of the error budget: for a sweep alone, from which nothing can be learned before its paths are wanted.
+    pub const BUDGET: Self = Self::Known(0.035);
+
     /// The standard deviation that is known, or begun with.
     #[must_use]
     pub fn sigma(self) -> f32 {

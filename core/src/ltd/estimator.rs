@@ -95,7 +95,7 @@ impl EstimatorConfig {
     pub fn single_sweeps() -> Self {
         Self {
             gating: false,
-            element_errors: ElementErrors::Known(0.035),
+            element_errors: ElementErrors::BUDGET,
             work_limit: WorkLimit::NONE,
             ..Self::default()
         }
