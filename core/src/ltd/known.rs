@@ -363,23 +363,24 @@ fn separate<const A: usize, const E: usize>(
     }
     let zero = Complex::new(0.0, 0.0);
     let (mut gram, mut gains) = ([[zero; FITTED]; FITTED], [zero; FITTED]);
-    let count = matches.len().min(FITTED);
-    for (p, a) in matches.iter().enumerate().take(FITTED) {
-        gains[p] = a.gains.get(array).copied().unwrap_or(zero);
-        gram[p][p] = Complex::new(1.0 + LOAD, 0.0);
-        for (q, b) in matches.iter().enumerate().take(FITTED).skip(p + 1) {
-            let overlap = a.overlap(b, template, channels, array);
-            (gram[p][q], gram[q][p]) = (overlap, overlap.conj());
+    for ((row, gain), a) in gram.iter_mut().zip(&mut gains).zip(matches.iter()) {
+        for (value, b) in row.iter_mut().zip(matches.iter()) {
+            *value = if core::ptr::eq(a, b) {
+                Complex::new(1.0 + LOAD, 0.0)
+            } else {
+                a.overlap(b, template, channels, array)
+            };
         }
+        *gain = a.gains.get(array).copied().unwrap_or(zero);
     }
     // Gauss-Jordan: the matrix is positive definite.
-    for p in 0..count {
+    for p in 0..matches.len().min(FITTED) {
         let (row, gain) = (gram[p], gains[p]);
         let inverse = 1.0 / row[p].re.max(LOAD);
-        for r in 0..count {
+        for r in 0..matches.len().min(FITTED) {
             if r != p {
                 let factor = gram[r][p] * inverse;
-                for s in p..count {
+                for s in p..FITTED {
                     gram[r][s] -= factor * row[s];
                 }
                 gains[r] -= factor * gain;
