@@ -24,6 +24,8 @@ const PATHS_PER_BEAM: usize = 5;
 const ATTEMPTS: usize = 12;
 /// Taps that are passed over in a beam: the beam ends with one more.
 const MISSED: usize = 4;
+/// Of these, taps at which a fit found no path.
+const MOST_REFUSED: usize = 2;
 /// Taps around the strongest path where a second one is tried.
 const TRIAL_REACH: usize = 3;
 /// A candidate stands out of the profile's noise by at least this many standard deviations: half the beams of noise have
@@ -45,6 +47,7 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
     pub(super) fn run<const C: usize>(&self, beam: &mut Beam<'_, A, C>) -> f32 {
         let floor = self.levels.floor;
         let mut missed: Vec<usize, MISSED> = Vec::new();
+        let mut refused = 0;
         let mut noise = self.settle(beam);
         for _ in 0..ATTEMPTS {
             let is_spent = self.effort.is_spent() && !beam.found.is_empty();
@@ -72,7 +75,8 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
                 break;
             }
             let Some(found) = found.filter(|_| energy >= Some(least)) else {
-                if missed.push(tap).is_err() {
+                refused += 1;
+                if refused > MOST_REFUSED || missed.push(tap).is_err() {
                     break;
                 }
                 continue;
