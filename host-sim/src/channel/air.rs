@@ -16,7 +16,7 @@ use super::rays::{Instant, Ray};
 use super::reception::Reception;
 use super::simulator::{Block, CHANNELS, Simulator};
 use super::transmit::BeamField;
-use super::waves::{Plane, Wave};
+use super::waves::{Plane, Shape, Wave};
 use super::{ARRAYS, C64, ELEMENTS};
 use crate::random::Stream;
 
@@ -156,12 +156,15 @@ impl<'a> SweepState<'a> {
     fn make_waves(&mut self, clock_s: f64) {
         let maker = &self.simulator.maker;
         let cfo_hz = self.cfo_hz;
-        self.waves.iter_mut().for_each(Vec::clear);
-        for (ray, r) in self.rays.iter().zip(&self.receptions) {
+        for waves in &mut self.waves {
+            waves.truncate(self.rays.len());
+            waves.resize(self.rays.len(), Wave::silent());
+        }
+        for (l, (ray, r)) in self.rays.iter().zip(&self.receptions).enumerate() {
             let turns = maker.turns(ray.doppler_hz + cfo_hz);
-            for (waves, delay_s) in self.waves.iter_mut().zip(r.delay_s) {
-                waves.push(maker.wave(delay_s + clock_s, &turns));
-            }
+            let delays_s = r.delay_s.map(|delay_s| delay_s + clock_s);
+            let out = self.waves.each_mut().map(|waves| &mut waves[l]);
+            maker.make(delays_s, &turns, &Shape::WHOLE, out);
         }
         for waves in &mut self.waves {
             // Any but a tone is made anew in every slot, and so are the neighbour's bursts.

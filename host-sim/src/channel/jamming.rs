@@ -9,7 +9,7 @@ use super::noise::Gaussian;
 use super::rays::Instant;
 use super::reception::{ElementErrors, Reception};
 use super::simulator::Simulator;
-use super::waves::{Plane, Wave, WaveMaker};
+use super::waves::{Plane, Shape, Wave, WaveMaker};
 use crate::random::Stream;
 
 /// A neighbour at the arrays.
@@ -102,9 +102,10 @@ impl SweepState<'_> {
             JammerKind::Replay => {
                 let turns = maker.turns(jammer.offset_hz + self.cfo_hz);
                 let clock_s = self.clock_s(slot);
-                reception
-                    .delay_s
-                    .map(|delay_s| maker.wave(delay_s + clock_s, &turns))
+                let delays_s = reception.delay_s.map(|delay_s| delay_s + clock_s);
+                let mut heard = std::array::from_fn(|_| Wave::silent());
+                maker.make(delays_s, &turns, &Shape::WHOLE, heard.each_mut());
+                heard
             }
         };
         let place = self.rays.len();

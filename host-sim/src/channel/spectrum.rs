@@ -2,6 +2,8 @@
 //!
 //! Own code, not a library's: those choose their instructions by the processor, and with them the last bit.
 
+use std::array::from_fn;
+
 use cslam_core::waveform::SAMPLES;
 
 use super::C64;
@@ -9,6 +11,9 @@ use super::antenna::phasor;
 
 /// A block of complex numbers.
 pub(crate) type Samples = [C64; SAMPLES];
+
+/// Real or imaginary parts of several blocks side by side.
+pub(crate) type Parts<const BLOCKS: usize> = [[f64; BLOCKS]; SAMPLES];
 
 /// Radix-2 transform with its table of twiddle factors.
 #[derive(Clone, Debug)]
@@ -30,24 +35,41 @@ impl Transform {
         }
     }
 
-    /// `x[n] = sum_k X[k] exp(+j 2 pi k n / N)`, in place, unscaled.
-    pub(crate) fn inverse(&self, data: &mut Samples) {
-        let bits = SAMPLES.trailing_zeros();
-        for i in 0..SAMPLES {
-            let j = i.reverse_bits() >> (usize::BITS - bits);
-            if i < j {
-                data.swap(i, j);
-            }
-        }
+    /// Where [`Self::inverse_of`] wants bin k: its bits reversed.
+    pub(crate) fn place(bin: usize) -> usize {
+        bin.reverse_bits() >> (usize::BITS - SAMPLES.trailing_zeros())
+    }
+
+    /// `x[n] = sum_k X[k] exp(+j 2 pi k n / N)`, unscaled, in place, of several blocks side by side: what is done to one is done to
+    /// all, in the lanes of the machine, and the result does not depend on how many there are. X[k] is at [`Self::place`] of k.
+    pub(crate) fn inverse_of<const BLOCKS: usize>(&self, [re, im]: [&mut Parts<BLOCKS>; 2]) {
         for roots in &self.stages {
-            for block in data.chunks_exact_mut(2 * roots.len()) {
-                let (low, high) = block.split_at_mut(roots.len());
-                for ((a, b), root) in low.iter_mut().zip(high).zip(roots) {
-                    let t = *b * root;
-                    *b = *a - t;
-                    *a += t;
+            let half = roots.len();
+            let blocks = re.chunks_exact_mut(2 * half).zip(im.chunks_exact_mut(2 * half));
+            for (re, im) in blocks {
+                let ((low_re, high_re), (low_im, high_im)) = (re.split_at_mut(half), im.split_at_mut(half));
+                let low = low_re.iter_mut().zip(low_im);
+                let high = high_re.iter_mut().zip(high_im);
+                for (((low_re, low_im), (high_re, high_im)), root) in low.zip(high).zip(roots) {
+                    let (a_re, a_im, b_re, b_im) = (*low_re, *low_im, *high_re, *high_im);
+                    let t_re: [f64; BLOCKS] = from_fn(|k| b_re[k] * root.re - b_im[k] * root.im);
+                    let t_im: [f64; BLOCKS] = from_fn(|k| b_re[k] * root.im + b_im[k] * root.re);
+                    *high_re = from_fn(|k| a_re[k] - t_re[k]);
+                    *high_im = from_fn(|k| a_im[k] - t_im[k]);
+                    *low_re = from_fn(|k| a_re[k] + t_re[k]);
+                    *low_im = from_fn(|k| a_im[k] + t_im[k]);
                 }
             }
+        }
+    }
+
+    /// The same for one block, in the order of its bins.
+    pub(crate) fn inverse(&self, data: &mut Samples) {
+        let mut re: Parts<1> = from_fn(|i| [data[Self::place(i)].re]);
+        let mut im: Parts<1> = from_fn(|i| [data[Self::place(i)].im]);
+        self.inverse_of([&mut re, &mut im]);
+        for (x, ([re], [im])) in data.iter_mut().zip(re.iter().zip(&im)) {
+            *x = C64::new(*re, *im);
         }
     }
 

@@ -8,6 +8,7 @@ use super::antenna::squint::{SquintScheme, SquintSymbol};
 use super::mix::STRONG_POWER;
 use super::rays::{Instant, Ray, RayError};
 use super::transmit::BeamField;
+use super::waves::Shape;
 use super::{C64, Simulator, Sweep};
 use crate::paths::Link;
 
@@ -112,10 +113,13 @@ impl SweepState<'_> {
             let with_slope =
                 simulator.arrays.squints() && l < responses.len() && power(ray) > STRONG_POWER * most;
             let turns = simulator.maker.turns(ray.doppler_hz + cfo_hz);
-            for (j, waves) in self.waves.iter_mut().enumerate() {
-                let delay_s = self.receptions[l].delay_s[j] + clock_s;
-                waves[l] = simulator.maker.through(delay_s, &turns, response, with_slope);
-            }
+            let delays_s = self.receptions[l].delay_s.map(|delay_s| delay_s + clock_s);
+            let shape = Shape {
+                response: Some(response),
+                with_slope,
+            };
+            let out = self.waves.each_mut().map(|waves| &mut waves[l]);
+            simulator.maker.make(delays_s, &turns, &shape, out);
         }
         self.made_at_s = clock_s;
     }

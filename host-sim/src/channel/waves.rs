@@ -2,12 +2,14 @@
 //!
 //! These do not depend on the beam, so a sweep makes them once (again when a drifting clock has moved on).
 
+use std::array::from_fn;
+
 use cslam_core::waveform::{SAMPLES, Waveform};
 
-use super::C64;
 use super::antenna::phasor;
 use super::effects::amplifier::Amplifier;
-use super::spectrum::{Samples, Transform};
+use super::spectrum::{Parts, Samples, Transform};
+use super::{ARRAYS, C64};
 
 /// Complex samples as two planes, for arithmetic in lanes.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,9 +36,15 @@ impl Plane {
 
     pub(super) fn of(samples: &Samples) -> Self {
         Self {
-            re: std::array::from_fn(|n| samples[n].re as f32),
-            im: std::array::from_fn(|n| samples[n].im as f32),
+            re: from_fn(|n| samples[n].re as f32),
+            im: from_fn(|n| samples[n].im as f32),
         }
+    }
+
+    /// Takes one of several blocks.
+    fn set<const BLOCKS: usize>(&mut self, re: &Parts<BLOCKS>, im: &Parts<BLOCKS>, block: usize) {
+        self.re = from_fn(|n| re[n][block] as f32);
+        self.im = from_fn(|n| im[n][block] as f32);
     }
 }
 
@@ -54,12 +62,39 @@ impl Wave {
 #[derive(Clone, Debug)]
 pub(crate) struct Turns(Option<Box<Samples>>);
 
+/// What a wave went through besides delay and frequency shift, and what of it is wanted.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shape<'a> {
+    /// A frequency response, one value an active subcarrier; flat if none.
+    pub(crate) response: Option<&'a [C64]>,
+    /// Whether the slope is made; it is zero else.
+    pub(crate) with_slope: bool,
+}
+
+impl Shape<'_> {
+    /// The waveform as it is, with its slope.
+    pub(crate) const WHOLE: Self = Self {
+        response: None,
+        with_slope: true,
+    };
+}
+
 /// Makes waves.
 #[derive(Clone, Debug)]
 pub(crate) struct WaveMaker {
     waveform: Waveform,
     transform: Transform,
-    symbols: Vec<C64>,
+    subcarriers: Vec<Subcarrier>,
+}
+
+/// An active subcarrier.
+#[derive(Clone, Copy, Debug)]
+struct Subcarrier {
+    symbol: C64,
+    /// Where the transform wants it.
+    place: usize,
+    /// `2 pi` times its offset from the carrier, rad/s.
+    rad_per_s: f64,
 }
 
 impl WaveMaker {
@@ -69,11 +104,17 @@ impl WaveMaker {
         let symbols: Vec<C64> = (0..waveform.active)
             .map(|i| waveform.symbol::<f64>(i) * scale)
             .collect();
+        let symbols = match amplifier {
+            None => symbols,
+            Some(amplifier) => amplifier.amplify(&symbols, &waveform),
+        };
+        let subcarrier = |(i, symbol)| Subcarrier {
+            symbol,
+            place: Transform::place(waveform.bin(i)),
+            rad_per_s: std::f64::consts::TAU * waveform.spacing_hz() * f64::from(waveform.offset(i)),
+        };
         Self {
-            symbols: match amplifier {
-                None => symbols,
-                Some(amplifier) => amplifier.amplify(&symbols, &waveform),
-            },
+            subcarriers: symbols.into_iter().enumerate().map(subcarrier).collect(),
             transform: Transform::new(),
             waveform,
         }
@@ -94,7 +135,7 @@ impl WaveMaker {
         }
         let step = phasor(std::f64::consts::TAU * shift_hz / self.waveform.sample_rate_hz);
         let mut phase = C64::new(1.0, 0.0);
-        Turns(Some(Box::new(std::array::from_fn(|_| {
+        Turns(Some(Box::new(from_fn(|_| {
             let now = phase;
             phase *= step;
             now
@@ -103,60 +144,72 @@ impl WaveMaker {
 
     /// A wave of the given delay whose frequency is off.
     pub(crate) fn wave(&self, delay_s: f64, turns: &Turns) -> Wave {
-        self.of_spectrum(self.spectrum(delay_s), turns)
+        let mut waves: [Wave; ARRAYS] = from_fn(|_| Wave::silent());
+        self.make([delay_s; ARRAYS], turns, &Shape::WHOLE, waves.each_mut());
+        let [wave, ..] = waves;
+        wave
     }
 
-    fn of_spectrum(&self, mut value: Samples, turns: &Turns) -> Wave {
-        let mut slope = value;
-        for i in 0..self.symbols.len() {
-            let offset = f64::from(self.waveform.offset(i));
-            slope[self.waveform.bin(i)] *=
-                C64::new(0.0, std::f64::consts::TAU * self.waveform.spacing_hz() * offset);
+    /// Makes the wave of one ray at every array, of the given delays, whose frequency is off.
+    pub(crate) fn make(
+        &self,
+        delays_s: [f64; ARRAYS],
+        turns: &Turns,
+        shape: &Shape<'_>,
+        out: [&mut Wave; ARRAYS],
+    ) {
+        let (mut re, mut im) = self.spectra(delays_s);
+        if let Some(response) = shape.response {
+            for (at, response) in self.subcarriers.iter().zip(response) {
+                turn([&mut re[at.place], &mut im[at.place]], *response);
+            }
         }
-        self.to_time(&mut value, turns);
-        self.to_time(&mut slope, turns);
-        Wave {
-            value: Plane::of(&value),
-            slope: Plane::of(&slope),
+        let slopes = shape.with_slope.then(|| {
+            let (mut slope_re, mut slope_im) = ([[0.0; ARRAYS]; SAMPLES], [[0.0; ARRAYS]; SAMPLES]);
+            for at in &self.subcarriers {
+                slope_re[at.place] = im[at.place].map(|im| -(im * at.rad_per_s));
+                slope_im[at.place] = re[at.place].map(|re| re * at.rad_per_s);
+            }
+            self.to_time([&mut slope_re, &mut slope_im], turns);
+            (slope_re, slope_im)
+        });
+        self.to_time([&mut re, &mut im], turns);
+        for (j, wave) in out.into_iter().enumerate() {
+            wave.value.set(&re, &im, j);
+            match &slopes {
+                Some((re, im)) => wave.slope.set(re, im, j),
+                None => wave.slope = Plane::new(),
+            }
         }
     }
 
-    /// The same through a frequency response, one value an active subcarrier; its slope is made if it is asked for.
-    pub(crate) fn through(&self, delay_s: f64, turns: &Turns, response: &[C64], with_slope: bool) -> Wave {
-        let mut value = self.spectrum(delay_s);
-        for (i, response) in response.iter().enumerate() {
-            value[self.waveform.bin(i)] *= response;
-        }
-        if with_slope {
-            return self.of_spectrum(value, turns);
-        }
-        self.to_time(&mut value, turns);
-        Wave {
-            value: Plane::of(&value),
-            slope: Plane::new(),
-        }
-    }
-
-    /// Spectrum of the delayed waveform, scaled so that the unscaled inverse transform has mean power one.
-    fn spectrum(&self, delay_s: f64) -> Samples {
-        let mut out = [C64::new(0.0, 0.0); SAMPLES];
+    /// Spectra of the waveform at several delays, scaled so that the unscaled inverse transform has mean power one.
+    fn spectra(&self, delays_s: [f64; ARRAYS]) -> (Parts<ARRAYS>, Parts<ARRAYS>) {
+        let (mut re, mut im) = ([[0.0; ARRAYS]; SAMPLES], [[0.0; ARRAYS]; SAMPLES]);
         // Turns per subcarrier, reduced: the block is cyclic.
-        let turns = delay_s * self.waveform.spacing_hz();
-        let turns = turns - turns.floor();
-        let step = phasor(-std::f64::consts::TAU * turns);
-        let mut phase = phasor(-std::f64::consts::TAU * turns * f64::from(self.waveform.offset(0)));
-        for (i, symbol) in self.symbols.iter().enumerate() {
-            out[self.waveform.bin(i)] = symbol * phase;
-            phase *= step;
+        let turns = delays_s.map(|delay_s| delay_s * self.waveform.spacing_hz());
+        let turns = turns.map(|turns| turns - turns.floor());
+        let step = turns.map(|turns| phasor(-std::f64::consts::TAU * turns));
+        let first = f64::from(self.waveform.offset(0));
+        let phase = turns.map(|turns| phasor(-std::f64::consts::TAU * turns * first));
+        let (step_re, step_im) = (step.map(|c| c.re), step.map(|c| c.im));
+        let (mut at_re, mut at_im) = (phase.map(|c| c.re), phase.map(|c| c.im));
+        for at in &self.subcarriers {
+            (re[at.place], im[at.place]) = (at_re, at_im);
+            turn([&mut re[at.place], &mut im[at.place]], at.symbol);
+            (at_re, at_im) = (
+                from_fn(|j| at_re[j] * step_re[j] - at_im[j] * step_im[j]),
+                from_fn(|j| at_re[j] * step_im[j] + at_im[j] * step_re[j]),
+            );
         }
-        out
+        (re, im)
     }
 
-    fn to_time(&self, data: &mut Samples, turns: &Turns) {
-        self.transform.inverse(data);
+    fn to_time(&self, [re, im]: [&mut Parts<ARRAYS>; 2], turns: &Turns) {
+        self.transform.inverse_of([re, im]);
         if let Some(turns) = &turns.0 {
-            for (x, turn) in data.iter_mut().zip(turns.iter()) {
-                *x *= turn;
+            for ((re, im), factor) in re.iter_mut().zip(im).zip(turns.iter()) {
+                turn([re, im], *factor);
             }
         }
     }
@@ -175,6 +228,13 @@ impl WaveMaker {
             slope: Plane::new(),
         }
     }
+}
+
+/// Multiplies the values of all arrays by a factor.
+fn turn([re, im]: [&mut [f64; ARRAYS]; 2], factor: C64) {
+    let (a_re, a_im) = (*re, *im);
+    *re = from_fn(|j| a_re[j] * factor.re - a_im[j] * factor.im);
+    *im = from_fn(|j| a_re[j] * factor.im + a_im[j] * factor.re);
 }
 
 #[cfg(test)]
@@ -212,13 +272,19 @@ mod tests {
     fn a_flat_response_changes_nothing_but_its_factor() {
         let maker = WaveMaker::new(Waveform::default(), None);
         let shift = maker.turns(2e4);
-        let (plain, turned) = (
-            maker.wave(1e-7, &shift),
-            maker.through(1e-7, &shift, &[C64::new(0.0, 2.0); 416], true),
-        );
-        for n in 0..SAMPLES {
-            assert!((turned.value.im[n] - 2.0 * plain.value.re[n]).abs() < 1e-5);
-            assert!((turned.slope.im[n] - 2.0 * plain.slope.re[n]).abs() < 1e-6 * 4e8);
+        let delays_s = [1e-7, 3e-7, 0.0, 1.7e-6];
+        let mut turned: [Wave; ARRAYS] = from_fn(|_| Wave::silent());
+        let shape = Shape {
+            response: Some(&[C64::new(0.0, 2.0); 416]),
+            with_slope: true,
+        };
+        maker.make(delays_s, &shift, &shape, turned.each_mut());
+        for (turned, delay_s) in turned.iter().zip(delays_s) {
+            let plain = maker.wave(delay_s, &shift);
+            for n in 0..SAMPLES {
+                assert!((turned.value.im[n] - 2.0 * plain.value.re[n]).abs() < 1e-5);
+                assert!((turned.slope.im[n] - 2.0 * plain.slope.re[n]).abs() < 1e-6 * 4e8);
+            }
         }
     }
 }
