@@ -132,6 +132,12 @@ impl<const N: usize> Surfaces<N> {
             sweep: seen.sweep.sweep,
         };
         let config = *self.config();
+        // Errors of the pose last: so many sightings in a row tell no more than one of a plane, as far as it is the pose that errs.
+        let by_pose = derivatives
+            .pose
+            .tr_mul(&(seen.pose.covariance * derivatives.pose));
+        let by_pose: Matrix3<f64> = part(&by_pose, (0, 0));
+        let covariance = covariance + by_pose * (f64::from(config.alike_sightings) - 1.0);
         for id in &each_once(&verdict.chain) {
             let first = verdict.chain.iter().position(|other| other == id).unwrap_or(0);
             let (Some(of), Some(plane), Some(surface)) =

@@ -30,7 +30,11 @@ pub struct SurfaceConfig {
     pub detection: f32,
     /// Log-odds that a contradiction takes: a line of sight through the surface, or its path through a confirmed one. Tuned.
     pub contradiction_log_odds: f32,
-    /// Least standard deviations, shift in m: what errors of pose, clock and calibration, shared by all sightings, leave.
+    /// Sightings in a row of which the pose's error makes as much as one, at two sweeps a second: of a plane they tell no more. Over 24
+    /// tuning flights the errors of position and attitude are correlated over 31 sweeps (`1 + 2` sums of their autocorrelation), and
+    /// their squares are a third of what the pose claims.
+    pub alike_sightings: f32,
+    /// Least standard deviations, shift in m: what errors of calibration, shared by all sightings, leave.
     pub least_shift_m: f32,
     /// The same of tilts, rad.
     pub least_tilt_rad: f32,
@@ -56,6 +60,7 @@ impl Default for SurfaceConfig {
             indistinct_shares: [0.1, 0.01],
             detection: 0.1,
             contradiction_log_odds: 1.0,
+            alike_sightings: 10.0,
             least_shift_m: 0.015,
             least_tilt_rad: 0.7e-3,
             ground_shift_m: 0.5,

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use super::world::{Link, Noise, Paths, confirmed, measured, sweep, wall};
 use crate::association::{AssociationConfig, Decision, SurfacePoint, associate};
-use crate::geometry::{Plane, Position};
+use crate::geometry::{Plane, Position, Rotation, World};
 use crate::surfaces::birth::Birth;
 use crate::surfaces::{GROUND, Kind, Status, Surface, SurfaceConfig, Surfaces};
 
@@ -156,6 +156,44 @@ fn the_ground_is_found_to_a_few_centimetres() {
         for (_, point) in last {
             assert!(point.point.position.vector().z.abs() < 0.1, "{point:?}");
         }
+    }
+}
+
+#[test]
+fn what_was_learnt_from_a_poor_attitude_gives_way_to_a_good_one() {
+    // At the start the attitude is off by 60 mrad about one axis, the same in every sweep, and known to 30: twice its standard deviation.
+    // Then it is known.
+    let turn = Rotation::<World, World, f64>::from_rotation_vector(&Vector3::new(0.06, 0.0, 0.0));
+    let turn = turn.expect("finite");
+    for seed in 1..=4 {
+        let (mut surfaces, mut noise) = (with_ground(0.0), Noise::seeded(seed));
+        let facade = facade();
+        for k in 0..48 {
+            let link = link(k);
+            let mut paths = Paths::new();
+            for chain in [&[][..], &[facade]] {
+                let path = link.path(chain, 0.95).expect("exists");
+                paths.push(measured(&path, &mut noise)).expect("room");
+            }
+            let mut pose = link.pose_with(&mut noise);
+            if k < 24 {
+                pose.attitude = turn.after(&pose.attitude);
+                for axis in 3..6 {
+                    pose.covariance[(axis, axis)] = 0.03 * 0.03;
+                }
+            }
+            let (association, _) = sweep(&mut surfaces, &link, &pose, &paths, k);
+            assert!(association.consistent, "{seed}: sweep {k}");
+            let decision = association.verdicts[1].decision;
+            assert!(
+                k < 24 || decision == Decision::Explained,
+                "{seed}: sweep {k}, {decision:?}"
+            );
+        }
+        let walls = confirmed_walls(&surfaces);
+        assert_eq!(walls.len(), 1, "{seed}");
+        let off_rad = (walls[0].plane.normal.vector() - facade.normal.vector()).norm();
+        assert!(off_rad < 0.006, "{seed}: {off_rad} rad");
     }
 }
 
