@@ -273,7 +273,8 @@ impl<const N: usize> Search<'_, N> {
         }
     }
 
-    /// Line of sight, the ground and the other single reflections, pairs, threes; of each the strongest path first.
+    /// Line of sight, the ground and the other single reflections, pairs and threes with confirmed surfaces, other pairs; of each the strongest
+    /// path first.
     fn run(&mut self, candidates: &mut [Candidate<'_>]) {
         let scene = self.scene;
         let transmitter = Image {
@@ -285,21 +286,31 @@ impl<const N: usize> Search<'_, N> {
         for first in firsts() {
             self.weigh_near(candidates, &transmitter.seen_in(first), &[first]);
         }
-        for first in firsts() {
-            let one = transmitter.seen_in(first);
-            for second in after(&scene.known, first) {
-                if one.is_before(second) {
-                    self.weigh_near(candidates, &one.seen_in(second), &[first, second]);
-                }
-            }
-        }
+        self.pairs(candidates, &transmitter, true);
         let confirmed = scene.known.iter().filter(|known| known.surface.is_confirmed());
         let all = u32::try_from(confirmed.clone().count()).unwrap_or(u32::MAX);
         let most = u32::try_from(SURFACES_OF_THREES).unwrap_or(u32::MAX);
         self.left_out.beyond_threes = all.saturating_sub(most);
         let threes: Vec<Known<'_>, SURFACES_OF_THREES> = crate::bounded::gather(confirmed.copied());
-        for candidate in candidates {
+        for candidate in candidates.iter_mut() {
             self.threes(candidate, &threes, &transmitter);
+        }
+        self.pairs(candidates, &transmitter, false);
+    }
+
+    /// Pairs with a confirmed surface, or those without. Two tentative surfaces vouch for each other only, and where walls scatter there are
+    /// more of them than anybody could weigh: they get what time is left, and a path that they were not weighed for is none the less finished.
+    fn pairs(&mut self, candidates: &mut [Candidate<'_>], transmitter: &Image, with_confirmed: bool) {
+        let known = &self.scene.known;
+        for first in known.iter().filter(|known| transmitter.is_before(known)) {
+            let one = transmitter.seen_in(first);
+            for second in after(known, first).filter(|second| one.is_before(second)) {
+                let confirmed = first.surface.is_confirmed() || second.surface.is_confirmed();
+                let in_time = with_confirmed || usize::from(self.left) >= candidates.len();
+                if confirmed == with_confirmed && in_time {
+                    self.weigh_near(candidates, &one.seen_in(second), &[first, second]);
+                }
+            }
         }
     }
 

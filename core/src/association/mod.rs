@@ -9,7 +9,7 @@
 //! with the corrected one; only the second is learnt from.
 //!
 //! Bounds: chains that are weighed are capped ([`AssociationConfig::weighings`]), third orders are made of confirmed surfaces only
-//! ([`SURFACES_OF_THREES`]); what was left out is counted ([`LeftOut`]).
+//! ([`SURFACES_OF_THREES`]); what was left out is counted ([`LeftOut`]). Pairs of tentative surfaces come last and are not missed.
 
 mod against;
 mod births;

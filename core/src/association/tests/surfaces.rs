@@ -333,6 +333,37 @@ fn what_there_is_no_time_for_is_ambiguous_and_counted() {
 }
 
 #[test]
+fn pairs_that_no_confirmed_surface_vouches_for_leave_a_path_finished() {
+    let link = link(0);
+    let mut surfaces = with_ground(0.0);
+    confirmed(&mut surfaces, &facade(), 60.0);
+    // A step under the transmitter and a wall behind the facade: off both the transmitter's image lies near that in the facade.
+    for plane in [
+        wall([4.0, 0.0, 1.2], [0.0, 0.0, 1.0]),
+        wall([FACADE_M + 0.45, 10.0, 4.0], [-1.0, 0.0, 0.0]),
+    ] {
+        let id = confirmed(&mut surfaces, &plane, 60.0);
+        surfaces.get_mut(id).expect("there").status = Status::Tentative;
+    }
+    let path = link.path(&[facade()], 0.9).expect("exists");
+    let paths = Paths::from_slice(&[path]).expect("one");
+    // Ten chains are near; four of them are pairs of those two.
+    for (weighings, decision, unweighed) in [
+        (5, Decision::Ambiguous, 1),
+        (6, Decision::Explained, 0),
+        (10, Decision::Explained, 0),
+    ] {
+        let config = AssociationConfig {
+            weighings,
+            ..AssociationConfig::default()
+        };
+        let association = associate(&paths, &link.pose(), &link.transmitter(), &surfaces, &config);
+        assert_eq!(association.verdicts[0].decision, decision);
+        assert_eq!(association.left_out.unweighed, unweighed);
+    }
+}
+
+#[test]
 fn a_poor_pose_does_not_tell_two_facades_apart() {
     let mut surfaces = with_ground(0.0);
     let near = confirmed(&mut surfaces, &facade(), 60.0);
