@@ -15,6 +15,7 @@ use super::paths::{Heard, Judged, Straight};
 use super::receive::length_m;
 use super::{CHANNELS, Cslam, PATHS};
 use crate::array::{GmtArrays, half_wave_dipole};
+use crate::association::is_in_beams;
 use crate::bounded::gather;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Direction, Gmt, Vector3, World};
@@ -64,7 +65,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         match (pose, judged, gmt) {
             (Some(pose), Some(judged), Some(gmt)) if sigma(&pose.position_covariance_m2) < PLACED_M => {
                 let first = first_of(judged.iter().map(|path| f64::from(path.path.c_tau_m)), heard)?;
-                is_direct(judged.get(first)?, &pose, &gmt).then_some(first)
+                let (path, judged) = (heard.get(first)?, judged.get(first)?);
+                let direct = is_direct(judged, &pose, &gmt) && !self.is_dimmed(path, judged, &pose, &gmt);
+                direct.then_some(first)
             }
             (pose, _, _) => {
                 let first = self.first_unreflected(heard, time_ns)?;
@@ -103,15 +106,30 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 
     /// Whether a path of this length came nearly as strong as through free space, and no stronger.
     pub(super) fn is_unreflected(&self, path: &Heard, length_m: f64) -> bool {
-        let Some((departure, gain_db)) = path.estimated.path.aod.zip(path.gain_db) else {
-            return false;
-        };
+        self.over_free_space_db(path, length_m)
+            .is_some_and(|over_db| over_db.abs() < UNREFLECTED_DB)
+    }
+
+    /// Whether a path that comes from where the GMT is lost more than a line of sight.
+    fn is_dimmed(&self, path: &Heard, judged: &Judged, pose: &Pose, gmt: &Transmitter) -> bool {
+        let towards = pose.position.vector() - gmt.position_m;
+        let over_db = self.over_free_space_db(path, f64::from(judged.path.c_tau_m));
+        let left =
+            Direction::<World, f64>::from_vector(towards).map(|left| gmt.attitude.inverse().apply(left));
+        over_db
+            .zip(left.ok())
+            .is_some_and(|(over_db, left)| is_bent(over_db, left.vector().z))
+    }
+
+    /// How much stronger a path of this length is than through free space, dB; `None` without departure or gain.
+    fn over_free_space_db(&self, path: &Heard, length_m: f64) -> Option<f32> {
+        let (departure, gain_db) = path.estimated.path.aod.zip(path.gain_db)?;
         let dipoles = half_wave_dipole(departure.direction.vector())
             * half_wave_dipole(path.estimated.path.aoa.vector());
         let wavelength_m = (SPEED_OF_LIGHT_M_PER_S / self.config.waveform.carrier_hz) as f32;
         let spread = wavelength_m / (4.0 * core::f32::consts::PI * (length_m as f32).max(1.0));
         let free_space_db = 20.0 * libm::log10f((spread * dipoles).max(f32::MIN_POSITIVE));
-        (gain_db - free_space_db).abs() < UNREFLECTED_DB
+        Some(gain_db - free_space_db)
     }
 
     /// Whether a path proves by itself that it is the line of sight: it has lost no more than through free space, and it comes,
@@ -183,6 +201,13 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         }
         Some(sighting)
     }
+}
+
+/// Whether an edge bent a wave into the shadow behind it, by a way that is hardly longer than the straight one: it keeps half of its amplitude where
+/// the shadow begins (6 dB) and less in it. `over_db`: against free space; `upwards`: vertical component of the way straight to the UAV in the
+/// GMT's frame. Beside the GMT's beams nobody knows a gain well enough to tell.
+fn is_bent(over_db: f32, upwards: f64) -> bool {
+    is_in_beams(upwards) && over_db < -UNREFLECTED_DB
 }
 
 /// Index of the strongest of the paths that came first.
@@ -307,6 +332,14 @@ mod tests {
             },
             gain_db: Some(-92.0),
         }
+    }
+
+    #[test]
+    fn a_wave_that_an_edge_bent_into_its_shadow_is_no_line_of_sight() {
+        // Where the shadow begins there are 6 dB; deeper in it more.
+        assert!(!is_bent(0.5, 0.1) && !is_bent(-6.1, 0.1) && is_bent(-8.0, 0.1));
+        // Steeply upwards the GMT is heard through sidelobes.
+        assert!(!is_bent(-8.0, 0.8));
     }
 
     #[test]
