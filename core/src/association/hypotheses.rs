@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use super::chain::{Chain, MOST_REFLECTIONS};
 use super::config::AssociationConfig;
 use super::likelihood::{Likelihood, innovation_covariance, joined, likelihood};
-use super::measurement::{Measurement, is_in_beams};
+use super::measurement::{Measurement, leaves_in_beams};
 use super::pose::PoseEstimate;
 use super::prior::{Known, is_blocked, log_offered, log_open, log_surfaces, probability_of_order};
 use crate::geometry::{Gmt, Plane, Rotation, World};
@@ -179,7 +179,7 @@ impl Image {
 impl<const N: usize> Scene<'_, N> {
     /// Whether the transmitter's beams reach a direction of the world.
     pub(super) fn leaves_in_beams(&self, departure: &Vector3<f64>) -> bool {
-        is_in_beams(self.mast.inverse().apply_vector(departure).z)
+        leaves_in_beams(&self.mast, departure)
     }
 
     /// Weighs one chain against one path. `None` when the chain does not exist. Also whether its way is blocked.

@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, Vector3};
 use super::chain::{ROWS, Tangents};
 use super::part::part;
 use super::pose::PoseEstimate;
-use crate::geometry::World;
+use crate::geometry::{Gmt, Rotation, World};
 use crate::localization::filter::{range_of_delay_m, wrap_delay_m};
 use crate::path::Path;
 use crate::paths::{Neighbourhood, PathErrors, ReceivedPath, covariance};
@@ -102,10 +102,15 @@ impl Measurement {
     }
 }
 
-/// Whether the beams reach a direction of the transmitter's frame, by its vertical component. The codebook looks up 0, 12 and 25 degrees, and
-/// its eight rows of elements fall to half the power 7 degrees beside: zenith angles of 58 to 97 degrees.
+/// Whether the beams of a transmitter whose mast stands so reach a direction of the world.
 #[must_use]
-pub fn is_in_beams(upwards: f64) -> bool {
+pub fn leaves_in_beams(mast: &Rotation<Gmt, World, f64>, departure: &Vector3<f64>) -> bool {
+    is_in_beams(mast.inverse().apply_vector(departure).z)
+}
+
+/// The same by the vertical component of a direction of the transmitter's frame. The codebook looks up 0, 12 and 25 degrees, and its eight rows
+/// of elements fall to half the power 7 degrees beside: zenith angles of 58 to 97 degrees.
+fn is_in_beams(upwards: f64) -> bool {
     /// `sin 7` and `sin 32` degrees.
     const LOWEST: f64 = -0.121_869;
     const HIGHEST: f64 = 0.529_919;
@@ -123,7 +128,7 @@ mod tests {
         let errors = PathErrors::default();
         let pose = PoseEstimate {
             position_m: Vector3::zeros(),
-            attitude: crate::geometry::Rotation::from_yaw_pitch_roll(0.4, 0.1, -0.1).expect("finite"),
+            attitude: Rotation::from_yaw_pitch_roll(0.4, 0.1, -0.1).expect("finite"),
             clock_offset_m: 7.0,
             covariance: SMatrix::zeros(),
         };

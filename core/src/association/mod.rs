@@ -34,7 +34,7 @@ pub use config::AssociationConfig;
 pub use hypotheses::{LeftOut, SURFACES_OF_THREES};
 pub use learn::{Learned, POINTS, SweepPaths};
 pub use likelihood::Likelihood;
-pub use measurement::{Measurement, is_in_beams};
+pub use measurement::{Measurement, leaves_in_beams};
 pub use points::SurfacePoint;
 pub use pose::PoseEstimate;
 pub use verdict::{Association, Decision, Verdict};

@@ -15,10 +15,10 @@ use super::paths::{Heard, Judged, Straight};
 use super::receive::length_m;
 use super::{CHANNELS, Cslam, PATHS};
 use crate::array::{GmtArrays, half_wave_dipole};
-use crate::association::is_in_beams;
+use crate::association::leaves_in_beams;
 use crate::bounded::gather;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
-use crate::geometry::{Direction, Gmt, Vector3, World};
+use crate::geometry::{Direction, Gmt, Rotation, Vector3, World};
 use crate::localization::Pose;
 use crate::localization::bsm::{Expected, Sighting};
 use crate::localization::filter::{FaceDirection, Transmitter};
@@ -112,13 +112,10 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 
     /// Whether a path that comes from where the GMT is lost more than a line of sight.
     fn is_dimmed(&self, path: &Heard, judged: &Judged, pose: &Pose, gmt: &Transmitter) -> bool {
-        let towards = pose.position.vector() - gmt.position_m;
-        let over_db = self.over_free_space_db(path, f64::from(judged.path.c_tau_m));
-        let left =
-            Direction::<World, f64>::from_vector(towards).map(|left| gmt.attitude.inverse().apply(left));
-        over_db
-            .zip(left.ok())
-            .is_some_and(|(over_db, left)| is_bent(over_db, left.vector().z))
+        let way = Direction::<World, f64>::from_vector(pose.position.vector() - gmt.position_m);
+        self.over_free_space_db(path, f64::from(judged.path.c_tau_m))
+            .zip(way.ok())
+            .is_some_and(|(over_db, way)| is_bent(over_db, &gmt.attitude, way.vector()))
     }
 
     /// How much stronger a path of this length is than through free space, dB; `None` without departure or gain.
@@ -204,10 +201,10 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 }
 
 /// Whether an edge bent a wave into the shadow behind it, by a way that is hardly longer than the straight one: it keeps half of its amplitude where
-/// the shadow begins (6 dB) and less in it. `over_db`: against free space; `upwards`: vertical component of the way straight to the UAV in the
-/// GMT's frame. Beside the GMT's beams nobody knows a gain well enough to tell.
-fn is_bent(over_db: f32, upwards: f64) -> bool {
-    is_in_beams(upwards) && over_db < -UNREFLECTED_DB
+/// the shadow begins (6 dB) and less in it. `over_db`: against free space; `way`: from the GMT, whose `mast` stands so, straight to the UAV.
+/// Beside the GMT's beams nobody knows a gain well enough to tell.
+fn is_bent(over_db: f32, mast: &Rotation<Gmt, World, f64>, way: &Vector3<f64>) -> bool {
+    leaves_in_beams(mast, way) && over_db < -UNREFLECTED_DB
 }
 
 /// Index of the strongest of the paths that came first.
@@ -281,7 +278,7 @@ mod tests {
     use nalgebra::Matrix3;
 
     use super::*;
-    use crate::geometry::{Body, Position, Rotation};
+    use crate::geometry::{Body, Position};
     use crate::localization::ClockEstimate;
     use crate::ltd::EstimatedPath;
     use crate::path::Path;
@@ -336,6 +333,10 @@ mod tests {
 
     #[test]
     fn a_wave_that_an_edge_bent_into_its_shadow_is_no_line_of_sight() {
+        let is_bent = |over_db, upwards: f64| {
+            let along = libm::sqrt(1.0 - upwards * upwards);
+            is_bent(over_db, &Rotation::identity(), &Vector3::new(along, 0.0, upwards))
+        };
         // Where the shadow begins there are 6 dB; deeper in it more.
         assert!(!is_bent(0.5, 0.1) && !is_bent(-6.1, 0.1) && is_bent(-8.0, 0.1));
         // Steeply upwards the GMT is heard through sidelobes.
