@@ -135,14 +135,13 @@ fn array_mean(
     let late_m = moved[0] - (receiver.arrays.lead_m(&direction)[j] - receiver.arrays.lead_m(&path.aoa)[j]);
     let absolute_m = path.c_tau_m - receiver.arrays.lead_m(&path.aoa)[j] + late_m;
     let per_m = std::f64::consts::TAU * receiver.waveform.spacing_hz() / SPEED_OF_LIGHT_M_PER_S;
-    let mut out = Vec::with_capacity(8 * receiver.waveform.active);
-    for steering in UavArrays::<f64>::steering(step) {
-        for index in 0..receiver.waveform.active {
-            let k = f64::from(receiver.waveform.offset(index));
-            out.push(gain * steering * phasor(-per_m * k * absolute_m));
-        }
-    }
-    out
+    let delays: Vec<Complex<f64>> = (0..receiver.waveform.active)
+        .map(|index| phasor(-per_m * f64::from(receiver.waveform.offset(index)) * absolute_m))
+        .collect();
+    UavArrays::<f64>::steering(step)
+        .into_iter()
+        .flat_map(|steering| delays.iter().map(move |delay| gain * steering * delay))
+        .collect()
 }
 
 #[cfg(test)]

@@ -200,11 +200,12 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
                 *power = sum.norm_sqr();
             }
         }
+        let turns: [_; 360 / AZIMUTH_STEP_DEG] =
+            core::array::from_fn(|azimuth| phasor((azimuth * AZIMUTH_STEP_DEG) as f32 / 360.0));
         let (mut best, mut most) = (Vector3::z(), -1.0);
         for elevation in 0..=180 / ELEVATION_STEP_DEG {
             let zenith = phasor((elevation * ELEVATION_STEP_DEG) as f32 / 360.0);
-            for azimuth in 0..360 / AZIMUTH_STEP_DEG {
-                let turn = phasor((azimuth * AZIMUTH_STEP_DEG) as f32 / 360.0);
+            for turn in &turns {
                 let u = Vector3::new(zenith.im * turn.re, zenith.im * turn.im, zenith.re);
                 let mut sum = 0.0;
                 for (spectrum, step) in spectra.iter().zip(self.model.steps()) {

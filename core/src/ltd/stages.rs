@@ -136,6 +136,7 @@ fn even_half([s0, s1, s2, s3]: [Iq; 4]) -> [Iq; 4] {
 }
 
 /// Twiddled four-point transform, scale 1/2.
+#[cfg_attr(not(dsp_kernels), inline(always))]
 fn butterfly(x: [Iq; 4], w: &Twiddles, pass: &mut Pass) -> [Iq; 4] {
     let y0 = x[0].half();
     let y1 = x[1].half_product(w[0]);
@@ -159,6 +160,7 @@ fn butterfly(x: [Iq; 4], w: &Twiddles, pass: &mut Pass) -> [Iq; 4] {
 }
 
 /// Inverse four-point transform, then the conjugate twiddles, scale 1/2.
+#[cfg_attr(not(dsp_kernels), inline(always))]
 fn inverse_butterfly(z: [Iq; 4], w: &Twiddles, pass: &mut Pass) -> [Iq; 4] {
     let [z0, z1, z2, z3] = z;
     let (t, a) = (
@@ -173,6 +175,7 @@ fn inverse_butterfly(z: [Iq; 4], w: &Twiddles, pass: &mut Pass) -> [Iq; 4] {
 }
 
 /// As [`inverse_butterfly`], scale 1/4: the first sums halve.
+#[cfg_attr(not(dsp_kernels), inline(always))]
 fn inverse_butterfly_halved(z: [Iq; 4], w: &Twiddles, pass: &mut Pass) -> [Iq; 4] {
     let [z0, z1, z2, z3] = z;
     let (t, a) = (z0.halving_add(z2), z0.halving_sub(z2));
@@ -181,6 +184,7 @@ fn inverse_butterfly_halved(z: [Iq; 4], w: &Twiddles, pass: &mut Pass) -> [Iq; 4
 }
 
 /// Second half of an inverse butterfly.
+#[cfg_attr(not(dsp_kernels), inline(always))]
 fn inverse_tail([t, a, b, d]: [Iq; 4], w: &Twiddles, pass: &mut Pass) -> [Iq; 4] {
     let sums = [
         t.saturating_add(b, &mut pass.clips),

@@ -49,6 +49,8 @@ const EMULATED_BOARD: &str = "--features=qemu-an500";
 const ALL_BOARD: &str = "--features=qemu-an500,rivals";
 const REAL_BOARD: &str = "--features=stm32h743";
 const LINK_CHECK: &str = "--features=link-check";
+const UNOPTIMISED: &str = "--config=profile.dev.opt-level=0";
+const UNOPTIMISED_CORE: &str = "--config=profile.dev.package.cslam-core.opt-level=0";
 
 /// Every stage, in order.
 pub(crate) const STAGES: &[Stage] = &[
@@ -226,39 +228,36 @@ pub(crate) const STAGES: &[Stage] = &[
         ]),
     },
     Stage {
-        name: "core-chip",
-        what: "the core builds for the chip, with and without defmt",
+        name: "core-targets",
+        what: "the core builds for 32- and 64-bit processors with and without DSP instructions and floating point, and with defmt",
         needs: &["toolchain"],
+        // Built, not checked: only then are the kernels in assembly assembled, where the target has any. Not optimised:
+        // how fast the code is, is asked of the images.
         work: Work::Steps(&[
-            step(&["build", "--locked", "--profile=firmware", THUMB, "-p=cslam-core"]),
             step(&[
                 "build",
                 "--locked",
-                "--profile=firmware",
-                THUMB,
+                UNOPTIMISED,
+                UNOPTIMISED_CORE,
                 "-p=cslam-core",
+                "--target=thumbv6m-none-eabi",
+                "--target=thumbv7m-none-eabi",
+                "--target=thumbv7em-none-eabi",
+                "--target=thumbv7em-none-eabihf",
+                "--target=thumbv8m.main-none-eabihf",
+                "--target=aarch64-unknown-none",
+                "--target=riscv32imac-unknown-none-elf",
+            ]),
+            step(&[
+                "build",
+                "--locked",
+                UNOPTIMISED,
+                UNOPTIMISED_CORE,
+                "-p=cslam-core",
+                THUMB,
                 "--features=defmt",
             ]),
         ]),
-    },
-    Stage {
-        name: "core-targets",
-        what: "the core builds for 32- and 64-bit processors with and without DSP instructions and floating point",
-        needs: &["toolchain"],
-        // Built, not checked: only then are the kernels in assembly assembled, where the target has any.
-        work: Work::Steps(&[step(&[
-            "build",
-            "--locked",
-            "--config=profile.dev.package.cslam-core.opt-level=1",
-            "-p=cslam-core",
-            "--target=thumbv6m-none-eabi",
-            "--target=thumbv7m-none-eabi",
-            "--target=thumbv7em-none-eabi",
-            "--target=thumbv7em-none-eabihf",
-            "--target=thumbv8m.main-none-eabihf",
-            "--target=aarch64-unknown-none",
-            "--target=riscv32imac-unknown-none-elf",
-        ])]),
     },
     Stage {
         name: "firmware",
@@ -381,7 +380,7 @@ pub(crate) const STAGES: &[Stage] = &[
                 "--locked",
                 "--workspace",
                 ALL_TESTS,
-                "--test=ground",
+                "--test=page",
                 "--",
                 "--nocapture",
             ]),
