@@ -25,6 +25,54 @@ pub(super) fn elevation_deg(gmt: &Vector3<f64>, uav: &Vector3<f64>) -> f64 {
     libm::atan2(way.z, libm::hypot(way.x, way.y)).to_degrees()
 }
 
+/// How both ends hear each other in a sweep.
+pub(super) enum Sight {
+    /// They see each other; the UAV higher above the GMT than wanted for a start, or not.
+    Line { high: bool },
+    /// They do not; a path of one reflection is left, or not.
+    None { reflected: bool },
+}
+
+impl Contact {
+    /// Of all sweeps of a flight, from the first on.
+    pub(super) fn of(sights: impl Iterator<Item = Sight>, schedule: Schedule, duration_s: f64) -> Self {
+        let (mut sweeps, mut visible, mut outage, mut longest, mut reflected) =
+            (0u32, 0u32, 0u32, 0u32, 0u32);
+        let (mut start, mut low_start) = (None, None);
+        for sight in sights {
+            let before_s = schedule.sweep_time_s(sweeps) - schedule.sweep_period_s;
+            sweeps += 1;
+            match sight {
+                Sight::None { reflected: one } => {
+                    outage += 1;
+                    longest = longest.max(outage);
+                    start.get_or_insert(before_s);
+                    low_start.get_or_insert(before_s);
+                    reflected += u32::from(one);
+                }
+                Sight::Line { high } => {
+                    visible += 1;
+                    outage = 0;
+                    if high {
+                        low_start.get_or_insert(before_s);
+                    }
+                }
+            }
+        }
+        Self {
+            visible_share: f64::from(visible) / f64::from(sweeps.max(1)),
+            longest_outage_s: f64::from(longest) * schedule.sweep_period_s,
+            visible_start_s: start.unwrap_or(duration_s),
+            low_start_s: low_start.unwrap_or(duration_s),
+            reflected_share: if visible == sweeps {
+                1.0
+            } else {
+                f64::from(reflected) / f64::from(sweeps - visible)
+            },
+        }
+    }
+}
+
 /// Contact at every sweep of a flight.
 pub(super) fn contact(
     world: &dyn Obstacles,
@@ -34,36 +82,18 @@ pub(super) fn contact(
     duration_s: f64,
     start_elevation_deg: f64,
 ) -> Contact {
-    let sweeps = schedule.sweeps_until(duration_s);
-    let (mut visible, mut outage, mut longest, mut reflected) = (0u32, 0u32, 0u32, 0u32);
-    let (mut start, mut low_start) = (None, None);
-    for sweep in 0..sweeps {
+    let sights = (0..schedule.sweeps_until(duration_s)).map(|sweep| {
         let time_s = schedule.sweep_time_s(sweep);
-        let before_s = time_s - schedule.sweep_period_s;
         let (there, here) = (gmt.at(time_s).0, uav.place_m(time_s));
         if world.blocked(there.into(), here.into()) {
-            outage += 1;
-            longest = longest.max(outage);
-            start.get_or_insert(before_s);
-            low_start.get_or_insert(before_s);
-            reflected += u32::from(world.reflected(there.into(), here.into()));
+            Sight::None {
+                reflected: world.reflected(there.into(), here.into()),
+            }
         } else {
-            visible += 1;
-            outage = 0;
-            if elevation_deg(&there, &here) > start_elevation_deg {
-                low_start.get_or_insert(before_s);
+            Sight::Line {
+                high: elevation_deg(&there, &here) > start_elevation_deg,
             }
         }
-    }
-    Contact {
-        visible_share: f64::from(visible) / f64::from(sweeps.max(1)),
-        longest_outage_s: f64::from(longest) * schedule.sweep_period_s,
-        visible_start_s: start.unwrap_or(duration_s),
-        low_start_s: low_start.unwrap_or(duration_s),
-        reflected_share: if visible == sweeps {
-            1.0
-        } else {
-            f64::from(reflected) / f64::from(sweeps - visible)
-        },
-    }
+    });
+    Contact::of(sights, schedule, duration_s)
 }

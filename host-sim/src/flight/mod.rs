@@ -6,6 +6,7 @@
 mod config;
 mod contact;
 mod dryden;
+mod given;
 mod gmt;
 mod motion;
 mod obstacles;
@@ -18,6 +19,7 @@ mod wind;
 
 pub use config::{FlightConfig, Limits};
 pub use contact::Contact;
+pub use given::{GivenFlight, GivenPlace};
 pub use gmt::{GmtTrack, Schedule};
 pub use motion::{Motion, Trajectory};
 pub use obstacles::{Obstacles, Tube};

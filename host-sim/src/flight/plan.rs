@@ -166,20 +166,20 @@ impl FlightPlan {
         }
     }
 
-    /// A flight from ready-made parts, such as a recorded route, without a rest. Contact is evaluated in `world`.
-    pub fn from_parts(
-        world: &dyn Obstacles,
+    /// A flight that was not planned here, of ready-made parts.
+    pub(super) fn from_parts(
         uav: Trajectory,
         gmt: GmtTrack,
         schedule: Schedule,
+        rest_s: f64,
         duration_s: f64,
+        contact: Contact,
     ) -> Self {
-        let contact = contact(world, &uav, &gmt, schedule, duration_s, f64::INFINITY);
         Self {
             uav,
             gmt,
             schedule,
-            rest_s: 0.0,
+            rest_s,
             duration_s,
             contact,
             gmt_heading_rad: 0.0,

@@ -31,6 +31,27 @@ impl<const D: usize> Spline<D> {
         (control.len() >= 6 && knot_s > 0.0 && knot_s.is_finite()).then_some(Self { control, knot_s })
     }
 
+    /// The curve that passes `values[j]` at j `knot_s` and ends with the last of them. It comes from rest at the first one, and goes on
+    /// straight after the last one. `None` for fewer than two values or a knot interval that is not a positive number.
+    pub fn through(values: &[SVector<f64, D>], knot_s: f64) -> Option<Self> {
+        let (first, last) = (values.first()?, values.last()?);
+        let step = last - values.get(values.len().checked_sub(2)?)?;
+        // Beyond so many knots at either end the control points are the values: both of rest and of a straight line they are, and
+        // what is left of a change dies out by .43 from knot to knot.
+        const BEYOND: usize = 40;
+        let wanted = |j: usize| match j.checked_sub(BEYOND) {
+            None => *first,
+            Some(j) => values
+                .get(j)
+                .copied()
+                .unwrap_or_else(|| last + step * (j + 1 - values.len()) as f64),
+        };
+        let control = interpolating(&(0..values.len() + 2 * BEYOND).map(wanted).collect::<Vec<_>>());
+        // The curve at knot j is (c[j] + 26 c[j + 1] + 66 c[j + 2] + 26 c[j + 3] + c[j + 4]) / 120 of its control points.
+        let from = BEYOND - 2;
+        Self::new(control.get(from..from + values.len() + 4)?.to_vec(), knot_s)
+    }
+
     /// The same value for `duration_s`, which is above 0.
     pub(super) fn constant(value: SVector<f64, D>, duration_s: f64) -> Self {
         Self {
@@ -103,6 +124,46 @@ impl<const D: usize> Spline<D> {
     }
 }
 
+/// Control points c with (c[j - 2] + 26 c[j - 1] + 66 c[j] + 26 c[j + 1] + c[j + 2]) / 120 = v[j], where those beyond either end are the
+/// values there. By elimination: the middle one outweighs the others, so no order of rows is needed.
+fn interpolating<const D: usize>(values: &[SVector<f64, D>]) -> Vec<SVector<f64, D>> {
+    let n = values.len();
+    let mut right: Vec<SVector<f64, D>> = values.iter().map(|v| v * 120.0).collect();
+    // Equations of the two at either end: they are their values.
+    let is_end = |j: usize| j < 2 || j + 2 >= n;
+    let row = |j: usize| {
+        if is_end(j) {
+            [0.0, 0.0, 120.0, 0.0, 0.0]
+        } else {
+            [1.0, 26.0, 66.0, 26.0, 1.0]
+        }
+    };
+    let mut rows: Vec<[f64; 5]> = (0..n).map(row).collect();
+    for j in 0..n {
+        for below in 1..=2 {
+            let Some(under) = rows.get(j + below).copied() else {
+                continue;
+            };
+            let [_, _, pivot, next, second] = rows[j];
+            // Row j + below has column j at its place 2 - below.
+            let factor = under[2 - below] / pivot;
+            let mut left = under;
+            left[2 - below] = 0.0;
+            left[3 - below] -= factor * next;
+            left[4 - below] -= factor * second;
+            rows[j + below] = left;
+            let taken = right[j] * factor;
+            right[j + below] -= taken;
+        }
+    }
+    for j in (0..n).rev() {
+        let [.., pivot, next, second] = rows[j];
+        let known = |k: usize| right.get(k).copied().unwrap_or_else(SVector::zeros);
+        right[j] = (right[j] - known(j + 1) * next - known(j + 2) * second) / pivot;
+    }
+    right
+}
+
 #[cfg(test)]
 mod tests {
     use nalgebra::Vector2;
@@ -169,5 +230,32 @@ mod tests {
         assert!(Spline::new(vec![Vector2::new(0.0, 0.0); 5], 0.4).is_none());
         assert!(Spline::new(vec![Vector2::new(0.0, 0.0); 6], 0.0).is_none());
         assert!(Spline::new(vec![Vector2::new(0.0, 0.0); 6], f64::NAN).is_none());
+    }
+    #[test]
+    fn a_curve_through_values_comes_from_rest_and_goes_on_straight() {
+        let values: Vec<_> = (0..40)
+            .map(|k| match f64::from(k) {
+                k if k < 12.0 => Vector2::new(1.0, 2.0),
+                k => Vector2::new(
+                    1.0 + 0.04 * (k - 12.0) * (k - 12.0),
+                    2.0 - 0.1 * (0.5 * (k - 12.0)).sin(),
+                ),
+            })
+            .collect();
+        let spline = Spline::through(&values, 0.5).expect("enough");
+        assert_eq!(spline.duration_s(), 19.5);
+        for (k, value) in values.iter().enumerate() {
+            assert!((spline.at(0.5 * k as f64)[0] - value).norm() < 1e-12, "{k}");
+        }
+        let [_, v, a, ..] = spline.at(0.0);
+        assert!(v.norm() < 1e-4 && a.norm() < 1e-3, "{v} {a}");
+        let [_, v, ..] = spline.at(19.5);
+        let step = (values[39] - values[38]) / 0.5;
+        assert!((v - step).norm() < 0.2 * step.norm(), "{v} {step}");
+        let line: Vec<_> = (0..5).map(|k| Vector2::new(2.0 * f64::from(k), 1.0)).collect();
+        let end = Spline::through(&line, 1.0).expect("enough").at(4.0);
+        assert!((end[1] - Vector2::new(2.0, 0.0)).norm() < 0.1);
+        assert!(Spline::through(&values[..1], 0.5).is_none());
+        assert!(Spline::through(&values, 0.0).is_none());
     }
 }

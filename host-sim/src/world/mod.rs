@@ -6,6 +6,8 @@
 
 mod config;
 mod effects;
+mod given;
+mod medium;
 mod propagation;
 mod scene;
 mod surroundings;
@@ -27,16 +29,18 @@ use crate::tracer::{Propagation, Tracer};
 
 pub use config::{Profile, WorldConfig};
 pub use effects::{EFFECTS, Effect};
+pub use given::GivenLinks;
+use medium::Medium;
 pub use propagation::{Materials, PropagationConfig};
 pub use scene::SceneConfig;
 use surroundings::Surroundings;
 
-/// A scene with a flight through it.
+/// A scene, or the links that somebody traced in one, with a flight through it.
 #[derive(Debug)]
 pub struct World<'s> {
     profile: Profile,
-    tracer: Tracer<'s>,
-    surroundings: Surroundings,
+    medium: Medium<'s>,
+    ground_z_m: f64,
     flight: SensedFlight,
     simulator: Simulator,
 }
@@ -79,24 +83,50 @@ impl<'s> World<'s> {
             iron: iron.placed(&scene.placement()),
         };
         let plan = plan.placed(&scene.placement());
-        let simulator = Simulator::new(config.channel, seed);
         let mut flight = SensedFlight::new(plan, config.sensors, seed)?.at_site(site);
-        if flight.config().beacon.over_air || flight.config().timing.over_air {
+        let simulator = Simulator::new(config.channel, seed);
+        if sends_words(&flight) {
             // Words are understood over single paths.
             let single = Propagation {
                 diffuse: None,
                 ..*tracer.propagation()
             };
-            let tracer = Tracer::with(scene, tracer.max_order(), single);
-            let words = tracer.map(|tracer| words::over_air(&tracer, &surroundings, &simulator, &flight));
-            if let Some(words) = words.transpose()? {
-                flight = flight.with_words(words);
-            }
+            let single = Tracer::with(scene, tracer.max_order(), single).ok_or_else(|| {
+                InputError::new("more reflections are asked for than the tracer can follow")
+            })?;
+            let medium = Medium::Traced(single, surroundings.clone());
+            let words = words::over_air(&medium, &simulator, &flight)?;
+            flight = flight.with_words(words);
         }
+        let medium = Medium::Traced(tracer, surroundings);
         Ok(Self {
             profile: config.profile,
-            tracer,
-            surroundings,
+            medium,
+            ground_z_m: ground_z_m(scene),
+            flight,
+            simulator,
+        })
+    }
+
+    /// Flies along links that somebody else traced, with the channel and the sensors of this world; what it says of propagation and of
+    /// planning, but for the rest at the beginning and the period of sweeps, has no meaning. `seed` decides all that is drawn.
+    ///
+    /// # Errors
+    /// [`InputError`] naming a figure of the configuration that is out of range, or a place that cannot be flown to.
+    pub fn along(links: GivenLinks, config: WorldConfig, seed: u64) -> Result<World<'static>, InputError> {
+        config.check()?;
+        let (plan, between) = links.flown(&config.flight)?;
+        let mut flight = SensedFlight::new(plan, config.sensors, seed)?;
+        let medium = Medium::Given(between);
+        let simulator = Simulator::new(config.channel, seed);
+        if sends_words(&flight) {
+            let words = words::over_air(&medium, &simulator, &flight)?;
+            flight = flight.with_words(words);
+        }
+        Ok(World {
+            profile: config.profile,
+            medium,
+            ground_z_m: 0.0,
             flight,
             simulator,
         })
@@ -119,12 +149,12 @@ impl<'s> World<'s> {
 
     /// Height of the ground, m, world frame: scenes have it at 0 of their own frame; its relief lies about it.
     pub fn ground_z_m(&self) -> f64 {
-        ground_z_m(self.tracer.scene())
+        self.ground_z_m
     }
 
     /// The paths between the two ends.
     pub fn link(&self, truth: &Truth) -> Link {
-        self.surroundings.link(&self.tracer, truth)
+        self.medium.link(truth)
     }
 
     /// Traces, synthesises and digitises a sweep.
@@ -155,6 +185,11 @@ impl<'s> World<'s> {
             link,
         })
     }
+}
+
+/// Whether beacon or timing go over the air.
+fn sends_words(flight: &SensedFlight) -> bool {
+    flight.config().beacon.over_air || flight.config().timing.over_air
 }
 
 fn ground_z_m(scene: &Scene) -> f64 {

@@ -77,7 +77,7 @@ impl Surroundings {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Profile, World, WorldConfig};
+    use super::super::{Medium, Profile, World, WorldConfig};
     use super::*;
     use crate::flight::FlightConfig;
     use crate::movers::MoversConfig;
@@ -108,11 +108,19 @@ mod tests {
         }
     }
 
+    /// What a world through a scene is made of.
+    fn parts<'w>(world: &'w World<'_>) -> (&'w Tracer<'w>, &'w Surroundings) {
+        match &world.medium {
+            Medium::Traced(tracer, surroundings) => (tracer, surroundings),
+            Medium::Given(_) => panic!("a scene"),
+        }
+    }
+
     /// The links of all sweeps, with these surroundings or with none.
     fn links(world: &World<'_>, surroundings: &Surroundings) -> Vec<Link> {
         let truths = (0..world.sweeps()).map(|sweep| world.flight().sweep_truth(sweep));
         truths
-            .map(|truth| surroundings.link(&world.tracer, &truth))
+            .map(|truth| surroundings.link(parts(world).0, &truth))
             .collect()
     }
 
@@ -158,11 +166,11 @@ mod tests {
                     let mut truth = world.flight().sweep_truth(sweep);
                     truth.uav.position_m.z = 1.2;
                     truth.gmt_position_m.z = 1.0;
-                    surroundings.link(&world.tracer, &truth)
+                    surroundings.link(parts(&world).0, &truth)
                 });
                 links.collect::<Vec<_>>()
             };
-            let (busy, bare) = (links(&world.surroundings), links(&Surroundings::default()));
+            let (busy, bare) = (links(parts(&world).1), links(&Surroundings::default()));
             let off_movers = count(&busy, LinkPath::is_off_mover);
             let shifted = count(&busy, |path| path.closing_m_per_s.is_some());
             let weaker = busy
@@ -187,7 +195,7 @@ mod tests {
         };
         let world = World::new(&scene, short(30.0, planted), 3).expect("a flight");
         let none = Surroundings::default();
-        assert!(links(&world, &world.surroundings) != links(&world, &none));
+        assert!(links(&world, parts(&world).1) != links(&world, &none));
         let config = short(
             5.0,
             PropagationConfig {
@@ -198,7 +206,7 @@ mod tests {
         );
         let boards = config.scene("indoor").expect("built in");
         let world = World::new(&boards, config.clone(), 3).expect("a flight");
-        let through = links(&world, &world.surroundings);
+        let through = links(&world, parts(&world).1);
         let is_through = |path: &LinkPath| {
             path.kind
                 .is_some_and(|kind| kind.interactions().contains(&Interaction::Transmission))
@@ -216,10 +224,10 @@ mod tests {
         let bare = World::new(&scene, short(5.0, PropagationConfig::default()), 3).expect("a flight");
         for sweep in 0..bare.sweeps() {
             let truth = bare.flight().sweep_truth(sweep);
-            let tree = bare.tracer.transmitter(truth.gmt_position_m.into());
+            let tree = parts(&bare).0.transmitter(truth.gmt_position_m.into());
             let rx_m: [f64; 3] = truth.uav.position_m.into();
             let alone = tree.to_link(rx_m, &tree.trace(rx_m));
-            assert_eq!(bare.surroundings.link(&bare.tracer, &truth), alone);
+            assert_eq!(parts(&bare).1.link(parts(&bare).0, &truth), alone);
         }
     }
 
@@ -236,7 +244,7 @@ mod tests {
             let truths: Vec<_> = (0..world.sweeps())
                 .map(|k| world.flight().sweep_truth(k))
                 .collect();
-            let of = &world.surroundings;
+            let (tracer, of) = parts(&world);
             let none = Surroundings::default();
             let (mut walls, mut trees, mut movers) = (none.clone(), none.clone(), none.clone());
             walls.sheets.clone_from(&of.sheets);
@@ -245,7 +253,7 @@ mod tests {
             let traced: Vec<_> = truths
                 .iter()
                 .map(|truth| {
-                    let tree = world.tracer.transmitter(truth.gmt_position_m.into());
+                    let tree = tracer.transmitter(truth.gmt_position_m.into());
                     let rx_m: [f64; 3] = truth.uav.position_m.into();
                     let paths = tree.trace(rx_m);
                     (tree, rx_m, truth.time_s, paths)
@@ -260,9 +268,7 @@ mod tests {
                 let start = std::time::Instant::now();
                 let paths = traced.iter().map(|(tree, rx_m, time_s, paths)| {
                     let paths = paths.clone();
-                    surroundings
-                        .laid_over(&world.tracer, tree, *rx_m, *time_s, paths)
-                        .len()
+                    surroundings.laid_over(tracer, tree, *rx_m, *time_s, paths).len()
                 });
                 let (paths, count) = (paths.sum::<usize>() as f64, traced.len() as f64);
                 let each_ms = 1e3 * start.elapsed().as_secs_f64() / count;
@@ -273,7 +279,7 @@ mod tests {
             }
             let start = std::time::Instant::now();
             let config = WorldConfig::of(Profile::Real);
-            let placed = Surroundings::place(&world.tracer, &config.propagation, world.flight().plan(), 1);
+            let placed = Surroundings::place(tracer, &config.propagation, world.flight().plan(), 1);
             let placed_ms = 1e3 * start.elapsed().as_secs_f64();
             assert!(placed.is_ok());
             println!("{name}: world {made_s:.2} s, of it surroundings {placed_ms:.0} ms");

@@ -2,20 +2,19 @@
 
 use rayon::prelude::*;
 
-use super::{Surroundings, instant};
+use super::instant;
+use super::medium::Medium;
 use crate::channel::Simulator;
 use crate::input::InputError;
 use crate::sensors::{OverAir, SensedFlight, Truth, WordLink, WordPath, WordRadio};
-use crate::tracer::Tracer;
 
-/// Traces a flight at its beacons and exchanges of two-way timing. `tracer` should follow no diffuse scattering: what a word is stamped
-/// by and understood over are single paths.
+/// Looks at the links of a flight at its beacons and exchanges of two-way timing. `medium` should have no diffuse scattering: what a word is
+/// stamped by and understood over are single paths.
 ///
 /// # Errors
 /// [`InputError`] naming the time of a link that cannot be had.
 pub(super) fn over_air(
-    tracer: &Tracer<'_>,
-    surroundings: &Surroundings,
+    medium: &Medium<'_>,
     simulator: &Simulator,
     flight: &SensedFlight,
 ) -> Result<OverAir, InputError> {
@@ -27,12 +26,7 @@ pub(super) fn over_air(
     let links = |times_s: Vec<f64>| -> Result<Vec<(f64, WordLink)>, InputError> {
         times_s
             .into_par_iter()
-            .map(|time_s| {
-                Ok((
-                    time_s,
-                    link(tracer, surroundings, simulator, &flight.truth(time_s))?,
-                ))
-            })
+            .map(|time_s| Ok((time_s, link(medium, simulator, &flight.truth(time_s))?)))
             .collect()
     };
     let beacons = links(flight.beacon_times_s())?;
@@ -40,14 +34,9 @@ pub(super) fn over_air(
     Ok(OverAir::new(&radio, &beacons, &exchanges, flight.seed()))
 }
 
-fn link(
-    tracer: &Tracer<'_>,
-    surroundings: &Surroundings,
-    simulator: &Simulator,
-    truth: &Truth,
-) -> Result<WordLink, InputError> {
+fn link(medium: &Medium<'_>, simulator: &Simulator, truth: &Truth) -> Result<WordLink, InputError> {
     let failed = |reason: String| InputError::new(format!("{} s: {reason}", truth.time_s));
-    let link = surroundings.link(tracer, truth);
+    let link = medium.link(truth);
     let instant = instant(truth).map_err(|e| failed(e.to_string()))?;
     let gains = simulator
         .beam_gains(&link, &instant)

@@ -41,6 +41,11 @@ pub(crate) struct Args {
     /// covariances or "measured": true is taken as it is; to a traced one errors of stated size are added
     #[arg(long, value_name = "FILE|bundled")]
     paths: Option<PathBuf>,
+    /// Fly along links that a ray tracer of yours found: a path list (.jsonl or .jsonl.gz), line by line the links of consecutive
+    /// sweeps. Our radio hears them, our sensors ride along the route, and the receiver gets nothing but samples and sensors, as with
+    /// --scene. With --scene: the scene to compare the map with
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["paths", "recording", "keep_paths"])]
+    channel: Option<PathBuf>,
     /// Fly over a recording (`cslam record`, or --keep-paths): its samples or paths, and its events, instead of a simulated world. With --scene: the scene to compare
     /// the map with, if not the recorded one
     #[arg(long, value_name = "DIR", conflicts_with_all = ["paths", "world", "seed"])]
@@ -112,6 +117,7 @@ impl Default for Args {
         Self {
             scene: None,
             paths: None,
+            channel: None,
             recording: None,
             keep_paths: None,
             keep_going: false,
@@ -225,26 +231,28 @@ pub(crate) fn over_recording(
     Ok(report)
 }
 
-/// A flight over a recording or through a simulated world.
+/// A flight over a recording, along links, or through a simulated world.
 fn from_samples(
     args: &Args,
     config: &Config,
     interrupted: &AtomicBool,
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<Flown> {
-    match &args.recording {
-        Some(directory) => recorded::run(args, config, directory, interrupted, sent),
-        None => {
+    match (&args.recording, &args.channel) {
+        (Some(directory), _) => recorded::run(args, config, directory, interrupted, sent),
+        (None, Some(links)) => raw::along(args, config, links, interrupted, sent),
+        (None, None) => {
             let scene = args.scene.as_deref().unwrap_or(DEFAULT_SCENE);
             raw::run(args, config, scene, interrupted, sent)
         }
     }
 }
 
-/// The scene that a live page shows behind the map: that of a recording only when it is named.
+/// The scene that a live page shows behind the map: that of a recording or of links only when it is named.
 #[cfg(feature = "ground")]
 fn scene_behind(args: &Args) -> Option<&str> {
-    let default = args.recording.is_none().then_some(DEFAULT_SCENE);
+    let is_simulated = args.recording.is_none() && args.channel.is_none();
+    let default = is_simulated.then_some(DEFAULT_SCENE);
     args.scene.as_deref().or(default)
 }
 

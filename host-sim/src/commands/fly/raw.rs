@@ -1,5 +1,6 @@
 //! A flight from raw samples: a world or a recording plays, the receiver that flies listens.
 
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use cslam_core::cslam::{
@@ -25,7 +26,8 @@ use crate::input::InputError;
 use crate::progress;
 use crate::raw_flight::{self, Source, Swept};
 use crate::recording::Keeper;
-use crate::world::World;
+use crate::scene::Scene;
+use crate::world::{GivenLinks, World};
 
 /// Heading of the options below in the help text.
 const STAGES: &str = "One stage away from the mode (flights from raw samples)";
@@ -100,6 +102,44 @@ pub(super) fn run(
     Ok(Flown {
         log,
         scene: Some(scene),
+        packets,
+        out,
+    })
+}
+
+/// Flies along given links until `interrupted`. `sent` gets what goes to the ground as it goes, with the UAV's time, ns.
+pub(super) fn along(
+    args: &Args,
+    config: &Config,
+    file: &Path,
+    interrupted: &AtomicBool,
+    sent: impl FnMut(u64, &[u8]),
+) -> anyhow::Result<Flown> {
+    if args.steps == Some(0) {
+        return Err(InputError::new("nothing to fly: --steps is 0").into());
+    }
+    // The scene is there to compare with; the world has none.
+    let scene = args.scene.as_deref().map(Scene::load).transpose()?;
+    let links = GivenLinks::read(file)?;
+    let out = super::result_directory(args)?;
+    let world = World::along(links, config.world.clone(), args.seed)?;
+    let planned = usize::try_from(world.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
+    let bar = progress::bar(planned as u64, "flying");
+    let name = file.display().to_string();
+    let (log, packets) = fly_world(
+        &config.receiver,
+        &name,
+        &world,
+        args.seed,
+        planned,
+        interrupted,
+        || bar.inc(1),
+        sent,
+    )?;
+    bar.finish_and_clear();
+    Ok(Flown {
+        log,
+        scene,
         packets,
         out,
     })

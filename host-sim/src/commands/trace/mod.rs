@@ -1,5 +1,7 @@
 //! `cslam trace`: propagation paths of every transmitter with every receiver.
 
+mod route;
+
 use std::fs::File;
 use std::io::{BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -33,7 +35,7 @@ pub(crate) struct Args {
         long,
         value_name = "FILE|X,Y,Z",
         allow_hyphen_values = true,
-        required_unless_present = "check"
+        required_unless_present_any = ["check", "flight"]
     )]
     tx: Option<String>,
     /// Receivers: one point, or a file with x,y,z a line (m)
@@ -41,9 +43,16 @@ pub(crate) struct Args {
         long,
         value_name = "FILE|X,Y,Z",
         allow_hyphen_values = true,
-        required_unless_present = "check"
+        required_unless_present_any = ["check", "flight"]
     )]
     rx: Option<String>,
+    /// Trace the links of a whole flight instead, one for each sweep, with time and attitude: the flight of this seed, as `cslam fly
+    /// --scene` plans it. `cslam fly --channel` flies along them, or along those of another ray tracer at the same places
+    #[arg(long, value_name = "SEED", conflicts_with_all = ["tx", "rx", "check", "vertices"])]
+    flight: Option<u64>,
+    /// Length of that flight, s [default: 120]
+    #[arg(long, value_name = "S", requires = "flight")]
+    duration: Option<f64>,
     /// Greatest number of reflections, 0 for line of sight alone
     #[arg(long, value_name = "N", default_value_t = DEFAULT_MAX_ORDER as u8,
           value_parser = clap::value_parser!(u8).range(0..=MAX_ORDER as i64))]
@@ -219,8 +228,23 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     args.threads.install(|| match &args.check {
         Some(reference) if args.propagation.diffraction => check_diffraction(&tracer, reference, args.json),
         Some(reference) => check(&tracer, reference, args.json),
-        None => trace(&tracer, args),
+        None => match args.flight {
+            Some(seed) => route::trace(&tracer, args, seed),
+            None => trace(&tracer, args),
+        },
     })
+}
+
+/// Where links go.
+fn output(args: &Args) -> anyhow::Result<BufWriter<Box<dyn Write + Send>>> {
+    let out: Box<dyn Write + Send> = match &args.out {
+        Some(file) => {
+            let created = File::create(file);
+            Box::new(created.map_err(|e| InputError::unwritable(file, "cannot be written", &e))?)
+        }
+        None => Box::new(std::io::stdout()),
+    };
+    Ok(BufWriter::new(out))
 }
 
 fn trace(tracer: &Tracer<'_>, args: &Args) -> anyhow::Result<()> {
@@ -235,14 +259,7 @@ fn trace(tracer: &Tracer<'_>, args: &Args) -> anyhow::Result<()> {
             );
         }
     }
-    let mut out: Box<dyn Write + Send> = match &args.out {
-        Some(file) => {
-            let created = File::create(file);
-            Box::new(created.map_err(|e| InputError::unwritable(file, "cannot be written", &e))?)
-        }
-        None => Box::new(std::io::stdout()),
-    };
-    let mut out = BufWriter::new(&mut out);
+    let mut out = output(args)?;
     // Links that scroll by on the terminal show the progress themselves.
     let bar = if args.out.is_none() && std::io::stdout().is_terminal() {
         indicatif::ProgressBar::hidden()

@@ -1,0 +1,172 @@
+//! `cslam fly --channel` as a user meets it: links along a route, of whatever ray tracer, are heard, flown and mapped.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn cslam(directory: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_cslam"))
+        .current_dir(directory)
+        .args(args)
+        .output()
+        .expect("the binary runs")
+}
+
+fn good(directory: &Path, args: &[&str]) {
+    let output = cslam(directory, args);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{args:?}: {said}");
+}
+
+fn report(directory: &Path) -> Value {
+    serde_json::from_slice(&fs::read(directory.join("report.json")).expect("written")).expect("JSON")
+}
+
+/// Seventeen seconds of a flight outdoors.
+fn traced(directory: &Path) -> String {
+    let args = [
+        "trace",
+        "--scene",
+        "outdoor",
+        "--flight",
+        "1",
+        "--duration",
+        "17",
+        "--out",
+        "route.jsonl",
+    ];
+    good(directory, &args);
+    fs::read_to_string(directory.join("route.jsonl")).expect("written")
+}
+
+#[test]
+fn links_along_a_route_are_flown_and_mapped() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let at = directory.path();
+    assert_eq!(traced(at).lines().count(), 34);
+    let fly = |out: &str, more: &[&str]| {
+        good(
+            at,
+            &[&["fly", "--channel", "route.jsonl", "--out", out], more].concat(),
+        );
+        report(&at.join(out))
+    };
+    let flown = fly("flown", &["--scene", "outdoor"]);
+    // The UAV rests 3 s and hovers 3 s at the first place.
+    assert_eq!(flown["sweeps"], 12 + 34);
+    assert_eq!(flown["scene"], "route.jsonl");
+    let points = flown["map"]["points"].as_u64().expect("counted");
+    let of_correct_surface = flown["map"]["precision_by_faces"]
+        .as_f64()
+        .expect("a scene to compare with");
+    let position_m = flown["trajectory"]["position_rmse_m"]
+        .as_f64()
+        .expect("a trajectory");
+    println!("{points} points, {of_correct_surface} of a correct surface, position {position_m} m");
+    assert!(points > 10 && of_correct_surface > 0.9 && position_m < 1.0);
+    // Without a scene there is nothing to compare the map with; the flight is the same.
+    let alone = fly("alone", &[]);
+    assert_eq!(alone["map"]["points"], flown["map"]["points"]);
+    assert!(alone["map"]["precision_by_faces"].is_null());
+    for name in ["packets.bin", "trajectory.tum", "map.ply"] {
+        let [a, b] = ["flown", "alone"].map(|out| fs::read(at.join(out).join(name)).expect("written"));
+        assert!(a == b, "{name} differs");
+    }
+    let other = fly("other", &["--seed", "2", "--steps", "8"]);
+    assert_eq!(other["sweeps"], 8);
+}
+
+#[test]
+fn a_world_of_many_errors_sends_its_words_over_given_links() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let at = directory.path();
+    traced(at);
+    let args = [
+        "fly",
+        "--channel",
+        "route.jsonl",
+        "--world",
+        "real",
+        "--steps",
+        "20",
+        "--out",
+        "out",
+    ];
+    good(at, &args);
+    let told = report(&at.join("out"));
+    assert_eq!(told["world"], "real");
+    assert!(told["measurements"].as_u64() > Some(10), "nothing was heard");
+}
+
+#[test]
+fn links_that_cannot_be_flown_are_refused_by_file_and_link() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let at = directory.path();
+    let whole = traced(at);
+    let lines: Vec<Value> = whole
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("JSON"))
+        .collect();
+    let refused = |change: &dyn Fn(&mut Vec<Value>), expected: &[&str]| {
+        let mut lines = lines.clone();
+        change(&mut lines);
+        let text: Vec<String> = lines.iter().map(Value::to_string).collect();
+        fs::write(at.join("bad.jsonl"), text.join("\n")).expect("written");
+        let output = cslam(at, &["fly", "--channel", "bad.jsonl", "--out", "none"]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+        for text in [&["bad.jsonl"], expected].concat() {
+            assert!(said.contains(text), "{text}: {said}");
+        }
+        assert!(!at.join("none").exists(), "something was written");
+    };
+    refused(&|lines| lines.truncate(1), &["1 links, expected two or more"]);
+    refused(
+        &|lines| {
+            lines.remove(9);
+        },
+        &["link 10 (from 1)", "`time_s` is 5.5, expected 5.000"],
+    );
+    refused(
+        &|lines| {
+            lines[4].as_object_mut().expect("a link").remove("time_s");
+        },
+        &["some links have a `time_s`"],
+    );
+    refused(
+        &|lines| {
+            for (number, line) in lines.iter_mut().enumerate() {
+                line["time_s"] = (20.0 * number as f64).into();
+            }
+        },
+        &["20 s apart, expected 0.1 to 5"],
+    );
+    refused(
+        &|lines| {
+            lines[3]["paths"][0]
+                .as_object_mut()
+                .expect("a path")
+                .remove("gain");
+        },
+        &["link 4 (from 1): path 1 (from 1): `gain` is missing"],
+    );
+    refused(
+        &|lines| {
+            let path = lines[3]["paths"][0].as_object_mut().expect("a path");
+            path.remove("aod_zenith_rad");
+            path.remove("aod_azimuth_rad");
+        },
+        &["link 4 (from 1): path 1 (from 1): the angle of departure is missing"],
+    );
+    refused(
+        &|lines| lines[2]["measured"] = true.into(),
+        &["link 3 (from 1)", "--paths"],
+    );
+    refused(
+        &|lines| lines[20]["rx"][2] = 90.0.into(),
+        &["m/s^2 of acceleration, expected up to 6.5"],
+    );
+}
