@@ -10,7 +10,7 @@ use crate::tracer::Tracer;
 #[derive(Debug)]
 pub(super) enum Medium<'s> {
     /// A scene, traced as the flight goes.
-    Traced(Tracer<'s>, Surroundings),
+    Traced(Box<Tracer<'s>>, Surroundings),
     /// Links that somebody else traced.
     Given(Between),
 }

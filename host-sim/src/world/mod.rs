@@ -94,11 +94,11 @@ impl<'s> World<'s> {
             let single = Tracer::with(scene, tracer.max_order(), single).ok_or_else(|| {
                 InputError::new("more reflections are asked for than the tracer can follow")
             })?;
-            let medium = Medium::Traced(single, surroundings.clone());
+            let medium = Medium::Traced(Box::new(single), surroundings.clone());
             let words = words::over_air(&medium, &simulator, &flight)?;
             flight = flight.with_words(words);
         }
-        let medium = Medium::Traced(tracer, surroundings);
+        let medium = Medium::Traced(Box::new(tracer), surroundings);
         Ok(Self {
             profile: config.profile,
             medium,
