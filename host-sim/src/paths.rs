@@ -101,6 +101,19 @@ impl LinkPath {
             .or_else(|| self.order.map(|order| Kind::reflections(order.into())))
     }
 
+    /// What it must tell so that it can be heard: complex amplitude, and zenith and azimuth of departure, rad.
+    ///
+    /// # Errors
+    /// What is missing, and what was expected.
+    pub fn gain_and_departure(&self) -> Result<([f64; 2], [f64; 2]), &'static str> {
+        let gain = self.gain.ok_or("`gain` is missing, expected [re, im]")?;
+        let departure = self
+            .aod_zenith_rad
+            .zip(self.aod_azimuth_rad)
+            .ok_or("the angle of departure is missing, expected `aod_zenith_rad` and `aod_azimuth_rad`")?;
+        Ok((gain, departure.into()))
+    }
+
     /// Whether it met nothing but mirrors, or nothing at all, as far as the list says.
     pub fn is_specular(&self) -> bool {
         self.kind.is_none_or(|kind| kind.is_specular())

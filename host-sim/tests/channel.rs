@@ -1,28 +1,12 @@
 //! `cslam fly --channel` as a user meets it: links along a route, of whatever ray tracer, are heard, flown and mapped.
 
+mod common;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
+use common::{good, report, same};
 use serde_json::Value;
-
-fn cslam(directory: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_cslam"))
-        .current_dir(directory)
-        .args(args)
-        .output()
-        .expect("the binary runs")
-}
-
-fn good(directory: &Path, args: &[&str]) {
-    let output = cslam(directory, args);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{args:?}: {said}");
-}
-
-fn report(directory: &Path) -> Value {
-    serde_json::from_slice(&fs::read(directory.join("report.json")).expect("written")).expect("JSON")
-}
 
 /// Seventeen seconds of a flight outdoors.
 fn traced(directory: &Path) -> String {
@@ -70,10 +54,7 @@ fn links_along_a_route_are_flown_and_mapped() {
     let alone = fly("alone", &[]);
     assert_eq!(alone["map"]["points"], flown["map"]["points"]);
     assert!(alone["map"]["precision_by_faces"].is_null());
-    for name in ["packets.bin", "trajectory.tum", "map.ply"] {
-        let [a, b] = ["flown", "alone"].map(|out| fs::read(at.join(out).join(name)).expect("written"));
-        assert!(a == b, "{name} differs");
-    }
+    same(&at.join("flown"), &at.join("alone"), "with and without a scene");
     let other = fly("other", &["--seed", "2", "--steps", "8"]);
     assert_eq!(other["sweeps"], 8);
 }
@@ -114,10 +95,7 @@ fn links_that_cannot_be_flown_are_refused_by_file_and_link() {
         change(&mut lines);
         let text: Vec<String> = lines.iter().map(Value::to_string).collect();
         fs::write(at.join("bad.jsonl"), text.join("\n")).expect("written");
-        let output = cslam(at, &["fly", "--channel", "bad.jsonl", "--out", "none"]);
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{said}");
-        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+        let said = common::refused(at, &["fly", "--channel", "bad.jsonl", "--out", "none"]);
         for text in [&["bad.jsonl"], expected].concat() {
             assert!(said.contains(text), "{text}: {said}");
         }

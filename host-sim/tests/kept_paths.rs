@@ -1,46 +1,12 @@
 //! `cslam fly --keep-paths` as a user meets it: kept paths fly like the samples that they were estimated from.
 
+mod common;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
+use common::{cslam, good, refused, report, same};
 use serde_json::Value;
-
-fn cslam(directory: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_cslam"))
-        .current_dir(directory)
-        .args(args)
-        .output()
-        .expect("the binary runs")
-}
-
-fn good(directory: &Path, args: &[&str]) -> String {
-    let output = cslam(directory, args);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success(), "{args:?}: {said}");
-    said
-}
-
-/// What a refused command says: one line.
-fn refused(directory: &Path, args: &[&str]) -> String {
-    let output = cslam(directory, args);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
-    assert_eq!(said.trim_end().lines().count(), 1, "{said}");
-    said
-}
-
-fn report(directory: &Path) -> Value {
-    serde_json::from_slice(&fs::read(directory.join("report.json")).expect("written")).expect("JSON")
-}
-
-/// What the receiver made of a flight is the same to the last byte.
-fn same(a: &Path, b: &Path, what: &str) {
-    for name in ["packets.bin", "trajectory.tum", "map.ply"] {
-        let [a, b] = [a, b].map(|at| fs::read(at.join(name)).expect("written"));
-        assert!(a == b, "{what}: {name} differs");
-    }
-}
 
 /// Flies a few sweeps with these options into `direct`, and keeps their paths in `kept`.
 fn keep(at: &Path, options: &[&str]) {

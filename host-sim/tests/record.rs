@@ -1,16 +1,11 @@
 //! `cslam record` and `cslam replay` as a user meets them.
 
+mod common;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
-fn cslam(directory: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_cslam"))
-        .current_dir(directory)
-        .args(args)
-        .output()
-        .expect("the binary runs")
-}
+use common::cslam;
 
 fn record(directory: &Path, out: &str, extra: &[&str]) {
     let args = [

@@ -1,46 +1,10 @@
 //! `cslam fly --recording` as a user meets it: a recorded flight flies like the one that was recorded.
 
+mod common;
+
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
 
-fn cslam(directory: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_cslam"))
-        .current_dir(directory)
-        .args(args)
-        .output()
-        .expect("the binary runs")
-}
-
-fn good(directory: &Path, args: &[&str]) -> String {
-    let output = cslam(directory, args);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success(), "{args:?}: {said}");
-    said
-}
-
-/// What a refused command says: one line.
-fn refused(directory: &Path, args: &[&str]) -> String {
-    let output = cslam(directory, args);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
-    assert_eq!(said.trim_end().lines().count(), 1, "{said}");
-    said
-}
-
-fn report(directory: &Path) -> serde_json::Value {
-    serde_json::from_slice(&fs::read(directory.join("report.json")).expect("written")).expect("JSON")
-}
-
-/// What the receiver made of a flight, without any truth.
-const ITS_OWN: [&str; 3] = ["packets.bin", "trajectory.tum", "map.ply"];
-
-fn same(a: &Path, b: &Path, what: &str) {
-    for name in ITS_OWN {
-        let [a, b] = [a, b].map(|at| fs::read(at.join(name)).expect("written"));
-        assert!(a == b, "{what}: {name} differs");
-    }
-}
+use common::{cslam, good, refused, report, same};
 
 /// Records and flies `steps` sweeps of a scene in a world, and flies the recording.
 fn direct_and_recorded(scene: &str, world: &str, steps: &str) {

@@ -1,17 +1,13 @@
 //! Directories of results as a user meets them: `fly --out`, `record --out` and `replay --out` never mix with what is there.
 
+mod common;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
-use std::time::Duration;
+use std::process::{Command, Stdio};
 
-fn cslam(directory: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_cslam"))
-        .current_dir(directory)
-        .args(args)
-        .output()
-        .expect("the binary runs")
-}
+use common::cslam;
+use std::time::Duration;
 
 /// The line of a command that succeeded, or of one that was given bad input.
 fn stderr_of(directory: &Path, args: &[&str], code: i32) -> String {

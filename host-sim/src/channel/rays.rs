@@ -119,15 +119,8 @@ pub(super) fn rays(link: &Link, instant: &Instant, carrier_hz: f64) -> Result<Ve
 }
 
 fn ray(path: &LinkPath, instant: &Instant, carrier_hz: f64) -> Result<Ray, String> {
-    let gain = path.gain.ok_or("`gain` is missing, expected [re, im]")?;
-    let departure = match (path.aod_zenith_rad, path.aod_azimuth_rad) {
-        (Some(zenith), Some(azimuth)) => world(zenith, azimuth, "departure")?,
-        _ => {
-            return Err(
-                "the angle of departure is missing, expected `aod_zenith_rad` and `aod_azimuth_rad`".into(),
-            );
-        }
-    };
+    let (gain, [zenith_rad, azimuth_rad]) = path.gain_and_departure()?;
+    let departure = world(zenith_rad, azimuth_rad, "departure")?;
     let arrival = world(path.aoa_zenith_rad, path.aoa_azimuth_rad, "arrival")?;
     if !(0.0..=MAX_DELAY_S).contains(&path.delay_s) {
         return Err(format!(

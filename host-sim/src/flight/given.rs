@@ -1,6 +1,6 @@
 //! A flight along places that somebody gives, one for each sweep, as another program's ray tracer has them.
 
-use nalgebra::{Vector1, Vector3};
+use nalgebra::{SVector, Vector1, Vector3};
 
 use super::contact::Sight;
 use super::{Contact, FlightPlan, GmtTrack, Schedule, Spline, Trajectory};
@@ -64,11 +64,10 @@ impl GivenFlight {
             .chain(places)
             .copied()
             .collect();
-        let curve = |values: &[Vector3<f64>]| {
-            Spline::through(values, sweep_period_s)
-                .ok_or_else(|| InputError::new(format!("sweeps every {sweep_period_s} s make no route")))
-        };
-        let position_m = curve(&all.iter().map(|place| place.uav_m).collect::<Vec<_>>())?;
+        let position_m = curve(
+            &all.iter().map(|place| place.uav_m).collect::<Vec<_>>(),
+            sweep_period_s,
+        )?;
         let mut heading_rad = first.heading_rad;
         let headings: Vec<_> = all
             .iter()
@@ -77,8 +76,7 @@ impl GivenFlight {
                 Vector1::new(heading_rad)
             })
             .collect();
-        let heading = Spline::through(&headings, sweep_period_s)
-            .ok_or_else(|| InputError::new("headings make no route"))?;
+        let heading = curve(&headings, sweep_period_s)?;
         can_be_flown(&position_m, 1 + waited_sweeps)?;
         let schedule = Schedule {
             sweep_period_s,
@@ -100,6 +98,11 @@ impl GivenFlight {
             waited_sweeps,
         })
     }
+}
+
+fn curve<const D: usize>(values: &[SVector<f64, D>], sweep_period_s: f64) -> Result<Spline<D>, InputError> {
+    Spline::through(values, sweep_period_s)
+        .ok_or_else(|| InputError::new(format!("sweeps every {sweep_period_s} s make no route")))
 }
 
 /// An angle from -pi to pi.

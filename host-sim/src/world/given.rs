@@ -49,16 +49,6 @@ impl GivenLinks {
         })
     }
 
-    /// Number of links.
-    pub fn len(&self) -> usize {
-        self.links.len()
-    }
-
-    /// Never: two are the fewest.
-    pub fn is_empty(&self) -> bool {
-        self.links.is_empty()
-    }
-
     /// The flight along them, and the medium that they are.
     ///
     /// # Errors
@@ -109,12 +99,8 @@ fn complete(link: &Link) -> Result<(), String> {
         return Err("it was measured, expected a traced one: measured paths are flown with --paths".into());
     }
     for (number, path) in link.paths.iter().enumerate() {
-        let missing = match (path.gain, path.aod_zenith_rad.zip(path.aod_azimuth_rad)) {
-            (None, _) => "`gain` is missing, expected [re, im]",
-            (_, None) => "the angle of departure is missing, expected `aod_zenith_rad` and `aod_azimuth_rad`",
-            _ => continue,
-        };
-        return Err(format!("path {} (from 1): {missing}", number + 1));
+        path.gain_and_departure()
+            .map_err(|missing| format!("path {} (from 1): {missing}", number + 1))?;
     }
     Ok(())
 }
