@@ -13,6 +13,9 @@ const STEP_AGREEMENT_M: f64 = 1.0;
 const TIMING_OFF_M: f64 = 0.3;
 /// Exchanges further apart than this do not confirm each other, s.
 const SUSPECT_S: f64 = 3.0;
+/// As many exchanges in agreement contradict the clock. A single one may be right after an outlier that a silence has let pass
+/// (docs/localization.md, "When the GMT lies").
+const CONTRADICTION: u32 = 2;
 /// Exchanges in agreement that a start stands on: two tell offset and rate, the third that they are right.
 const ACQUIRED: u32 = 3;
 /// A step that timing alone has told leaves the clock no less sure than it is long, up to this, m: single precision holds no more
@@ -218,7 +221,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     fn unresolved_m(&self, time_ns: u64, offset_m: f64, residual_m: f64) -> Option<f64> {
         let suspect = self.suspect_clock.as_ref()?;
         let (apart_m, dt_s) = suspect.apart(time_ns, offset_m, self.nominal.clock_drift_m_per_s);
-        let same = dt_s < SUSPECT_S && apart_m.abs() < residual_m.abs();
+        let same = suspect.exchanges >= CONTRADICTION && dt_s < SUSPECT_S && apart_m.abs() < residual_m.abs();
         same.then_some(suspect.contradicts_m)
     }
 

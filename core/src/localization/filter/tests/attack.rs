@@ -17,13 +17,25 @@ fn timed(
     end_ns: u64,
     timing: impl Fn(u64) -> f64,
     sight: impl Fn(u64) -> bool,
+    seen: impl FnMut(u64, &Filter46),
+) -> Filter46 {
+    exchanged(end_ns, |now| Some(timing(now)), sight, seen)
+}
+
+/// The same; `None` is an exchange that does not arrive.
+fn exchanged(
+    end_ns: u64,
+    timing: impl Fn(u64) -> Option<f64>,
+    sight: impl Fn(u64) -> bool,
     mut seen: impl FnMut(u64, &Filter46),
 ) -> Filter46 {
     let mut filter = Filter46::new(FilterConfig::default(), 0);
     for now in (STEP_NS..=end_ns).step_by(STEP_NS as usize) {
         filter.increment(&increment(now - STEP_NS));
-        if now % SWEEP_NS == SWEEP_NS / 2 {
-            let _ = filter.two_way(now, truth(now).clock_offset_m + timing(now));
+        if now % SWEEP_NS == SWEEP_NS / 2
+            && let Some(off_m) = timing(now)
+        {
+            let _ = filter.two_way(now, truth(now).clock_offset_m + off_m);
         }
         if now.is_multiple_of(SWEEP_NS) {
             let mut sweep = measurement(now, path(now));
@@ -259,4 +271,28 @@ fn a_beacon_that_creeps_by_2_cm_a_second_is_flagged_and_shows_in_sigma() {
     println!("flagged at {flagged_ns:?} ns, {worst:.1} sigmas at worst");
     assert!(flagged_ns.is_some_and(|at| at < 22 * SECOND_NS), "{flagged_ns:?}");
     assert!(worst < 3.5, "{worst}");
+}
+
+#[test]
+fn one_wrong_exchange_after_a_silence_does_not_make_timing_doubted() {
+    // Out of sight, after a silence, a wrong exchange passes: the clock is unsure. The next, which is right, is refused.
+    let silent = 12 * SECOND_NS..15 * SECOND_NS;
+    let timing = |now: u64| {
+        let wrong = (15 * SECOND_NS..15 * SECOND_NS + SWEEP_NS).contains(&now);
+        (!silent.contains(&now)).then_some(if wrong { 0.6 } else { 0.0 })
+    };
+    let sight = |now: u64| !(9 * SECOND_NS..20 * SECOND_NS).contains(&now);
+    let filter = exchanged(22 * SECOND_NS, timing, sight, |now, filter| {
+        println!(
+            "{:.1} s clock {:.2} m, timing {:.2} m off, sigma {:.2} m, {} refused",
+            now as f64 * 1e-9,
+            clock_m(filter),
+            filter.nominal().two_way_bias_m,
+            filter.sigma(TWO_WAY_BIAS),
+            filter.counters().timing_rejected
+        );
+    });
+    assert_eq!(filter.counters().timing_rejected, 1);
+    assert!(!filter.health().clock_contested);
+    assert!(clock_m(&filter).abs() < 0.1, "{:.2} m", clock_m(&filter));
 }
