@@ -9,6 +9,7 @@ sweeps from several of its places tell a wall from an image of one, so that no s
 """
 
 import argparse
+from collections import Counter
 
 import numpy as np
 import sionna.rt as rt
@@ -42,19 +43,18 @@ def main() -> None:
     scene.tx_array = scene.rx_array = dipole
     scene.add(rt.Transmitter("gmt", position=[0.0, 0.0, 0.0]))
     scene.add(rt.Receiver("uav", position=[0.0, 0.0, 0.0]))
-    solver, links, dropped = rt.PathSolver(), [], cslam.bridge.Dropped()
+    solver, links, dropped = rt.PathSolver(), [], Counter()
     for gmt, uav in zip(*route(given.duration)):
         scene.get("gmt").position = gmt.tolist()
         scene.get("uav").position = uav.tolist()
         paths = solver(scene, max_depth=3, synthetic_array=True, refraction=False)
         (link,), left_out = cslam.bridge.sionna(paths, scene)
         links.append(link)
-        for reason, count in left_out.items():
-            dropped[reason] = dropped.get(reason, 0) + count
+        dropped.update(left_out)
         print(f"\r{len(links)} places", end="", flush=True)
     cslam.write_links(given.out, links)
     heard = np.mean([len(link) for link in links])
-    print(f"\r{given.out}: {len(links)} links, {heard:.1f} paths a link; dropped: {dropped or 'none'}")
+    print(f"\r{given.out}: {len(links)} links, {heard:.1f} paths a link; dropped: {dict(dropped) or 'none'}")
 
 
 if __name__ == "__main__":

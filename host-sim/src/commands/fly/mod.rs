@@ -8,6 +8,7 @@ pub(crate) mod raw;
 pub(crate) mod recorded;
 mod thinning;
 
+use std::num::TryFromIntError;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -254,6 +255,21 @@ fn scene_behind(args: &Args) -> Option<&str> {
     let is_simulated = args.recording.is_none() && args.channel.is_none();
     let default = is_simulated.then_some(DEFAULT_SCENE);
     args.scene.as_deref().or(default)
+}
+
+impl Args {
+    /// Refuses a flight of no sweep, before a world is made or a recording read.
+    fn refuse_no_steps(&self) -> Result<(), InputError> {
+        match self.steps {
+            Some(0) => Err(InputError::new("nothing to fly: --steps is 0")),
+            _ => Ok(()),
+        }
+    }
+
+    /// Sweeps to fly of those that there are.
+    fn planned(&self, sweeps: u32) -> Result<usize, TryFromIntError> {
+        Ok(usize::try_from(sweeps)?.min(self.steps.unwrap_or(usize::MAX)))
+    }
 }
 
 /// Before the flight: a directory that cannot be used must not cost one.

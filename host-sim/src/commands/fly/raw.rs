@@ -22,7 +22,6 @@ use crate::config::{
 };
 use crate::estimate;
 use crate::flight_log::{FlightLog, Header};
-use crate::input::InputError;
 use crate::progress;
 use crate::raw_flight::{self, Source, Swept};
 use crate::recording::Keeper;
@@ -72,9 +71,7 @@ pub(super) fn run(
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<Flown> {
     let scene = config.world.scene(name)?;
-    if args.steps == Some(0) {
-        return Err(InputError::new("nothing to fly: --steps is 0").into());
-    }
+    args.refuse_no_steps()?;
     let out = super::result_directory(args)?;
     let world = World::new(&scene, config.world.clone(), args.seed)?;
     let kept = args
@@ -82,7 +79,7 @@ pub(super) fn run(
         .as_deref()
         .map(|kept| keep::open(kept, &world))
         .transpose()?;
-    let planned = usize::try_from(world.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
+    let planned = args.planned(world.sweeps())?;
     let bar = progress::bar(planned as u64, "flying");
     let keeper = Keeper::new(&world);
     let swept = |swept: &Swept<'_>| {
@@ -115,15 +112,13 @@ pub(super) fn along(
     interrupted: &AtomicBool,
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<Flown> {
-    if args.steps == Some(0) {
-        return Err(InputError::new("nothing to fly: --steps is 0").into());
-    }
+    args.refuse_no_steps()?;
     // The scene is there to compare with; the world has none.
     let scene = args.scene.as_deref().map(Scene::load).transpose()?;
     let links = GivenLinks::read(file)?;
     let out = super::result_directory(args)?;
     let world = World::along(links, config.world.clone(), args.seed)?;
-    let planned = usize::try_from(world.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
+    let planned = args.planned(world.sweeps())?;
     let bar = progress::bar(planned as u64, "flying");
     let name = file.display().to_string();
     let (log, packets) = fly_world(

@@ -26,9 +26,7 @@ pub(super) fn run(
     interrupted: &AtomicBool,
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<Flown> {
-    if args.steps == Some(0) {
-        return Err(InputError::new("nothing to fly: --steps is 0").into());
-    }
+    args.refuse_no_steps()?;
     let damage = if args.keep_going {
         Damage::counted()
     } else {
@@ -42,7 +40,7 @@ pub(super) fn run(
         keep::check_receiver(estimates, &config.receiver).map_err(|error| error.within(directory))?;
     }
     let scene = scene(args, manifest)?;
-    let planned = usize::try_from(flight.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
+    let planned = args.planned(flight.sweeps())?;
     let named = named(args, manifest, directory);
     let (header, site) = described(manifest, &config.receiver, named, planned);
     let thinned = Thinned::new(&flight, thinning);
