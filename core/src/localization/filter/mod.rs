@@ -231,11 +231,23 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.pose_of(&self.nominal)
     }
 
-    /// Pose now, carried over the history. Its covariance is that of the horizon, grown by the velocity's.
+    /// Pose now, carried over the history. Its covariance is that of the horizon, grown by the velocity's and by what the steps since
+    /// then are in doubt: motion that nobody measured is soon not known, and a path must not be judged by an attitude that was guessed.
     pub fn present(&self) -> Option<Pose> {
         let mut pose = self.pose_of(&self.head)?;
-        let dt = self.head.time_ns.saturating_sub(self.nominal.time_ns) as f32 * 1e-9;
-        pose.position_covariance_m2 += pose.velocity_covariance_m2_per_s2 * (dt * dt);
+        let since = |from_ns: u64| self.head.time_ns.saturating_sub(from_ns) as f32 * 1e-9;
+        let dt = since(self.nominal.time_ns);
+        let (mut angle, mut velocity, mut position) = (0.0, 0.0, 0.0);
+        for step in &self.history {
+            let left = since(step.increment.end_ns);
+            angle += step.angle_variance_rad2;
+            velocity += step.velocity_variance_m2_per_s2;
+            position += step.velocity_variance_m2_per_s2 * left * left;
+        }
+        let each = Matrix3::identity();
+        pose.position_covariance_m2 += pose.velocity_covariance_m2_per_s2 * (dt * dt) + each * position;
+        pose.velocity_covariance_m2_per_s2 += each * velocity;
+        pose.attitude_covariance_rad2 += each * angle;
         Some(pose)
     }
 

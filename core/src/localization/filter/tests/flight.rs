@@ -1,12 +1,13 @@
 //! The whole filter on a made-up flight: start, lateness, faults of the inertial sensor, the clock, the beacon, numbers that
 //! are none.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::super::*;
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::geometry::{Gmt, World};
 use crate::localization::ImuIncrement;
+use crate::localization::imu::{ImuStep, Motion};
 
 pub(super) const STEP_NS: u64 = 10_000_000;
 pub(super) const SWEEP_NS: u64 = 500_000_000;
@@ -303,6 +304,42 @@ fn missing_inertial_data_are_bridged_and_flagged() {
     }
     assert!(flagged && !filter.health().is_degraded(), "{:?}", filter.health());
     assert!(error_m(&filter) < 0.1);
+}
+
+#[test]
+fn what_is_guessed_since_the_horizon_is_in_the_doubt_of_the_present() {
+    let mut filter = flown(6_000_000_000, 0, |_, _, _| ());
+    let known = filter.present().expect("running");
+    let (angle_variance_rad2, velocity_variance_m2_per_s2) = (0.01, 0.04);
+    let guessed = ImuStep {
+        increment: increment(6_000_000_000),
+        motion: Motion::Coasting,
+        angle_variance_rad2,
+        velocity_variance_m2_per_s2,
+    };
+    filter.step(&guessed);
+    let present = filter.present().expect("running");
+    let grown = [
+        present.attitude_covariance_rad2 - known.attitude_covariance_rad2,
+        present.velocity_covariance_m2_per_s2 - known.velocity_covariance_m2_per_s2,
+    ];
+    for (grown, each) in grown.iter().zip([angle_variance_rad2, velocity_variance_m2_per_s2]) {
+        assert!((grown - Matrix3::identity() * each).norm() < 1e-3 * each, "{grown}");
+    }
+    // Once the horizon has come this far, it says the same.
+    let time_ns = guessed.increment.end_ns;
+    let mut silent = measurement(time_ns, path(time_ns));
+    silent.line_of_sight = None;
+    let _ = filter.sweep(&silent);
+    let reached = filter.pose().expect("running");
+    assert_eq!(reached.time_ns, present.time_ns);
+    let traces = [&present, &reached].map(|pose| {
+        let (attitude, velocity) = (pose.attitude_covariance_rad2, pose.velocity_covariance_m2_per_s2);
+        [attitude.trace(), velocity.trace()]
+    });
+    for (early, late) in traces[0].iter().zip(traces[1]) {
+        assert!((early / late - 1.0).abs() < 0.1, "{traces:?}");
+    }
 }
 
 #[test]
