@@ -5,6 +5,7 @@ use std::str::FromStr;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use cslam_core::localization::filter::DELAY_PERIOD_M;
+use cslam_core::ltd::EstimatedPath;
 use cslam_firmware::app::Estimated;
 
 use crate::evaluation::matching::{MatchGates, matches};
@@ -41,7 +42,7 @@ impl FromStr for Span {
 /// What is left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thinning {
-    /// Sweeps that begin in these spans lose the path that is the line of sight in truth.
+    /// Sweeps that begin in these spans lose every path that is within the gates of matching of the line of sight in truth.
     pub without_sight: Vec<Span>,
     /// Probability with which each path is kept, 0 to 1.
     pub share: f64,
@@ -119,10 +120,10 @@ impl<'s, S: Source> Thinned<'s, S> {
                 );
                 return Err(InputError::new(message));
             };
-            if let Some(index) = line_of_sight(estimated, truth)
-                && std::mem::replace(&mut keeps[index], false)
-            {
-                self.lines_of_sight.fetch_add(1, Ordering::Relaxed);
+            for (kept, is_one) in keeps.iter_mut().zip(lines_of_sight(estimated, truth)) {
+                if is_one && std::mem::replace(kept, false) {
+                    self.lines_of_sight.fetch_add(1, Ordering::Relaxed);
+                }
             }
         }
         keep(estimated, &keeps);
@@ -130,30 +131,25 @@ impl<'s, S: Source> Thinned<'s, S> {
     }
 }
 
-/// Index of the path that is the line of sight in truth.
-fn line_of_sight(estimated: &Estimated, (pose, link): &(PoseTruth, Link)) -> Option<usize> {
-    let measured: Vec<MeasuredPath> = estimated
-        .paths
-        .iter()
-        .map(|path| MeasuredPath {
+/// Which paths are the line of sight in truth, each by itself: its images, by errors of the arrays, and a ground bounce that is one path with
+/// it would show the GMT as well.
+fn lines_of_sight(estimated: &Estimated, (pose, link): &(PoseTruth, Link)) -> Vec<bool> {
+    let mut alone = link.clone();
+    alone.paths.retain(|path| path.is_line_of_sight());
+    let is_one = |path: &EstimatedPath| {
+        let measured = MeasuredPath {
             c_tau_m: f64::from(path.path.c_tau_m),
             aoa_zenith_rad: f64::from(path.path.aoa.zenith_rad()),
             aoa_azimuth_rad: f64::from(path.path.aoa.azimuth_rad()),
             snr_db: None,
             first_order_probability: None,
             verdict: String::new(),
-        })
-        .collect();
-    let matches = matches(
-        &measured,
-        link,
-        pose,
-        &MatchGates::default(),
-        Some(DELAY_PERIOD_M),
-    );
-    matches
-        .iter()
-        .position(|found| found.is_some_and(|of_link| link.paths[of_link].is_line_of_sight()))
+        };
+        let gates = MatchGates::default();
+        let found = matches(&[measured], &alone, pose, &gates, Some(DELAY_PERIOD_M));
+        found.iter().any(Option::is_some)
+    };
+    estimated.paths.iter().map(is_one).collect()
 }
 
 /// Leaves out the paths that are not kept. The bearing stays with its path.

@@ -9,7 +9,7 @@ const HEADING: &str = "Leaving out paths (recordings of --keep-paths)";
 /// What to leave out.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub(super) struct LeftOut {
-    /// Leave out the path that is the line of sight in truth, in sweeps that begin from FROM to before TO, s of the UAV's clock: an
+    /// Leave out every path within 1 m and 3 degrees of the true line of sight, in sweeps that begin from FROM to before TO, s of the UAV's clock: an
     /// outage. May be given several times; wants the truth beside the paths
     #[arg(long, value_name = "FROM..TO", requires = "recording", help_heading = HEADING)]
     without_sight: Vec<Span>,
