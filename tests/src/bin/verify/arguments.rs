@@ -4,17 +4,17 @@ use crate::stages::{STAGES, Stage};
 
 /// Text of `--help`.
 pub(crate) const HELP: &str = "\
-Runs every check of this workspace and ends with a line per stage.
+Runs every check of this workspace, two at a time, and ends with a line per stage.
 
 Usage: cargo verify [--only STAGE]... [--list] [--help]
 
-  --only STAGE   run this stage and no other (may be repeated; set-up stages too must be named)
+  --only STAGE   run this stage and no other (may be repeated; set-up stages too must be named); one by itself prints what it does
   --list         print the stages and what they do
   --help         print this
 
 The first stages install what is missing: the compiler's targets and components with rustup, QEMU, chromium and node with
 apt-get, the log decoder with cargo install, Python packages with pip, JavaScript packages with npm. Nothing is skipped:
-a stage that cannot run has failed.
+a stage that cannot run has failed. What a stage prints is in target/verify/STAGE.log; where it fails, on the terminal too.
 Exit code: 0 when every stage has passed, 1 when one has not, 2 for a wrong argument.
 ";
 

@@ -1,10 +1,11 @@
 //! Every check there is, in one command: `cargo verify`.
 //!
-//! Sets up what the checks need, runs them in order, and ends with a line per stage. A stage that could not run has
+//! Sets up what the checks need, runs them two at a time, and ends with a line per stage. A stage that could not run has
 //! failed: there is no skipping. See `cargo verify --help`.
 
 mod arguments;
 mod command;
+mod lanes;
 mod report;
 mod setup;
 mod stages;
@@ -40,16 +41,22 @@ fn main() -> ExitCode {
         eprintln!("verify: cannot enter {}: {error}", root().display());
         return ExitCode::FAILURE;
     }
-    let mut report = Report::default();
-    for stage in chosen {
-        println!("\n== {}: {}", stage.name, stage.what);
-        let started = Instant::now();
-        let outcome = run(stage, &report);
-        if let Outcome::Failed(reason) = &outcome {
-            println!("== {} FAILED: {reason}", stage.name);
+    let report = match chosen[..] {
+        // One by itself is watched.
+        [stage] => {
+            let (mut report, started) = (Report::new(&[stage]), Instant::now());
+            let outcome = run(stage);
+            report.add(stage.name, outcome, started.elapsed());
+            report
         }
-        report.add(stage.name, outcome, started.elapsed());
-    }
+        _ => match lanes::run_all(&chosen) {
+            Ok(report) => report,
+            Err(error) => {
+                eprintln!("verify: the stages cannot be started: {error}");
+                return ExitCode::FAILURE;
+            }
+        },
+    };
     print!("\n{report}");
     if report.passed() {
         ExitCode::SUCCESS
@@ -58,18 +65,19 @@ fn main() -> ExitCode {
     }
 }
 
-/// Runs a stage, unless one that it needs has failed: then it cannot pass.
-fn run(stage: &Stage, report: &Report) -> Outcome {
-    if let Some(missing) = stage.needs.iter().find(|name| report.has_failed(name)) {
-        return Outcome::Failed(format!("could not run: it needs {missing}"));
-    }
+/// Runs a stage here and now, its output passed on.
+fn run(stage: &Stage) -> Outcome {
+    println!("== {}: {}", stage.name, stage.what);
     let result = match stage.work {
         Work::SetUp(set_up) => set_up(),
         Work::Steps(steps) => steps.iter().try_for_each(command::run),
     };
     match result {
         Ok(()) => Outcome::Passed,
-        Err(reason) => Outcome::Failed(reason),
+        Err(reason) => {
+            println!("== {} FAILED: {reason}", stage.name);
+            Outcome::Failed(reason)
+        }
     }
 }
 

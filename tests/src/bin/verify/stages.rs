@@ -10,7 +10,17 @@ pub(crate) struct Stage {
     pub(crate) what: &'static str,
     /// Stages without which it cannot run. When one of them is not asked for, it is taken to be in order.
     pub(crate) needs: &'static [&'static str],
+    pub(crate) lane: Lane,
     pub(crate) work: Work,
+}
+
+/// What runs beside what: a lane has one stage at a time, and the two have their own folders of builds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Lane {
+    /// Builds of the profiles dev and test.
+    Unoptimised,
+    /// Set-up, and builds of the other profiles.
+    Optimised,
 }
 
 /// What a stage does.
@@ -58,60 +68,70 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "toolchain",
         what: "the chips' targets, rustfmt and clippy are there, or rustup adds them",
         needs: &[],
+        lane: Lane::Optimised,
         work: Work::SetUp(setup::toolchain),
     },
     Stage {
         name: "qemu",
         what: "qemu-system-arm is there, or the package manager installs it",
         needs: &[],
+        lane: Lane::Optimised,
         work: Work::SetUp(setup::qemu),
     },
     Stage {
         name: "defmt-print",
         what: "the decoder of the chip's log is there, or cargo installs it",
         needs: &["toolchain"],
+        lane: Lane::Optimised,
         work: Work::SetUp(setup::defmt_print),
     },
     Stage {
         name: "python",
         what: "evo, Open3D, plyfile, pymavlink and the mcap reader load, or pip installs them under target/",
         needs: &[],
+        lane: Lane::Optimised,
         work: Work::SetUp(setup::python),
     },
     Stage {
         name: "browser",
         what: "chromium is there, or the package manager installs it",
         needs: &[],
+        lane: Lane::Optimised,
         work: Work::SetUp(setup::browser),
     },
     Stage {
         name: "node",
         what: "node and npm are there, the browser's driver is installed under target/, three.js is what its sources give",
         needs: &[],
+        lane: Lane::Optimised,
         work: Work::SetUp(setup::node),
     },
     Stage {
         name: "c-compiler",
         what: "cc and c++ are there, or the package manager installs them",
         needs: &[],
+        lane: Lane::Optimised,
         work: Work::SetUp(setup::c_compiler),
     },
     Stage {
         name: "chip-c-compiler",
         what: "arm-none-eabi-gcc with newlib is there, or the package manager installs it",
         needs: &[],
+        lane: Lane::Optimised,
         work: Work::SetUp(setup::chip_c_compiler),
     },
     Stage {
         name: "fmt",
         what: "every file is formatted",
         needs: &["toolchain"],
+        lane: Lane::Unoptimised,
         work: Work::Steps(&[step(&["fmt", "--all", "--check"])]),
     },
     Stage {
         name: "clippy-host",
         what: "no warning in any target on the host",
         needs: &["toolchain"],
+        lane: Lane::Unoptimised,
         work: Work::Steps(&[
             step(&[
                 "clippy",
@@ -136,6 +156,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "clippy-chip",
         what: "no warning in what is built for the chip",
         needs: &["toolchain"],
+        lane: Lane::Unoptimised,
         work: Work::Steps(&[
             step(&[
                 "clippy",
@@ -170,6 +191,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "test",
         what: "every test and doctest on the host",
         needs: &["toolchain"],
+        lane: Lane::Unoptimised,
         work: Work::Steps(&[step(&[
             "test",
             "--locked",
@@ -182,6 +204,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "telemetry",
         what: "a point of the outdoor flight costs the ground link less than 8 bytes, everything included",
         needs: &["toolchain"],
+        lane: Lane::Optimised,
         work: Work::Steps(&[step(&[
             "run",
             "--release",
@@ -199,6 +222,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "accuracy",
         what: "path estimation gives the committed figures, byte for byte, and every figure asked for is reached",
         needs: &["toolchain"],
+        lane: Lane::Optimised,
         work: Work::Steps(&[step(&[
             "run",
             "--release",
@@ -214,6 +238,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "doc",
         what: "the documentation builds without a warning",
         needs: &["toolchain"],
+        lane: Lane::Unoptimised,
         work: Work::Steps(&[
             docs(&["doc", "--locked", "--workspace", "--no-deps"]),
             docs(&[
@@ -231,6 +256,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "core-targets",
         what: "the core builds for 32- and 64-bit processors with and without DSP instructions and floating point, and with defmt",
         needs: &["toolchain"],
+        lane: Lane::Unoptimised,
         // Built, not checked: only then are the kernels in assembly assembled, where the target has any. Not optimised:
         // how fast the code is, is asked of the images.
         work: Work::Steps(&[
@@ -263,6 +289,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "firmware",
         what: "the image for the emulated board links; two boards, and a board for the host, are refused",
         needs: &["toolchain"],
+        lane: Lane::Optimised,
         work: Work::Steps(&[
             step(&[
                 "build",
@@ -292,6 +319,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "h743",
         what: "the image for the STM32H743 links, fits the budgets and lies where it should; committed sizes",
         needs: &["toolchain"],
+        lane: Lane::Unoptimised,
         work: Work::Steps(&[step(&[
             "test",
             "--locked",
@@ -306,6 +334,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "panic-free",
         what: "the flight path links for the STM32H743, and for Armv8-M, without a reachable panic",
         needs: &["toolchain"],
+        lane: Lane::Optimised,
         work: Work::Steps(&[
             step(&[
                 "build",
@@ -331,6 +360,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "loop",
         what: "the emulated Cortex-M7 flies a minute in the loop with the world: bytes of the host, budgets, committed counts",
         needs: &["toolchain", "qemu", "defmt-print", "firmware"],
+        lane: Lane::Optimised,
         work: Work::Steps(&[step(&[
             "run",
             "--release",
@@ -348,6 +378,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "emulated",
         what: "panics, faults, hangs and overflows on the emulated Cortex-M7 leave a record, and its exit codes say how a run ended",
         needs: &["toolchain", "qemu", "defmt-print", "firmware"],
+        lane: Lane::Unoptimised,
         work: Work::Steps(&[step(&[
             "test",
             "--locked",
@@ -362,6 +393,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "outputs",
         what: "the tools of the field read a flight's files and agree with its report; a browser draws the page; a recording by NumPy flies",
         needs: &["toolchain", "python", "browser"],
+        lane: Lane::Unoptimised,
         work: Work::Steps(&[step(&[
             "test",
             "--locked",
@@ -374,6 +406,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "ground",
         what: "the ground station's page in a browser while UAVs fly, its MAVLink by pymavlink, 100 UAVs at full rate",
         needs: &["toolchain", "python", "browser", "node"],
+        lane: Lane::Unoptimised,
         work: Work::Steps(&[
             step(&[
                 "test",
@@ -401,6 +434,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "uplink",
         what: "ten million hostile packets against the receiver in flight: none taken, pose and clock unmoved",
         needs: &["toolchain"],
+        lane: Lane::Optimised,
         work: Work::Steps(&[step(&[
             "run",
             "--release",
@@ -416,6 +450,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "publish",
         what: "the core could be published: it builds from its package alone (needs the index of the package registry)",
         needs: &["toolchain"],
+        lane: Lane::Optimised,
         work: Work::Steps(&[step(&[
             "publish",
             "--dry-run",
@@ -428,6 +463,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "capi",
         what: "cslam.h is what its sources give; C, Rust and the command print the same paths; a million wrong calls under sanitizers",
         needs: &["toolchain", "c-compiler"],
+        lane: Lane::Optimised,
         work: Work::Steps(&[step(&[
             "test",
             "--locked",
@@ -443,6 +479,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "capi-chip",
         what: "the C examples print the same paths on the emulated Cortex-M7",
         needs: &["toolchain", "qemu", "chip-c-compiler"],
+        lane: Lane::Optimised,
         work: Work::Steps(&[step(&[
             "test",
             "--locked",
@@ -458,12 +495,14 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "own-python",
         what: "pip builds the Python package and installs it under target/",
         needs: &["toolchain"],
+        lane: Lane::Optimised,
         work: Work::SetUp(setup::own_python),
     },
     Stage {
         name: "python-package",
         what: "the Python package passes its tests, and prints and flies what the command does",
         needs: &["own-python"],
+        lane: Lane::Optimised,
         work: Work::Steps(&[step(&[
             "test",
             "--locked",
@@ -480,6 +519,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "kernels",
         what: "kernels, whole sweeps and networks on the emulated Cortex-M7: bits of the host, committed counts; on a Cortex-M4F and a Cortex-M55 the bits",
         needs: &["toolchain", "qemu", "defmt-print", "firmware"],
+        lane: Lane::Unoptimised,
         work: Work::Steps(&[step(&[
             "test",
             "--locked",
@@ -495,6 +535,7 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "flight",
         what: "a minute of flight through localization on the emulated Cortex-M7: bits of the host, committed counts",
         needs: &["toolchain", "qemu", "defmt-print", "firmware"],
+        lane: Lane::Unoptimised,
         work: Work::Steps(&[step(&[
             "test",
             "--locked",
