@@ -29,6 +29,7 @@ pub mod localization;
 pub mod lscn;
 pub mod measurement;
 pub mod movers;
+pub mod npy;
 pub mod path_flight;
 pub mod paths;
 pub mod progress;

@@ -555,7 +555,7 @@ fn data_sets() {
     column
         .set_len(limits::DATASET_COLUMN.bytes + 1)
         .expect("a sparse file");
-    let index = cslam_host_sim::lscn::npy::encode::<u64>(&[], None);
+    let index = cslam_host_sim::npy::encode::<u64>(&[], None);
     fs::write(shard.join("index.npy"), index).expect("written");
     let message = refused(folder.path(), train);
     assert!(message.contains("has more than 2147483648 bytes"), "{message}");

@@ -4,8 +4,10 @@
 //! is killed while writing leaves the files of the run before.
 
 mod clouds;
+mod columns;
 pub mod ply;
 pub(crate) mod recording;
+mod ros2;
 mod tum;
 
 use std::fs::{self, File};
@@ -13,6 +15,8 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use anyhow::Context;
+use clap::ValueEnum;
+use cslam_core::localization::ImuSample;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
@@ -36,6 +40,27 @@ pub struct Outputs<'a> {
     pub report: &'a Report,
     /// Every byte that went to the ground.
     pub packets: &'a [u8],
+    /// What the inertial sensor said, as far as it is wanted.
+    pub imu: &'a [ImuSample],
+}
+
+/// A further form of the same flight, for other programs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Export {
+    /// flight.npz: columns for NumPy
+    Npz,
+    /// flight.ros2.mcap: messages of ROS 2 (Odometry, PointCloud2, Imu, tf2)
+    Ros2,
+}
+
+impl Export {
+    /// Name of its file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Npz => "flight.npz",
+            Self::Ros2 => "flight.ros2.mcap",
+        }
+    }
 }
 
 /// What every `report.json` has.
@@ -56,7 +81,13 @@ impl Outputs<'_> {
         what: "flight",
         description: "report.json",
         describes: |text| serde_json::from_str::<Described>(text).is_ok(),
-        writes: |name| Self::NAMES.contains(&name.strip_suffix(".part").unwrap_or(name)),
+        writes: |name| {
+            let name = name.strip_suffix(".part").unwrap_or(name);
+            Self::NAMES.contains(&name)
+                || Export::value_variants()
+                    .iter()
+                    .any(|export| export.name() == name)
+        },
     };
 
     /// Names of the files that [`write`](Self::write) makes.
@@ -72,11 +103,11 @@ impl Outputs<'_> {
         "report.html",
     ];
 
-    /// Writes all files into `out`, which must exist.
+    /// Writes all files into `out`, which must exist, and these further ones.
     ///
     /// # Errors
     /// When a file cannot be written, naming it.
-    pub fn write(&self, out: &Path, encoding: Encoding) -> anyhow::Result<()> {
+    pub fn write(&self, out: &Path, encoding: Encoding, exports: &[Export]) -> anyhow::Result<()> {
         let log = self.log;
         file(out, "map.ply", |f| clouds::map(f, encoding, log))?;
         file(out, "points.ply", |f| clouds::points(f, encoding, log))?;
@@ -85,6 +116,12 @@ impl Outputs<'_> {
         file(out, "truth.tum", |f| tum::truth(f, log))?;
         file(out, "packets.bin", |f| f.write_all(self.packets))?;
         file(out, "flight.mcap", |f| recording::write(f, self))?;
+        for export in exports {
+            file(out, export.name(), |f| match export {
+                Export::Npz => columns::write(f, self),
+                Export::Ros2 => ros2::write(f, self),
+            })?;
+        }
         file(out, "report.json", |f| {
             serde_json::to_writer_pretty(&mut *f, self.report)?;
             writeln!(f)

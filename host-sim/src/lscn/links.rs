@@ -4,8 +4,8 @@
 
 use std::path::Path;
 
-use super::npy;
 use crate::input::InputError;
+use crate::npy;
 use crate::tracer::TracedPath;
 
 /// Most paths that a link keeps, the strongest ones: the paper's largest K.

@@ -13,7 +13,6 @@ pub mod float_model;
 pub mod judge;
 pub mod links;
 pub mod model_file;
-pub mod npy;
 pub mod protocol;
 pub mod quantise;
 mod safetensors_file;

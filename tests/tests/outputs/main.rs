@@ -18,8 +18,8 @@ use cslam_core::geometry::{Matrix3, Position, Vector3};
 use cslam_core::map::PointCloud;
 use cslam_core::reflection::ReflectionPoint;
 use cslam_host_sim::evaluation::evaluate;
-use cslam_host_sim::flight_files::Outputs;
 use cslam_host_sim::flight_files::ply::Encoding;
+use cslam_host_sim::flight_files::{Export, Outputs};
 use cslam_host_sim::flight_log::{FlightLog, MapVoxel};
 use cslam_host_sim::report::Report;
 use cslam_host_sim::scene::Scene;
@@ -34,8 +34,11 @@ fn write(log: &mut FlightLog, scene: &Scene, out: &Path, encoding: Encoding) -> 
         evaluation: &evaluation,
         report: &report,
         packets: &[1, 2, 3],
+        imu: &synthetic::imu(log),
     };
-    outputs.write(out, encoding).expect("a directory to write to");
+    outputs
+        .write(out, encoding, &[Export::Npz, Export::Ros2])
+        .expect("a directory to write to");
     report
 }
 

@@ -3,6 +3,7 @@
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction, Matrix3, Position, Rotation, Vector3};
+use cslam_core::localization::ImuSample;
 use cslam_core::map::PointCloud;
 use cslam_core::path::{Departure, Path, diagonal_covariance};
 use cslam_core::reflection::{Ends, Form, Gates, Verdict, solve};
@@ -303,4 +304,16 @@ fn innovations(los: bool, stream: &mut Stream) -> Vec<Innovation> {
         }
     };
     kinds.iter().map(&mut draw).collect()
+}
+
+/// An inertial sensor that hovers, ten times a second for as long as there are poses, its rate the number of the sample.
+pub(crate) fn imu(log: &FlightLog) -> Vec<ImuSample> {
+    let end_s = log.poses.last().map_or(0.0, |pose| pose.time_s);
+    (0..=(end_s * 10.0) as u16)
+        .map(|number| ImuSample {
+            time_ns: u64::from(number) * 100_000_000,
+            rate_rad_per_s: Vector3::new(f32::from(number), 0.0, 0.0),
+            specific_force_m_per_s2: Vector3::new(0.0, 0.0, 9.81),
+        })
+        .collect()
 }

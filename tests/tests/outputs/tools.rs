@@ -1,4 +1,4 @@
-//! evo, Open3D, plyfile and the mcap reader load the files, and their figures are the report's.
+//! evo, Open3D, plyfile, NumPy and readers of MCAP and of ROS 2 load the files, and their figures are the report's.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,8 +13,8 @@ fn python() -> PathBuf {
     cslam_tests::root().join("target/verify-python/bin/python")
 }
 
-fn check(directory: &Path) {
-    let script = cslam_tests::root().join("tests/tools/check_outputs.py");
+fn check(script: &str, directory: &Path) {
+    let script = cslam_tests::root().join("tests/tools").join(script);
     let output = Command::new(python())
         .arg(script)
         .arg(directory)
@@ -36,6 +36,7 @@ fn the_tools_of_the_field_read_a_flight_and_agree() {
     for (mut log, encoding) in [(log.clone(), Encoding::Binary), (cut(&log, 31), Encoding::Ascii)] {
         let directory = tempfile::tempdir().expect("a directory");
         write(&mut log, &scene, directory.path(), encoding);
-        check(directory.path());
+        check("check_outputs.py", directory.path());
+        check("check_exports.py", directory.path());
     }
 }

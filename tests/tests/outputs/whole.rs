@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use cslam_host_sim::flight_files::Outputs;
 use cslam_host_sim::flight_files::ply::Encoding;
+use cslam_host_sim::flight_files::{Export, Outputs};
 use cslam_host_sim::scene::Scene;
 
 use crate::{cut, synthetic, write};
@@ -73,7 +73,8 @@ fn a_flight_cut_anywhere_leaves_whole_files() {
         let out = directory.path();
         let report = write(&mut log, &scene, out, Encoding::Binary);
         assert_eq!((report.sweeps, report.interrupted), (sweeps, sweeps < 24));
-        for name in Outputs::NAMES {
+        let exports = [Export::Npz, Export::Ros2].map(Export::name);
+        for name in Outputs::NAMES.into_iter().chain(exports) {
             assert!(
                 out.join(name).is_file() && !out.join(format!("{name}.part")).exists(),
                 "{name}"

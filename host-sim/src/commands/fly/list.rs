@@ -77,6 +77,7 @@ pub(super) fn run(
         log,
         scene,
         packets: flight.packets,
+        imu: Vec::new(),
         out,
     })
 }

@@ -14,18 +14,21 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use clap::ValueEnum;
+use cslam_core::localization::ImuSample;
 
 use crate::config::{Config, Mode};
 use crate::evaluation::evaluate;
-use crate::flight_files::Outputs;
 use crate::flight_files::ply::Encoding;
+use crate::flight_files::{Export, Outputs};
 use crate::flight_log::FlightLog;
 use crate::input::InputError;
 use crate::interrupt;
 use crate::progress;
+use crate::raw_flight::Source;
 use crate::report::{Report, table};
 use crate::result_directory::ResultDirectory;
 use crate::scene::Scene;
+use crate::sensors::Event;
 use crate::world::Profile;
 
 /// Scene of a flight that names none.
@@ -88,6 +91,9 @@ pub(crate) struct Args {
     /// one is there; a directory with anything else in it is refused, and nothing in it is touched
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
+    /// Write the flight in further forms, too; may be given several times
+    #[arg(long, value_enum, value_name = "FORM")]
+    export: Vec<Export>,
     /// Encoding of the point clouds
     #[arg(long, value_enum, default_value_t = Ply::Ascii)]
     ply: Ply,
@@ -133,6 +139,7 @@ impl Default for Args {
             #[cfg(feature = "ground")]
             live: None,
             out: "out".into(),
+            export: Vec::new(),
             ply: Ply::Ascii,
             json: false,
         }
@@ -144,6 +151,8 @@ struct Flown {
     log: FlightLog,
     scene: Option<Scene>,
     packets: Vec<u8>,
+    /// What the inertial sensor said, when an export wants it.
+    imu: Vec<ImuSample>,
     out: ResultDirectory,
 }
 
@@ -186,7 +195,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     }
     progress::note(format_args!(
         "wrote {} to {}",
-        Outputs::NAMES.join(", "),
+        args.written().join(", "),
         args.out.display()
     ));
     #[cfg(feature = "ground")]
@@ -207,8 +216,9 @@ fn write(args: &Args, flown: &mut Flown, start: Instant) -> anyhow::Result<Repor
         evaluation: &evaluation,
         report: &report,
         packets: &flown.packets,
+        imu: &flown.imu,
     };
-    outputs.write(flown.out.path(), args.ply.into())?;
+    outputs.write(flown.out.path(), args.ply.into(), &args.export)?;
     Ok(report)
 }
 
@@ -264,6 +274,27 @@ impl Args {
             Some(0) => Err(InputError::new("nothing to fly: --steps is 0")),
             _ => Ok(()),
         }
+    }
+
+    /// Names of the files that are written.
+    fn written(&self) -> Vec<&'static str> {
+        let exports = self.export.iter().map(|export| export.name());
+        Outputs::NAMES.into_iter().chain(exports).collect()
+    }
+
+    /// What the inertial sensor said in a flight, up to its last pose; nothing when no export wants it.
+    fn imu(&self, source: &impl Source, log: &FlightLog) -> Vec<ImuSample> {
+        if self.export.is_empty() {
+            return Vec::new();
+        }
+        let end_ns = log.poses.last().map_or(0.0, |pose| pose.time_s * 1e9) as u64;
+        let events = source.events().filter(|stamped| stamped.uav_time_ns <= end_ns);
+        events
+            .filter_map(|stamped| match stamped.event {
+                Event::Imu(sample) => Some(sample.at(stamped.uav_time_ns)),
+                _ => None,
+            })
+            .collect()
     }
 
     /// Sweeps to fly of those that there are.

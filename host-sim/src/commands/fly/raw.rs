@@ -96,10 +96,12 @@ pub(super) fn run(
             keep::write(kept, &keeper, config, name, &world)?;
         }
     }
+    let imu = args.imu(&world, &log);
     Ok(Flown {
         log,
         scene: Some(scene),
         packets,
+        imu,
         out,
     })
 }
@@ -132,10 +134,12 @@ pub(super) fn along(
         sent,
     )?;
     bar.finish_and_clear();
+    let imu = args.imu(&world, &log);
     Ok(Flown {
         log,
         scene,
         packets,
+        imu,
         out,
     })
 }

@@ -75,10 +75,12 @@ pub(super) fn run(
     if let Some(sweeps) = log.counters.get(UNHEARD) {
         progress::note(format_args!("{sweeps} sweeps {UNHEARD}"));
     }
+    let imu = args.imu(&flight, &log);
     Ok(Flown {
         log,
         scene,
         packets,
+        imu,
         out,
     })
 }

@@ -133,6 +133,6 @@ fn end_of(log: &FlightLog) -> u64 {
 }
 
 /// Seconds as whole nanoseconds, rounded half up.
-fn nanoseconds(time_s: f64) -> u64 {
+pub(super) fn nanoseconds(time_s: f64) -> u64 {
     libm::floor(time_s * 1e9 + 0.5).max(0.0) as u64
 }

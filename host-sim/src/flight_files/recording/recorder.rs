@@ -17,11 +17,16 @@ pub(crate) struct Recorder<W: Write + Seek> {
 impl<W: Write + Seek> Recorder<W> {
     /// A recording without a message.
     pub(crate) fn new(out: W) -> Result<Self, mcap::McapError> {
+        Self::of_profile(out, "")
+    }
+
+    /// The same, whose messages keep the rules of a profile of MCAP.
+    pub(crate) fn of_profile(out: W, profile: &str) -> Result<Self, mcap::McapError> {
         // The library's name would carry its version, and with it change the bytes. Without seeking a chunk is written whole, never
         // first its beginning: a file that ends anywhere can be read up to there.
         let options = WriteOptions::new()
             .compression(None)
-            .profile("")
+            .profile(profile)
             .library("cslam")
             .disable_seeking(true);
         Ok(Self {
@@ -66,6 +71,19 @@ impl<W: Write + Seek> Recorder<W> {
             )
         };
         self.put(topic, "json", schema, time_ns, &bytes)
+    }
+
+    /// Writes a message of ROS 2.
+    pub(crate) fn cdr(
+        &mut self,
+        topic: &str,
+        name: &str,
+        schema: impl FnOnce() -> String,
+        time_ns: u64,
+        bytes: &[u8],
+    ) -> Result<(), mcap::McapError> {
+        let schema = || (name.to_owned(), "ros2msg".to_owned(), schema().into_bytes());
+        self.put(topic, "cdr", schema, time_ns, bytes)
     }
 
     /// Closes the chunk and gives it to the system: whatever happens then, a reader finds what was written up to here.

@@ -116,7 +116,7 @@ pub(crate) fn browser() -> Result<(), String> {
 const PYTHON: &str = "target/verify-python";
 /// The packages, and a line that loads them all.
 const REQUIREMENTS: &str = "tests/tools/requirements.txt";
-const IMPORTS: &str = "import evo, mcap, mcap_protobuf, numpy, open3d, plyfile, pymavlink, safetensors; print(f'open3d {open3d.__version__}')";
+const IMPORTS: &str = "import evo, mcap, mcap_protobuf, mcap_ros2, numpy, open3d, plyfile, pymavlink, rosbags, safetensors; print(f'open3d {open3d.__version__}')";
 
 /// The tools that read a flight's files: evo, Open3D, plyfile and the mcap reader, in an environment of their own.
 pub(crate) fn python() -> Result<(), String> {

@@ -35,7 +35,10 @@ macro_rules! element {
 }
 
 element!(f32, "<f4");
+element!(f64, "<f8");
+element!(i32, "<i4");
 element!(u8, "|u1");
+element!(u32, "<u4");
 element!(u64, "<u8");
 
 const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
@@ -48,10 +51,31 @@ pub fn encode<T: Element>(values: &[T], width: Option<usize>) -> Vec<u8> {
         Some(width) => format!("({}, {width})", values.len() / width.max(1)),
         None => format!("({},)", values.len()),
     };
-    let mut header = format!(
-        "{{'descr': '{}', 'fortran_order': False, 'shape': {shape}, }}",
-        T::DESCRIPTOR
-    );
+    let mut bytes = head(T::DESCRIPTOR, &shape);
+    values.iter().for_each(|value| value.push(&mut bytes));
+    bytes
+}
+
+/// The bytes of a column of texts, each as long as the longest.
+pub fn encode_texts(values: &[&str]) -> Vec<u8> {
+    // NumPy has no text of length zero.
+    let longest = values
+        .iter()
+        .map(|text| text.chars().count())
+        .max()
+        .unwrap_or(0)
+        .max(1);
+    let mut bytes = head(&format!("<U{longest}"), &format!("({},)", values.len()));
+    for text in values {
+        let letters = text.chars().chain(std::iter::repeat('\0')).take(longest);
+        letters.for_each(|letter| u32::from(letter).push(&mut bytes));
+    }
+    bytes
+}
+
+/// What comes before the elements.
+fn head(descriptor: &str, shape: &str) -> Vec<u8> {
+    let mut header = format!("{{'descr': '{descriptor}', 'fortran_order': False, 'shape': {shape}, }}");
     let unpadded = MAGIC.len() + 2 + header.len() + 1;
     header.extend(std::iter::repeat_n(
         ' ',
@@ -61,7 +85,6 @@ pub fn encode<T: Element>(values: &[T], width: Option<usize>) -> Vec<u8> {
     let mut bytes = MAGIC.to_vec();
     bytes.extend_from_slice(&(header.len() as u16).to_le_bytes());
     bytes.extend_from_slice(header.as_bytes());
-    values.iter().for_each(|value| value.push(&mut bytes));
     bytes
 }
 
