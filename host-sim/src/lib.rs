@@ -22,6 +22,7 @@ pub mod flight_log;
 pub mod ground;
 pub mod input;
 mod interrupt;
+pub mod kept_flight;
 pub mod library;
 pub mod link_key;
 pub mod link_traffic;

@@ -21,15 +21,33 @@ pub fn ground() -> Ground {
     }
 }
 
-/// Calls `with` with a receiver that has just been started.
+/// Our methods, as a board that was told nothing is configured.
 ///
 /// # Errors
-/// Whatever `with` says; the models that come with the program are sound.
+/// None: the models that come with the program are sound.
+pub fn board_config() -> anyhow::Result<Config<'static>> {
+    let classifier = Classifier::new(models::geometric()?, models::geometric_without_departure()?)?;
+    Ok(Config::best(LinkStates::Geometric(classifier)))
+}
+
+/// Calls `with` with a receiver of [`board_config`] that has just been started.
+///
+/// # Errors
+/// Whatever `with` says.
 pub fn with_board_receiver<R>(
     with: impl FnOnce(&mut BoardReceiver<'_>) -> anyhow::Result<R>,
 ) -> anyhow::Result<R> {
-    let classifier = Classifier::new(models::geometric()?, models::geometric_without_departure()?)?;
-    let config = Config::best(LinkStates::Geometric(classifier));
+    with_receiver(board_config()?, with)
+}
+
+/// Calls `with` with a receiver that is configured so and has just been started.
+///
+/// # Errors
+/// Whatever `with` says, or that the configuration is impossible.
+pub fn with_receiver<R>(
+    config: Config<'_>,
+    with: impl FnOnce(&mut BoardReceiver<'_>) -> anyhow::Result<R>,
+) -> anyhow::Result<R> {
     let mut estimator = Box::new(Best::new(&EstimatorConfig::default()));
     let mut squint = Box::new(config.beam_squint()?);
     let mut map = Box::new(Map::new());

@@ -24,7 +24,7 @@ use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::sensors::Event;
 use ahead::Ahead;
-pub use board::{BoardReceiver, ground, with_board_receiver};
+pub use board::{BoardReceiver, board_config, ground, with_board_receiver, with_receiver};
 pub use events::Recorder;
 pub(crate) use events::report;
 pub use frames::{FrameBytes, FrontEndLink};

@@ -71,7 +71,7 @@ impl Source for World<'_> {
             beams: heard.beams,
             squint: heard.squint,
             estimated: None,
-            truth: Some((pose(&heard.truth), heard.link)),
+            truth: Some(((&heard.truth).into(), heard.link)),
         })
     }
 
@@ -79,15 +79,17 @@ impl Source for World<'_> {
         // The clock is off by microseconds, so one correction does.
         let shown_s = uav_time_ns as f64 * 1e-9;
         let gmt_time_s = 2.0 * shown_s - self.flight().clock().reading_s(shown_s);
-        Some(pose(&self.flight().truth(gmt_time_s)))
+        Some((&self.flight().truth(gmt_time_s)).into())
     }
 }
 
-fn pose(truth: &Truth) -> PoseTruth {
-    PoseTruth {
-        position_m: truth.uav.position_m.into(),
-        quaternion_wb: truth.uav.quaternion_wb(),
-        velocity_m_per_s: truth.uav.velocity_m_per_s.into(),
-        clock_offset_s: truth.clock_offset_s,
+impl From<&Truth> for PoseTruth {
+    fn from(truth: &Truth) -> Self {
+        Self {
+            position_m: truth.uav.position_m.into(),
+            quaternion_wb: truth.uav.quaternion_wb(),
+            velocity_m_per_s: truth.uav.velocity_m_per_s.into(),
+            clock_offset_s: truth.clock_offset_s,
+        }
     }
 }

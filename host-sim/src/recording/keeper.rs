@@ -37,29 +37,42 @@ impl<'s, S: Source> Keeper<'s, S> {
         }
     }
 
+    /// The paths of sweeps 0, 1, 2 ... that were flown.
+    ///
+    /// # Errors
+    /// [`InputError`] naming a sweep that was left out.
+    pub fn estimated(&self) -> Result<Vec<Estimated>, InputError> {
+        let kept = self.sweeps();
+        (0..)
+            .zip(kept.iter())
+            .map(|(expected, (sweep, (estimated, _)))| {
+                if *sweep == expected {
+                    Ok(estimated.clone())
+                } else {
+                    let message = format!("sweep {expected} was not flown: the paths cannot be kept");
+                    Err(InputError::new(message))
+                }
+            })
+            .collect()
+    }
+
     /// Writes the paths of all sweeps that were flown into a directory, and their true paths where these are known; what the recording is
     /// to say of the file, and how many sweeps there are.
     ///
     /// # Errors
     /// [`InputError`] naming a sweep that was left out or cannot be kept, or a file that cannot be written.
     pub fn write(&self, directory: &Path) -> Result<(FileEntry, u32), InputError> {
-        let kept = self.sweeps();
-        let mut estimated = Vec::new();
-        let mut links = Vec::new();
-        let mut sweeps = 0;
-        for (sweep, (of_sweep, link)) in kept.iter() {
-            if *sweep != sweeps {
-                let message = format!("sweep {sweeps} was not flown: the paths cannot be kept");
-                return Err(InputError::new(message));
-            }
-            sweeps += 1;
-            estimated.push(of_sweep.clone());
-            links.extend(link.clone());
-        }
+        let estimated = self.estimated()?;
+        let links: Vec<Link> = self
+            .sweeps()
+            .values()
+            .filter_map(|(_, link)| link.clone())
+            .collect();
         // A link too few, and the others would be those of other sweeps.
         if links.len() == estimated.len() {
             write_links(directory, &links)?;
         }
+        let sweeps = u32::try_from(estimated.len()).unwrap_or(u32::MAX);
         Ok((write_estimated(directory, &estimated)?, sweeps))
     }
 }

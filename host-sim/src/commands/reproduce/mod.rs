@@ -11,6 +11,7 @@ mod localization;
 mod lscn;
 mod map_plot;
 mod maps;
+mod outages;
 mod pattern;
 mod points;
 mod selected;
@@ -65,6 +66,11 @@ enum What {
     /// Flies through each scene with every error of the budget but those of the pose, estimates, classifies, solves and maps as
     /// each mode does, and compares with the truth. Writes the maps as point clouds and as plots.
     Maps(maps::Args),
+    /// Planned outages: the line of sight is taken out of flights that have it, and the pose is looked at where it comes back
+    ///
+    /// Flights from raw samples; their paths are flown again with each outage, by the receiver, without each of its aids in turn, and by the
+    /// paper's HPC. docs/localization.md holds the table.
+    Outages(outages::Args),
     /// Beam patterns of the arrays at both ends, and of beam squint, as tables and a plot
     ///
     /// Transmit beams of the GMT in azimuth and elevation, directivity of the UAV's arrays, and where the subcarriers of a squint
@@ -98,6 +104,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         What::Link(args) => link::run(args),
         What::Lscn(args) => lscn::run(args),
         What::Maps(args) => maps::run(args),
+        What::Outages(args) => outages::run(args),
         What::Pattern(args) => pattern::run(args),
         What::Points(args) => points::run(args),
         What::Telemetry(args) => telemetry::run(args),

@@ -323,8 +323,14 @@ fn what_is_guessed_since_the_horizon_is_in_the_doubt_of_the_present() {
         present.attitude_covariance_rad2 - known.attitude_covariance_rad2,
         present.velocity_covariance_m2_per_s2 - known.velocity_covariance_m2_per_s2,
     ];
-    for (grown, each) in grown.iter().zip([angle_variance_rad2, velocity_variance_m2_per_s2]) {
-        assert!((grown - Matrix3::identity() * each).norm() < 1e-3 * each, "{grown}");
+    for (grown, each) in grown
+        .iter()
+        .zip([angle_variance_rad2, velocity_variance_m2_per_s2])
+    {
+        assert!(
+            (grown - Matrix3::identity() * each).norm() < 1e-3 * each,
+            "{grown}"
+        );
     }
     // Once the horizon has come this far, it says the same.
     let time_ns = guessed.increment.end_ns;

@@ -1,0 +1,67 @@
+//! A world whose sweeps have been estimated already, with sensors of another one.
+
+use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
+use cslam_firmware::app::Estimated;
+
+use crate::flight_log::PoseTruth;
+use crate::input::InputError;
+use crate::raw_flight::{Given, Source};
+use crate::sensors::Stamped;
+use crate::world::World;
+
+/// The events of `faulty`, the paths of `sound`: worlds that differ in the faults of their sensors only.
+#[derive(Debug)]
+pub(super) struct Again<'a> {
+    /// The world in which the paths were estimated.
+    pub(super) sound: &'a World<'a>,
+    /// The world that is flown.
+    pub(super) faulty: &'a World<'a>,
+    /// Of sweeps 0, 1, 2 ...
+    pub(super) estimated: &'a [Estimated],
+}
+
+impl Source for Again<'_> {
+    fn sweeps(&self) -> u32 {
+        u32::try_from(self.estimated.len()).unwrap_or(u32::MAX)
+    }
+
+    fn events(&self) -> Box<dyn Iterator<Item = Stamped> + '_> {
+        Box::new(self.faulty.flight().events())
+    }
+
+    fn sweep(&self, sweep: u32) -> Result<Given, InputError> {
+        let [sound, faulty] = [self.sound, self.faulty].map(|world| world.flight().sweep_truth(sweep));
+        // All delays are read on the UAV's clock.
+        let later_m = (faulty.clock_offset_s - sound.clock_offset_s) * SPEED_OF_LIGHT_M_PER_S;
+        let estimated = self.estimated.get(sweep as usize).cloned().map(|estimated| {
+            if later_m == 0.0 {
+                estimated
+            } else {
+                later(estimated, later_m as f32)
+            }
+        });
+        let link = self.faulty.link(&faulty);
+        Ok(Given {
+            estimated,
+            truth: Some((PoseTruth::from(&faulty), link)),
+            ..Given::default()
+        })
+    }
+
+    fn truth(&self, uav_time_ns: u64) -> Option<PoseTruth> {
+        self.faulty.truth(uav_time_ns)
+    }
+}
+
+/// A sweep whose delays are longer by this, m.
+fn later(mut estimated: Estimated, by_m: f32) -> Estimated {
+    for path in &mut estimated.paths {
+        path.path.c_tau_m += by_m;
+    }
+    if let Some((_, Ok(bearing))) = &mut estimated.sighted
+        && let Some(delay) = &mut bearing.delay
+    {
+        delay.c_tau_m += by_m;
+    }
+    estimated
+}

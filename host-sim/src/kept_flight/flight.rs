@@ -1,0 +1,146 @@
+//! A flight that is flown from its samples once and from its paths many times.
+
+use std::sync::atomic::AtomicBool;
+
+use cslam_core::cslam::Config;
+use cslam_core::localization::filter::DELAY_PERIOD_M;
+use cslam_firmware::app::Estimated;
+
+use super::again::Again;
+use crate::config::EarthField;
+use crate::flight_log::{FlightLog, Header};
+use crate::paths::LinkPath;
+use crate::raw_flight::{self, BoardReceiver, Swept, board_config, with_receiver};
+use crate::recording::{Keeper, Span, Thinned, Thinning};
+use crate::scene::Scene;
+use crate::sensors::{FaultsConfig, Truth};
+use crate::world::{World, WorldConfig};
+
+/// A flight whose paths are known.
+#[derive(Debug)]
+pub struct KeptFlight<'s> {
+    scene: &'s Scene,
+    config: WorldConfig,
+    seed: u64,
+    world: World<'s>,
+    estimated: Vec<Estimated>,
+}
+
+/// What is other than when the flight was flown from its samples.
+#[derive(Clone, Debug, Default)]
+pub struct Changes {
+    /// Faults of the sensors. Those of the configuration are gone, but for wrong fixes: these are in the samples.
+    pub faults: FaultsConfig,
+    /// Times without the path that is the line of sight.
+    pub without_sight: Vec<Span>,
+}
+
+impl<'s> KeptFlight<'s> {
+    /// Flies from samples with our methods, and keeps the paths.
+    ///
+    /// # Errors
+    /// [`crate::input::InputError`] naming a figure that is out of range, or saying that no flight was found.
+    pub fn fly(scene: &'s Scene, config: WorldConfig, seed: u64) -> anyhow::Result<Self> {
+        let world = World::new(scene, config.clone(), seed)?;
+        let receiver = board_config()?;
+        let keeper = Keeper::new(&world);
+        with_receiver(at_site(receiver, &world), |receiver| {
+            let swept = |swept: &Swept<'_>| keeper.swept(swept);
+            raw_flight::fly(&keeper, receiver, header(&world, seed), &NEVER, swept, |_, _| ())?;
+            Ok(())
+        })?;
+        let estimated = keeper.estimated()?;
+        Ok(Self {
+            scene,
+            config,
+            seed,
+            world,
+            estimated,
+        })
+    }
+
+    /// The world that the samples came from.
+    pub fn world(&self) -> &World<'s> {
+        &self.world
+    }
+
+    /// Whether there is line of sight, sweep by sweep.
+    #[must_use]
+    pub fn sights(&self) -> Vec<bool> {
+        let flight = self.world.flight();
+        let sighted = |sweep| {
+            let link = self.world.link(&flight.sweep_truth(sweep));
+            link.paths.iter().any(LinkPath::is_line_of_sight)
+        };
+        (0..self.world.sweeps()).map(sighted).collect()
+    }
+
+    /// Flies its paths with these changes and a receiver that is configured so; it learns the earth's magnetic field and the height of the
+    /// ground from the world. `swept` sees each sweep that has ended, beside the truth, `ended` the receiver at the end.
+    ///
+    /// # Errors
+    /// [`crate::input::InputError`] naming a figure of the faults that is out of range.
+    pub fn again(
+        &self,
+        changes: &Changes,
+        receiver: Config<'_>,
+        mut swept: impl FnMut(&Swept<'_>, &Truth),
+        ended: impl FnOnce(&BoardReceiver<'_>),
+    ) -> anyhow::Result<FlightLog> {
+        let mut config = self.config.clone();
+        let fix = std::mem::take(&mut config.sensors.faults.fix);
+        config.sensors.faults = FaultsConfig {
+            fix,
+            ..changes.faults.clone()
+        };
+        let world = World::new(self.scene, config, self.seed)?;
+        let again = Again {
+            sound: &self.world,
+            faulty: &world,
+            estimated: &self.estimated,
+        };
+        let thinning = Thinning {
+            without_sight: changes.without_sight.clone(),
+            ..Thinning::default()
+        };
+        let source = Thinned::new(&again, thinning);
+        with_receiver(at_site(receiver, &world), |receiver| {
+            let swept = |ended: &Swept<'_>| swept(ended, &world.flight().sweep_truth(ended.report.sweep));
+            let (log, _) = raw_flight::fly(
+                &source,
+                receiver,
+                header(&world, self.seed),
+                &NEVER,
+                swept,
+                |_, _| (),
+            )?;
+            ended(receiver);
+            Ok(log)
+        })
+    }
+}
+
+/// Nobody interrupts.
+static NEVER: AtomicBool = AtomicBool::new(false);
+
+/// A receiver that knows the field and the ground of a world.
+fn at_site<'m>(mut receiver: Config<'m>, world: &World<'_>) -> Config<'m> {
+    let earth = EarthField::from(&world.flight().config().magnetometer);
+    receiver.magnetic_field = Some(earth.config());
+    if let Some(height_m) = &mut receiver.accept.point.ground_z_m {
+        *height_m = world.ground_z_m() as f32;
+    }
+    receiver
+}
+
+fn header(world: &World<'_>, seed: u64) -> Header {
+    Header {
+        mode: "best".into(),
+        scene: String::new(),
+        world: Some(world.profile().name().to_owned()),
+        seed,
+        planned_sweeps: world.sweeps() as usize,
+        sweep_period_s: world.flight().plan().schedule().sweep_period_s,
+        delay_cycle_m: Some(DELAY_PERIOD_M),
+    }
+}
