@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use crate::commands::fly;
+use crate::commands::{fly, record as recorder};
+use crate::recording::Manifest;
 use crate::report::Report;
 
 /// Flies over the recording in `directory` as `cslam fly --recording` does, at most `steps` sweeps, until `interrupted`; the files of the
@@ -18,4 +19,21 @@ pub fn fly_recording(
     interrupted: &AtomicBool,
 ) -> anyhow::Result<Report> {
     fly::over_recording(directory, out, steps, interrupted)
+}
+
+/// Records a flight of `seed` through a scene in a world (`ideal`, `budget`, `real`), at most `sweeps` sweeps, into the directory `out`, as
+/// `cslam record` does.
+///
+/// # Errors
+/// [`crate::input::InputError`], as an [`anyhow::Error`], naming what is not known, or the file that cannot be written; an error of another
+/// kind when it was `interrupted`.
+pub fn record(
+    scene: &str,
+    world: &str,
+    seed: u64,
+    sweeps: Option<u32>,
+    out: &Path,
+    interrupted: &AtomicBool,
+) -> anyhow::Result<Manifest> {
+    recorder::flight(scene, world, seed, sweeps, out, interrupted)
 }

@@ -2,6 +2,9 @@
 //! `package/cslam`, which is Python.
 
 mod estimator;
+mod interrupted;
+mod receiver;
+mod recorded;
 mod recordings;
 mod solving;
 mod world;
@@ -28,6 +31,10 @@ fn refused(error: impl std::fmt::Display) -> PyErr {
 mod _cslam {
     #[pymodule_export]
     use super::estimator::Estimator;
+    #[pymodule_export]
+    use super::receiver::Receiver;
+    #[pymodule_export]
+    use super::recorded::{RecordedFlight, record};
     #[pymodule_export]
     use super::recordings::{fly, read_packets, read_sigmf, write_sigmf};
     #[pymodule_export]

@@ -1,9 +1,6 @@
 //! Files: samples, packets, recorded flights.
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
-use std::time::Duration;
 
 use cslam_host_sim::ground::decode::Ears;
 use cslam_host_sim::ground::keys::Trust;
@@ -14,6 +11,7 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray4};
 use pyo3::prelude::*;
 
 use crate::estimator::{arrays, blocks};
+use crate::interrupted::watched;
 use crate::{raised, refused};
 
 /// Samples, beams, exponents, codebook, position of the transmitter and of the UAV, attitude.
@@ -86,10 +84,7 @@ pub(crate) fn read_packets(
     String::from_utf8(lines).map_err(refused)
 }
 
-/// How often a flight is asked whether somebody wants it to end.
-const PATIENCE: Duration = Duration::from_millis(50);
-
-/// See `cslam.fly`. The report as JSON.
+/// See `cslam.fly`. The report as JSON. What was flown until Ctrl-C is written.
 #[pyfunction]
 pub(crate) fn fly(
     py: Python<'_>,
@@ -97,23 +92,8 @@ pub(crate) fn fly(
     out: PathBuf,
     steps: Option<usize>,
 ) -> PyResult<String> {
-    let interrupted = AtomicBool::new(false);
-    thread::scope(|scope| {
-        let flight = scope.spawn(|| library::fly_recording(&directory, &out, steps, &interrupted));
-        let mut signal = Ok(());
-        while !flight.is_finished() {
-            py.detach(|| thread::sleep(PATIENCE));
-            // Ctrl-C ends the flight, and what was flown is written.
-            if signal.is_ok() {
-                signal = py.check_signals();
-                interrupted.store(signal.is_err(), Ordering::Relaxed);
-            }
-        }
-        let report = flight
-            .join()
-            .map_err(|_| pyo3::exceptions::PyRuntimeError::new_err("the flight panicked"))?
-            .map_err(|e| raised(&e))?;
-        signal?;
-        serde_json::to_string(&report).map_err(refused)
-    })
+    let report = watched(py, |interrupted| {
+        library::fly_recording(&directory, &out, steps, interrupted)
+    })?;
+    serde_json::to_string(&report).map_err(refused)
 }

@@ -17,7 +17,12 @@ pub(crate) struct Recorded {
 pub(crate) fn cslam() -> Command {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     let program = BUILT.get_or_init(|| {
-        let files = built(&["--package=cslam-host-sim", "--bin=cslam"]);
+        // With the features that the Python package asks for: so nothing is built twice, see `RELEASE` of cslam-tests.
+        let files = built(&[
+            "--package=cslam-host-sim",
+            "--package=cslam-python",
+            "--bin=cslam",
+        ]);
         let program = files.into_iter().find(|file| file.ends_with("cslam"));
         program.expect("cslam among what cargo built")
     });

@@ -1,8 +1,9 @@
 //! `cslam record`: a flight on disk, everything the receiver is given and the truth beside it.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+use clap::ValueEnum;
 use rayon::prelude::*;
 
 use crate::config::Config;
@@ -61,6 +62,43 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         print!("{}", toml::to_string(&config)?);
         return Ok(());
     }
+    let manifest = record(args, &config, &interrupt::flag())?;
+    if args.json {
+        println!("{}", serde_json::to_string(&manifest)?);
+    }
+    Ok(())
+}
+
+/// Records a flight with nothing but these said, until `interrupted`.
+pub(crate) fn flight(
+    scene: &str,
+    world: &str,
+    seed: u64,
+    sweeps: Option<u32>,
+    out: &Path,
+    interrupted: &AtomicBool,
+) -> anyhow::Result<Manifest> {
+    let profile = Profile::from_str(world, false).map_err(|_| {
+        let names = Profile::value_variants().iter().map(|known| known.name());
+        let names = names.collect::<Vec<_>>().join(", ");
+        InputError::new(format!("world: got \"{world}\", expected one of {names}"))
+    })?;
+    let args = Args {
+        scene: scene.to_owned(),
+        config: None,
+        world: Some(profile),
+        print_config: false,
+        seed,
+        steps: sweeps,
+        duration: None,
+        no_samples: false,
+        out: out.to_owned(),
+        json: false,
+    };
+    record(&args, &Config::of(profile), interrupted)
+}
+
+fn record(args: &Args, config: &Config, interrupted: &AtomicBool) -> anyhow::Result<Manifest> {
     let scene = config.world.scene(&args.scene)?;
     let world = World::new(&scene, config.world.clone(), args.seed)?;
     if args.steps == Some(0) {
@@ -69,18 +107,15 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let sweeps = world.sweeps().min(args.steps.unwrap_or(u32::MAX));
     let manifest = Manifest {
         samples: !args.no_samples,
-        ..manifest(&config, &args.scene, &world, sweeps)
+        ..manifest(config, &args.scene, &world, sweeps)
     };
-    let manifest = write(&world, sweeps, manifest, &args.out)?;
-    if args.json {
-        println!("{}", serde_json::to_string(&manifest)?);
-    }
+    let manifest = write(&world, sweeps, manifest, &args.out, interrupted)?;
     progress::note(format_args!(
         "recorded {sweeps} sweeps of {} to {}",
         args.scene,
         args.out.display()
     ));
-    Ok(())
+    Ok(manifest)
 }
 
 /// What a recording of the first `sweeps` sweeps of a world says about itself, without samples.
@@ -97,9 +132,14 @@ pub(crate) fn manifest(config: &Config, scene: &str, world: &World<'_>, sweeps: 
     }
 }
 
-fn write(world: &World<'_>, sweeps: u32, manifest: Manifest, out: &Path) -> anyhow::Result<Manifest> {
+fn write(
+    world: &World<'_>,
+    sweeps: u32,
+    manifest: Manifest,
+    out: &Path,
+    interrupted: &AtomicBool,
+) -> anyhow::Result<Manifest> {
     let out = ResultDirectory::open(out, recording::KIND)?;
-    let interrupted = interrupt::flag();
     if manifest.samples {
         let bar = progress::bar(u64::from(sweeps), "recording");
         // Sweeps do not depend on each other. Their links come back in order whatever the threads do.

@@ -83,7 +83,7 @@ impl<'s> KeptFlight<'s> {
     pub fn again(
         &self,
         changes: &Changes,
-        receiver: Config<'_>,
+        receiver: Config<'static>,
         mut swept: impl FnMut(&Swept<'_>, &Truth),
         ended: impl FnOnce(&BoardReceiver<'_>),
     ) -> anyhow::Result<FlightLog> {
@@ -124,7 +124,7 @@ impl<'s> KeptFlight<'s> {
 static NEVER: AtomicBool = AtomicBool::new(false);
 
 /// A receiver that knows the field and the ground of a world.
-fn at_site<'m>(mut receiver: Config<'m>, world: &World<'_>) -> Config<'m> {
+fn at_site(mut receiver: Config<'static>, world: &World<'_>) -> Config<'static> {
     let earth = EarthField::from(&world.flight().config().magnetometer);
     receiver.magnetic_field = Some(earth.config());
     if let Some(height_m) = &mut receiver.accept.point.ground_z_m {

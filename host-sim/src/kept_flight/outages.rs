@@ -21,7 +21,7 @@ pub struct OutageEnd {
     pub false_sights: usize,
 }
 
-/// When an outage of `length_s` may begin, s: the first time after [`FIRST_S`] with line of sight in the last two sweeps and in most of
+/// When an outage of `length_s` may begin, s: the first time after half a minute with line of sight in the last two sweeps and in most of
 /// those before. `None` when the flight has no such time, or ends before the outage does.
 #[must_use]
 pub fn outage_start_s(flight: &KeptFlight<'_>, length_s: f64) -> Option<f64> {
@@ -45,7 +45,7 @@ pub fn outage_start_s(flight: &KeptFlight<'_>, length_s: f64) -> Option<f64> {
 /// What stops a receiver from being built.
 pub fn fly_outage(
     flight: &KeptFlight<'_>,
-    receiver: Config<'_>,
+    receiver: Config<'static>,
     start_s: f64,
     length_s: f64,
 ) -> anyhow::Result<OutageEnd> {

@@ -1,6 +1,7 @@
 //! The application as a board has it, on the host.
 
 use cslam_core::cslam::{Config, Cslam, LinkStates, Memory};
+use cslam_core::localization::bsm::BeamSquint;
 use cslam_core::localization::filter::states;
 use cslam_core::lscn::{Classifier, models};
 use cslam_core::ltd::EstimatorConfig;
@@ -45,23 +46,46 @@ pub fn with_board_receiver<R>(
 /// # Errors
 /// Whatever `with` says, or that the configuration is impossible.
 pub fn with_receiver<R>(
-    config: Config<'_>,
+    config: Config<'static>,
     with: impl FnOnce(&mut BoardReceiver<'_>) -> anyhow::Result<R>,
 ) -> anyhow::Result<R> {
-    let mut estimator = Box::new(Best::new(&EstimatorConfig::default()));
-    let mut squint = Box::new(config.beam_squint()?);
-    let mut map = Box::new(Map::new());
-    let memory = Memory {
-        estimator: &mut *estimator,
-        squint: &mut squint,
-        map: &mut map,
-    };
-    let front_end = FrontEnd::new(SoftwareCrc, SESSION);
-    let cslam = Cslam::new(config, memory);
-    with(&mut Application::new(
-        AppConfig::default(),
-        front_end,
-        ground(),
-        cslam,
-    ))
+    with(&mut BoardMemory::new(&config)?.receiver(config, ground()))
+}
+
+/// The large parts of a receiver.
+#[derive(Debug)]
+pub struct BoardMemory {
+    estimator: Box<Best>,
+    squint: Box<BeamSquint>,
+    map: Box<Map>,
+}
+
+impl BoardMemory {
+    /// Memory for a receiver that is configured so.
+    ///
+    /// # Errors
+    /// That the configuration is impossible.
+    pub fn new(config: &Config<'_>) -> anyhow::Result<Self> {
+        Ok(Self {
+            estimator: Box::new(Best::new(&EstimatorConfig::default())),
+            squint: Box::new(config.beam_squint()?),
+            map: Box::new(Map::new()),
+        })
+    }
+
+    /// A receiver that has just been started.
+    pub fn receiver<'m>(&'m mut self, config: Config<'m>, ground: Ground) -> BoardReceiver<'m> {
+        let memory = Memory {
+            estimator: &mut *self.estimator,
+            squint: &mut self.squint,
+            map: &mut self.map,
+        };
+        let front_end = FrontEnd::new(SoftwareCrc, SESSION);
+        Application::new(
+            AppConfig::default(),
+            front_end,
+            ground,
+            Cslam::new(config, memory),
+        )
+    }
 }

@@ -235,7 +235,7 @@ fn innovation(of: &cslam::Innovation) -> Innovation {
 }
 
 /// What became of a path, in words.
-fn verdict(path: &PathReport) -> String {
+pub fn verdict(path: &PathReport) -> String {
     match &path.outcome {
         Outcome::NoPose => MeasuredPath::NO_POSE.into(),
         Outcome::Unused => "not used in this mode".into(),
@@ -275,7 +275,8 @@ fn rows(matrix: &Matrix3<f32>) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| f64::from(matrix[(i, j)])))
 }
 
-fn pose_estimate(pose: &Pose, clock_offset_m: Option<f64>) -> PoseEstimate {
+/// A pose with the clock offset that the receiver makes of it, m ([`Cslam::clock_offset_m`](cslam_core::cslam::Cslam::clock_offset_m)), in SI units.
+pub fn pose_estimate(pose: &Pose, clock_offset_m: Option<f64>) -> PoseEstimate {
     let matrix = Rotation3::from_matrix_unchecked(pose.attitude.matrix().map(f64::from));
     let q = UnitQuaternion::from_rotation_matrix(&matrix);
     PoseEstimate {

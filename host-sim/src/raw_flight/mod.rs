@@ -24,11 +24,12 @@ use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::sensors::Event;
 use ahead::Ahead;
-pub use board::{BoardReceiver, board_config, ground, with_board_receiver, with_receiver};
+pub use board::{BoardMemory, BoardReceiver, board_config, ground, with_board_receiver, with_receiver};
 pub use events::Recorder;
 pub(crate) use events::report;
 pub use frames::{FrameBytes, FrontEndLink};
 use logbook::Logbook;
+pub use logbook::{pose_estimate, verdict};
 pub use shared::{Listener, Shared};
 pub use source::{Given, Source};
 
@@ -169,7 +170,8 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
                 if !enter(&mut reports, &mut hand, &mut logbook) {
                     break;
                 }
-                hear(receiver, &mut heard, sweep, at, &mut reports);
+                // A sweep that has ended is in the receiver's counters.
+                let _used = hear(receiver, &mut heard, sweep, at, &mut reports);
                 hand = Some(heard);
             }
             Event::Beacon(beacon) => logbook.beacon(beacon.position_m),
@@ -197,21 +199,22 @@ pub fn drain<'a>(downlink: &mut Downlink, packets: &'a mut Vec<u8>) -> &'a [u8] 
     &packets[before..]
 }
 
-/// Hands over all blocks of a sweep, or what was made of them.
-pub(crate) fn hear<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
+/// Hands over all blocks of a sweep, or what was made of them; whether the receiver took them: of a sweep that has ended it takes none.
+pub fn hear<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     receiver: &mut Application<'_, E, VOXELS, STATES>,
     heard: &mut Given,
     sweep: u32,
     sweep_ns: u64,
     observer: &mut impl Observer,
-) {
+) -> bool {
+    let mut used = true;
     // A sweep of which no block was there has not begun.
     if let Some(estimated) = heard
         .estimated
         .take()
         .filter(|it| it.beams > 0 || it.squint_symbols > 0)
     {
-        let _used = receiver.estimated(sweep, sweep_ns, estimated, observer);
+        used &= receiver.estimated(sweep, sweep_ns, estimated, observer);
     }
     if !heard.beams.blocks.is_empty() {
         receiver.powers(sweep, sweep_ns, &heard.beams.powers(), observer);
@@ -229,8 +232,9 @@ pub(crate) fn hear<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
             sweep_ns,
             symbol,
         };
-        let _used = receiver.capture(capture, observer);
+        used &= receiver.capture(capture, observer);
     }
+    used
 }
 
 #[cfg(test)]

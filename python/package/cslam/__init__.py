@@ -19,19 +19,32 @@ from cslam import bridge
 from cslam._cslam import __version__
 from cslam.bridge import Dropped
 from cslam.estimation import Estimator, Paths, quantize
+from cslam.events import BarometerSample, Beacon, ImuSamples, MagnetometerSample, SweepSamples, TimingExchange
 from cslam.files import Flight, Recording, fly, read_links, read_packets, read_sigmf, write_links, write_sigmf
+from cslam.receiver import Pose, Receiver, Swept
+from cslam.recorded import RecordedFlight, record
 from cslam.solving import Points, classify, solve
 from cslam.world import Link, Scene, demo, synth
 
 __all__ = [
+    "BarometerSample",
+    "Beacon",
     "Dropped",
     "Estimator",
     "Flight",
+    "ImuSamples",
     "Link",
+    "MagnetometerSample",
     "Paths",
     "Points",
+    "Pose",
+    "Receiver",
+    "RecordedFlight",
     "Recording",
     "Scene",
+    "SweepSamples",
+    "Swept",
+    "TimingExchange",
     "__version__",
     "bridge",
     "classify",
@@ -41,6 +54,7 @@ __all__ = [
     "read_links",
     "read_packets",
     "read_sigmf",
+    "record",
     "solve",
     "synth",
     "write_links",

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+#: A coordinate, rate or field beyond this is no measurement.
+MOST = 1e7
 
 
 def floats(name: str, value: Any, shape: tuple[int | None, ...]) -> Floats:
@@ -41,3 +43,37 @@ def checked(name: str, array: NDArray[Any], shape: tuple[int | None, ...]) -> ND
 def wanted(shape: tuple[int | None, ...]) -> str:
     """A shape in words."""
     return "[" + ", ".join("n" if length is None else str(length) for length in shape) + "]"
+
+
+def finite(name: str, array: Floats) -> Floats:
+    """The array, of numbers."""
+    if not (np.abs(array) < MOST).all():
+        raise ValueError(f"{name}: a number is not finite, or beyond {MOST:g}")
+    return array
+
+
+def three(name: str, value: Any) -> list[float]:
+    """A vector."""
+    return finite(name, floats(name, value, (3,))).tolist()
+
+
+def within(name: str, value: float, least: float, most: float) -> None:
+    """Refuses a number out of its range."""
+    if not least <= value <= most:
+        raise ValueError(f"{name}: got {value}, expected {least:g} to {most:g}")
+
+
+def whole(name: str, value: Any, least: int, most: int) -> int:
+    """A whole number in its range."""
+    try:
+        number = value.__index__()
+    except AttributeError:
+        raise ValueError(f"{name}: got {type(value).__name__}, expected a whole number") from None
+    if not least <= number <= most:
+        raise ValueError(f"{name}: got {number}, expected {least} to {most}")
+    return number
+
+
+def time_of(time_ns: Any) -> int:
+    """Nanoseconds of a clock."""
+    return whole("time_ns", time_ns, 0, 2**64 - 1)
