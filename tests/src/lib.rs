@@ -3,8 +3,9 @@
 pub mod cost;
 pub mod elf;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::OnceLock;
 
 /// Root of the workspace.
 pub fn root() -> &'static Path {
@@ -40,16 +41,32 @@ pub fn emulated_board(verb: &str, image: &str) -> Command {
     command
 }
 
-/// The `cslam` command, built as `cargo verify` and the users build it; its arguments follow. It may run in any directory.
+/// Arguments with which cargo builds the optimised binaries of the host, `cslam` and `fw`. The Python package is chosen with them, so that all
+/// that they stand on has the features that it asks for: whatever else is chosen beside it, pip included, builds none of it again.
+pub const RELEASE: [&str; 9] = [
+    "build",
+    "--release",
+    "--locked",
+    "-p=cslam-host-sim",
+    "-p=cslam-tests",
+    "-p=cslam-python",
+    "--features=cslam-tests/fw",
+    "--bin=cslam",
+    "--bin=fw",
+];
+
+/// The `cslam` command, built with optimisation as `cargo verify` builds it; it may run in any directory.
+///
+/// # Panics
+/// When it cannot be built: with what cargo printed.
 pub fn cslam() -> Command {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let mut command = Command::new(cargo);
-    command
-        .args(["run", "-q", "--release", "-p", "cslam-host-sim", "--bin", "cslam"])
-        .arg("--manifest-path")
-        .arg(root().join("Cargo.toml"))
-        .arg("--");
-    command
+    static BUILT: OnceLock<PathBuf> = OnceLock::new();
+    let program = BUILT.get_or_init(|| {
+        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+        printed(Command::new(cargo).current_dir(root()).args(RELEASE).arg("-q"));
+        root().join("target/release/cslam")
+    });
+    Command::new(program)
 }
 
 /// Runs a command and gives what it printed on standard output.

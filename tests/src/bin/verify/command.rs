@@ -20,10 +20,18 @@ const CLEARED: [&str; 10] = [
     "PROPTEST_CASES",
 ];
 
-/// One cargo command and what must come of it.
+/// One command and what must come of it.
 pub(crate) struct Step {
+    pub(crate) program: Program,
     pub(crate) arguments: &'static [&'static str],
     pub(crate) expect: Expect,
+}
+
+/// Which program a command runs.
+pub(crate) enum Program {
+    Cargo,
+    /// A binary that the stage `release` has built. `cargo run` would choose the features of its package alone, and build everything anew.
+    Release(&'static str),
 }
 
 /// What must come of a command.
@@ -35,11 +43,18 @@ pub(crate) enum Expect {
     Refusal(&'static str),
 }
 
-/// Runs cargo with these arguments, its output passed on.
+/// Runs a command, its output passed on.
 pub(crate) fn run(step: &Step) -> Result<(), String> {
-    let line = format!("cargo {}", step.arguments.join(" "));
+    let (name, mut command) = match step.program {
+        Program::Cargo => ("cargo".to_owned(), tool(&cargo())),
+        Program::Release(binary) => {
+            let file = format!("target/release/{binary}");
+            let command = tool(&file);
+            (file, command)
+        }
+    };
+    let line = format!("{name} {}", step.arguments.join(" "));
     println!("-- {line}");
-    let mut command = tool(&cargo());
     command.args(step.arguments);
     match step.expect {
         Expect::Success => status(&mut command, &line),

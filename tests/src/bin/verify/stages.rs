@@ -1,6 +1,6 @@
 //! The table of stages: what is checked, in which order, by which command.
 
-use crate::command::{Expect, Step};
+use crate::command::{Expect, Program, Step};
 use crate::setup;
 
 /// A stage.
@@ -31,6 +31,16 @@ pub(crate) enum Work {
 
 const fn step(arguments: &'static [&'static str]) -> Step {
     Step {
+        program: Program::Cargo,
+        arguments,
+        expect: Expect::Success,
+    }
+}
+
+/// A command of `cslam`, or of another binary of the stage `release`.
+const fn built(binary: &'static str, arguments: &'static [&'static str]) -> Step {
+    Step {
+        program: Program::Release(binary),
         arguments,
         expect: Expect::Success,
     }
@@ -38,6 +48,7 @@ const fn step(arguments: &'static [&'static str]) -> Step {
 
 const fn docs(arguments: &'static [&'static str]) -> Step {
     Step {
+        program: Program::Cargo,
         arguments,
         expect: Expect::CleanDocs,
     }
@@ -45,6 +56,7 @@ const fn docs(arguments: &'static [&'static str]) -> Step {
 
 const fn refused(arguments: &'static [&'static str], reason: &'static str) -> Step {
     Step {
+        program: Program::Cargo,
         arguments,
         expect: Expect::Refusal(reason),
     }
@@ -59,8 +71,7 @@ const EMULATED_BOARD: &str = "--features=qemu-an500";
 const ALL_BOARD: &str = "--features=qemu-an500,rivals";
 const REAL_BOARD: &str = "--features=stm32h743";
 const LINK_CHECK: &str = "--features=link-check";
-const UNOPTIMISED: &str = "--config=profile.dev.opt-level=0";
-const UNOPTIMISED_CORE: &str = "--config=profile.dev.package.cslam-core.opt-level=0";
+const UNOPTIMISED: &str = "--config=profile.release.opt-level=0";
 
 /// Every stage, in order.
 pub(crate) const STAGES: &[Stage] = &[
@@ -201,38 +212,28 @@ pub(crate) const STAGES: &[Stage] = &[
         ])]),
     },
     Stage {
-        name: "telemetry",
-        what: "a point of the outdoor flight costs the ground link less than 8 bytes, everything included",
+        name: "release",
+        what: "the command and the driver of the emulated chip build with optimisation",
         needs: &["toolchain"],
         lane: Lane::Optimised,
-        work: Work::Steps(&[step(&[
-            "run",
-            "--release",
-            "--locked",
-            "--package=cslam-host-sim",
-            "--bin=cslam",
-            "--",
-            "reproduce",
-            "telemetry",
-            "bytes",
-            "--check",
-        ])]),
+        work: Work::Steps(&[step(&cslam_tests::RELEASE)]),
+    },
+    Stage {
+        name: "telemetry",
+        what: "a point of the outdoor flight costs the ground link less than 8 bytes, everything included",
+        needs: &["release"],
+        lane: Lane::Optimised,
+        work: Work::Steps(&[built("cslam", &["reproduce", "telemetry", "bytes", "--check"])]),
     },
     Stage {
         name: "accuracy",
         what: "path estimation gives the committed figures, byte for byte, and every figure asked for is reached",
-        needs: &["toolchain"],
+        needs: &["release"],
         lane: Lane::Optimised,
-        work: Work::Steps(&[step(&[
-            "run",
-            "--release",
-            "--locked",
-            "--package=cslam-host-sim",
-            "--bin=cslam",
-            "--",
-            "accuracy",
-            "--check=host-sim/golden/accuracy.txt",
-        ])]),
+        work: Work::Steps(&[built(
+            "cslam",
+            &["accuracy", "--check=host-sim/golden/accuracy.txt"],
+        )]),
     },
     Stage {
         name: "doc",
@@ -256,15 +257,15 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "core-targets",
         what: "the core builds for 32- and 64-bit processors with and without DSP instructions and floating point, and with defmt",
         needs: &["toolchain"],
-        lane: Lane::Unoptimised,
+        lane: Lane::Optimised,
         // Built, not checked: only then are the kernels in assembly assembled, where the target has any. Not optimised:
         // how fast the code is, is asked of the images.
         work: Work::Steps(&[
             step(&[
                 "build",
                 "--locked",
+                "--release",
                 UNOPTIMISED,
-                UNOPTIMISED_CORE,
                 "-p=cslam-core",
                 "--target=thumbv6m-none-eabi",
                 "--target=thumbv7m-none-eabi",
@@ -277,8 +278,8 @@ pub(crate) const STAGES: &[Stage] = &[
             step(&[
                 "build",
                 "--locked",
+                "--release",
                 UNOPTIMISED,
-                UNOPTIMISED_CORE,
                 "-p=cslam-core",
                 THUMB,
                 "--features=defmt",
@@ -359,20 +360,16 @@ pub(crate) const STAGES: &[Stage] = &[
     Stage {
         name: "loop",
         what: "the emulated Cortex-M7 flies a minute in the loop with the world: bytes of the host, budgets, committed counts",
-        needs: &["toolchain", "qemu", "defmt-print", "firmware"],
+        needs: &["qemu", "defmt-print", "release", "firmware"],
         lane: Lane::Optimised,
-        work: Work::Steps(&[step(&[
-            "run",
-            "--release",
-            "--locked",
-            "-p=cslam-tests",
-            "--features=fw",
-            "--bin=fw",
-            "--",
-            "--seconds=60",
-            "--count",
-            "--check=tests/golden/receiver_cost.txt",
-        ])]),
+        work: Work::Steps(&[built(
+            "fw",
+            &[
+                "--seconds=60",
+                "--count",
+                "--check=tests/golden/receiver_cost.txt",
+            ],
+        )]),
     },
     Stage {
         name: "emulated",
@@ -405,7 +402,7 @@ pub(crate) const STAGES: &[Stage] = &[
     Stage {
         name: "ground",
         what: "the ground station's page in a browser while UAVs fly, its MAVLink by pymavlink, 100 UAVs at full rate",
-        needs: &["toolchain", "python", "browser", "node"],
+        needs: &["toolchain", "python", "browser", "node", "release"],
         lane: Lane::Unoptimised,
         work: Work::Steps(&[
             step(&[
@@ -417,34 +414,15 @@ pub(crate) const STAGES: &[Stage] = &[
                 "--",
                 "--nocapture",
             ]),
-            step(&[
-                "run",
-                "--release",
-                "--locked",
-                "--package=cslam-host-sim",
-                "--bin=cslam",
-                "--",
-                "bench",
-                "ground",
-                "--seconds=15",
-            ]),
+            built("cslam", &["bench", "ground", "--seconds=15"]),
         ]),
     },
     Stage {
         name: "uplink",
         what: "ten million hostile packets against the receiver in flight: none taken, pose and clock unmoved",
-        needs: &["toolchain"],
+        needs: &["release"],
         lane: Lane::Optimised,
-        work: Work::Steps(&[step(&[
-            "run",
-            "--release",
-            "--locked",
-            "--package=cslam-host-sim",
-            "--bin=cslam",
-            "--",
-            "bench",
-            "uplink",
-        ])]),
+        work: Work::Steps(&[built("cslam", &["bench", "uplink"])]),
     },
     Stage {
         name: "publish",
@@ -469,6 +447,7 @@ pub(crate) const STAGES: &[Stage] = &[
             "--locked",
             "--release",
             "-p=cslam-c",
+            "-p=cslam-python",
             "--",
             "--include-ignored",
             "--skip=python",
@@ -485,6 +464,7 @@ pub(crate) const STAGES: &[Stage] = &[
             "--locked",
             "--release",
             "-p=cslam-c",
+            "-p=cslam-python",
             "--test=programs",
             "--",
             "--ignored",
@@ -508,6 +488,7 @@ pub(crate) const STAGES: &[Stage] = &[
             "--locked",
             "--release",
             "-p=cslam-c",
+            "-p=cslam-python",
             "--test=programs",
             "--",
             "--ignored",
