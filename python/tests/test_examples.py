@@ -1,10 +1,14 @@
 """The examples, with what they import from elsewhere replaced: Sionna RT is no part of the tests."""
 
+import contextlib
+import io
+import json
 import runpy
 import sys
 import types
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 
 import cslam
@@ -70,3 +74,21 @@ def test_a_route_through_a_scene_is_a_link_a_sweep_and_can_be_flown(monkeypatch,
         # m/s, and m/s^2.
         assert np.linalg.norm(steps, axis=1).max() / 0.5 < 8
         assert np.linalg.norm(np.diff(steps, axis=0), axis=1).max() / 0.25 < 3
+
+
+def test_the_notebook_prints_what_it_shows(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    matplotlib.use("agg")
+    notebook = json.loads((EXAMPLES / "first_map.ipynb").read_text())
+    cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    assert len(cells) > 5
+    names = {}
+    for cell in cells:
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            exec("".join(cell["source"]), names)
+        shown = "".join("".join(output.get("text", "")) for output in cell["outputs"])
+        assert printed.getvalue() == shown
+        figures = names["plt"].get_fignums()
+        assert len(figures) == sum("image/png" in output.get("data", {}) for output in cell["outputs"])
+        names["plt"].close("all")
