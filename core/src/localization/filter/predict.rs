@@ -131,10 +131,25 @@ impl<T: Real, const N: usize> Filter<T, N> {
             f64::from(step.velocity_variance_m2_per_s2),
             f64::from(step.angle_variance_rad2),
         );
+        let end_ns = step.increment.end_ns;
         match step.motion {
-            Motion::Measured => self.measured(&step.increment, accel, gyro),
-            Motion::Coasting => self.coasted(step.increment.end_ns, accel, gyro),
+            Motion::Measured => {
+                // A part of the motion was guessed, as where an axis is at the end of its range: more than a second of the sensor's noise.
+                let noise = self.config.process;
+                let second = [noise.accel_m_per_s, noise.gyro_rad].map(|density| density * density);
+                if accel > second[0] || gyro > second[1] {
+                    self.inertial_trouble(end_ns);
+                }
+                self.measured(&step.increment, accel, gyro);
+            }
+            Motion::Coasting => self.coasted(end_ns, accel, gyro),
         }
+    }
+
+    /// Shows that inertial data up to this time are missing or doubtful.
+    fn inertial_trouble(&mut self, until_ns: u64) {
+        self.last_gap_ns = Some(until_ns);
+        self.health.inertial_missing = true;
     }
 
     fn measured(&mut self, increment: &ImuIncrement, extra_accel: f64, extra_gyro: f64) {
@@ -173,8 +188,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     fn coasted(&mut self, until_ns: u64, accel: f64, gyro: f64) {
         self.window.clear();
         self.level = None;
-        self.last_gap_ns = Some(until_ns);
-        self.health.inertial_missing = true;
+        self.inertial_trouble(until_ns);
         let dt = until_ns.saturating_sub(self.nominal.time_ns) as f64 * 1e-9;
         self.nominal.coast(until_ns);
         self.covariance.propagate(&Transition {

@@ -349,6 +349,41 @@ fn what_is_guessed_since_the_horizon_is_in_the_doubt_of_the_present() {
 }
 
 #[test]
+fn a_sensor_at_the_end_of_its_range_is_flagged_until_a_second_later() {
+    for (angle_variance_rad2, velocity_variance_m2_per_s2, trouble) in [
+        (0.0, 0.0, false),
+        (1e-10, 1e-9, false),
+        (1e-3, 0.0, true),
+        (0.0, 0.1, true),
+    ] {
+        let mut filter = flown(6_000_000_000, 0, |_, _, _| ());
+        filter.step(&ImuStep {
+            increment: increment(6_000_000_000),
+            motion: Motion::Measured,
+            angle_variance_rad2,
+            velocity_variance_m2_per_s2,
+        });
+        let mut flagged = heapless::Vec::<_, 8>::new();
+        fly_from(
+            &mut filter,
+            6_000_000_000 + STEP_NS,
+            8_000_000_000,
+            0,
+            |now, filter, _| {
+                flagged
+                    .push((now, filter.health().inertial_missing))
+                    .expect("four sweeps");
+            },
+        );
+        let ended = filter.health().inertial_missing;
+        // The first of them sees the horizon before the step.
+        let expected = [(6_500_000_000, false), (7_000_000_000, trouble)];
+        assert_eq!(flagged[..2], expected);
+        assert!(!ended);
+    }
+}
+
+#[test]
 fn a_lying_beacon_is_flagged_and_a_jump_not_followed() {
     // 5 m from one beacon to the next: the last possible place is kept.
     let mut flagged_at = None;
