@@ -3,11 +3,12 @@
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard};
 
-use cslam_core::cslam::{Localization, PATHS, SweepReport};
+use cslam_core::cslam::{Localization, MappedPoint, PATHS, SweepReport};
 use cslam_core::geometry::Vector3;
 use cslam_core::localization::filter::Setup;
 use cslam_core::localization::imu::MagneticField;
 use cslam_core::localization::{ImuSample, Pose};
+use cslam_core::ltd::EstimatedPath;
 use cslam_core::telemetry::{BeaconReport, Decoder, Key, MAX_FRAME, Sender, Uplink};
 use cslam_firmware::app::{Downlink, Ground, Observer};
 use cslam_host_sim::channel::Sweep;
@@ -15,7 +16,7 @@ use cslam_host_sim::flight_log::PoseEstimate;
 use cslam_host_sim::raw_flight::{
     self, BoardMemory, BoardReceiver, Given, board_config, pose_estimate, verdict,
 };
-use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray4};
+use numpy::{Element, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray4};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use self_cell::{MutBorrow, self_cell};
@@ -319,54 +320,33 @@ fn pose_columns(pose: &Pose, clock_offset_m: Option<f64>) -> PoseColumns {
     )
 }
 
+/// Numbers as an array.
+fn column<'py, T: Element>(py: Python<'py>, numbers: impl Iterator<Item = T>) -> Bound<'py, PyArray1<T>> {
+    numbers.collect::<Vec<T>>().into_pyarray(py)
+}
+
 /// A sweep: what it is, its pose, columns of its paths, columns of the points that it added, surfaces that were withdrawn.
 fn swept(py: Python<'_>, report: &SweepReport<PATHS>) -> PyResult<Py<PyAny>> {
-    let of_paths = |f: &dyn Fn(usize) -> f64| {
-        (0..report.paths.len())
-            .map(f)
-            .collect::<Vec<_>>()
-            .into_pyarray(py)
-    };
-    let estimated = |index: usize| &report.paths[index].estimated;
-    let arrivals: Vec<f64> = (0..report.paths.len())
-        .flat_map(|index| {
-            estimated(index)
-                .path
-                .aoa
-                .vector()
-                .iter()
-                .copied()
-                .map(f64::from)
-                .collect::<Vec<_>>()
-        })
-        .collect();
+    let estimated = || report.paths.iter().map(|path| &path.estimated);
+    let arrival = |path: &EstimatedPath| <[f32; 3]>::from(*path.path.aoa.vector());
     let paths = (
-        of_paths(&|index| f64::from(estimated(index).path.c_tau_m)),
-        arrivals.into_pyarray(py),
-        of_paths(&|index| f64::from(estimated(index).snr_db)),
+        column(py, estimated().map(|path| f64::from(path.path.c_tau_m))),
+        column(py, estimated().flat_map(arrival).map(f64::from)),
+        column(py, estimated().map(|path| f64::from(path.snr_db))),
         report.paths.iter().map(verdict).collect::<Vec<String>>(),
     );
-    let position: Vec<f64> = report
-        .points
-        .iter()
-        .flat_map(|mapped| mapped.point.position.to_array().map(f64::from))
-        .collect();
-    let of_points = |f: &dyn Fn(usize) -> f64| {
-        (0..report.points.len())
-            .map(f)
-            .collect::<Vec<_>>()
-            .into_pyarray(py)
-    };
-    let surface: Vec<i32> = report
-        .points
-        .iter()
-        .map(|mapped| mapped.surface.map_or(-1, i32::from))
-        .collect();
+    let points = report.points.iter();
+    let position = |mapped: &MappedPoint| mapped.point.position.to_array();
     let points = (
-        position.into_pyarray(py),
-        of_points(&|index| f64::from(report.points[index].point.covariance.trace())),
-        of_points(&|index| f64::from(report.points[index].probability)),
-        surface.into_pyarray(py),
+        column(py, points.clone().flat_map(position).map(f64::from)),
+        column(
+            py,
+            points
+                .clone()
+                .map(|mapped| f64::from(mapped.point.covariance.trace())),
+        ),
+        column(py, points.clone().map(|mapped| f64::from(mapped.probability))),
+        column(py, points.map(|mapped| mapped.surface.map_or(-1, i32::from))),
     );
     let told = (
         report.sweep,
