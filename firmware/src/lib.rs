@@ -12,7 +12,6 @@ pub mod app;
 pub mod board;
 pub mod clock;
 pub mod fault;
-pub mod flight_check;
 pub mod front_end;
 pub mod front_end_check;
 pub mod icm42688;

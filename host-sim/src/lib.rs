@@ -26,7 +26,6 @@ pub mod kept_flight;
 pub mod library;
 pub mod link_key;
 pub mod link_traffic;
-pub mod localization;
 pub mod lscn;
 pub mod measurement;
 pub mod movers;

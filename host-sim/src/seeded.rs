@@ -51,16 +51,8 @@ pub enum Source {
     Transport,
     /// Where a wrong fix is.
     WrongFix,
-    /// Calibration errors of the arrays of both ends, where paths are measured without samples.
-    RadioCalibration = 0x5ea0,
-    /// White errors of paths that are measured without samples.
-    RadioNoise,
-    /// Wrong paths taken for the line of sight.
-    RadioOutliers,
-    /// Errors of mapped planes.
-    MappedPlanes,
     /// Where a jammer is, and what it sends.
-    Jammer,
+    Jammer = 0x5ea4,
     /// Which beacons arrive over the air.
     BeaconAir = 0x5ec0,
     /// What the air does to two-way timing.

@@ -45,7 +45,7 @@ use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Gmt, Position, Real, Rotation, World};
 use crate::localization::bsm::BeamSquint;
 use crate::localization::filter::{Counters as FilterCounters, Health, states, wrap_delay_m};
-use crate::localization::imu::{Imu, ImuHealth, RestAlignment, RestStatus};
+use crate::localization::imu::{Imu, ImuCounters, RestAlignment, RestStatus};
 use crate::localization::{ImuSample, Pose};
 use crate::ltd::{BeamReport, PathEstimator};
 use crate::map::PointCloud;
@@ -296,9 +296,9 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         self.localizer.health()
     }
 
-    /// Faults of the inertial sensor.
-    pub fn imu_health(&self, now_ns: u64) -> ImuHealth {
-        self.imu.health(now_ns)
+    /// What became of the samples of the inertial sensor so far.
+    pub fn imu_counters(&self) -> ImuCounters {
+        *self.imu.counters()
     }
 
     /// What happened to the filter so far.

@@ -6,7 +6,7 @@
 //! Types that all parts share stand here: what an inertial sensor delivers ([`ImuSample`]), its integral over a step
 //! ([`ImuIncrement`]), the errors that are taken out of it ([`ImuErrors`]), and the result ([`Pose`]).
 //!
-//! [`Localizer`] joins the parts. [`imu`]: from samples to increments, whatever happens to the sensor. [`filter`]: the
+//! [`crate::cslam`] joins the parts. [`imu`]: from samples to increments, whatever happens to the sensor. [`filter`]: the
 //! error-state filter. [`bsm`]: direction and delay from beam squint symbols.
 //! [`hpc`]: the paper's localization, the baseline.
 
@@ -15,9 +15,7 @@ pub mod filter;
 pub mod hpc;
 pub mod imu;
 mod inertial;
-mod localizer;
 mod pose;
 
 pub use inertial::{ImuErrors, ImuIncrement, ImuSample};
-pub use localizer::{Localizer, LocalizerConfig, LocalizerHealth};
 pub use pose::{ClockEstimate, Pose};

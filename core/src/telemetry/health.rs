@@ -154,6 +154,18 @@ counters! {
     starts_refused,
     /// Sweeps whose first path proves the pose wrong: shorter than the straight way.
     contrary,
+    /// Samples of the inertial sensor that never came: holes in its time stamps.
+    imu_missing,
+    /// Samples of the inertial sensor that were not integrated: they came again, too late, or with a value that is no number.
+    imu_refused,
+    /// Samples of the inertial sensor with a value that was replaced as a spike.
+    imu_spikes,
+    /// Samples of the inertial sensor with an axis at the end of its range.
+    imu_saturated,
+    /// Samples of the inertial sensor that were not integrated because an axis repeated its value.
+    imu_stuck,
+    /// Times that the inertial sensor stopped.
+    imu_stops,
 }
 
 /// Counters that every report of this version has. Those after them came later, and are sent up to the last that is not zero.

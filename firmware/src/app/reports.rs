@@ -169,6 +169,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let link = self.front_end.counters();
         let receiver = self.cslam.counters();
         let filter = self.cslam.filter_counters();
+        let inertial = self.cslam.imu_counters();
         let map = self.cslam.map();
         let [packets_sent, packets_dropped] = self.downlink.sent_and_dropped();
         HealthCounters {
@@ -207,6 +208,15 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             uplink_unreserved: counters.uplink_unreserved,
             starts_refused: filter.starts_refused,
             contrary: filter.contrary,
+            imu_missing: inertial.missing,
+            imu_refused: inertial
+                .repeated
+                .saturating_add(inertial.late)
+                .saturating_add(inertial.invalid),
+            imu_spikes: inertial.spikes,
+            imu_saturated: inertial.saturated,
+            imu_stuck: inertial.stuck,
+            imu_stops: inertial.stops,
         }
     }
 }

@@ -7,8 +7,7 @@
 //!
 //! A board's own image cannot pass, because its runtime and its log keep panics; what flies is checked here: the application, the
 //! ring, packets of every kind, both ways, path
-//! estimation from samples to paths in both modes, with its front end, localization from samples and paths to the pose,
-//! link states from a model file and measured paths to the gate into the map, and the drivers of the library half.
+//! estimation from samples to paths in both modes, with its front end, link states from a model file and measured paths to the gate into the map, and the drivers of the library half.
 #![no_std]
 #![no_main]
 
@@ -16,8 +15,6 @@
 mod drivers;
 #[path = "panic_free/flight.rs"]
 mod flight;
-#[path = "panic_free/localization.rs"]
-mod localization;
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
@@ -25,7 +22,6 @@ use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use cslam_core::block::BeamBlock;
 use cslam_core::geometry::{Body, Direction, GeometryError, Matrix3, Rotation, World};
-use cslam_core::localization::{Localizer, LocalizerConfig};
 use cslam_core::lscn::{AcceptGate, Classifier, LinkGeometry, Model, PaperClassifier, Received};
 use cslam_core::ltd::{Correlator, Detector, EstimatorConfig, Iq, PaperEstimator, PathEstimator, Workspace};
 use cslam_core::path::Path;
@@ -60,13 +56,6 @@ impl SharedMemory for Opaque {
 
 #[entry]
 fn main() -> ! {
-    let localizer = cortex_m::singleton!(: Option<Localizer<f32, { localization::STATES }>> = None);
-    if let Some(place) = localizer {
-        localization::fly(place.insert(Localizer::new(
-            &black_box(LocalizerConfig::default()),
-            black_box(0),
-        )));
-    }
     // Places of their own, so that the link also shows that they fit.
     let key = Key::new(black_box([0; Key::LENGTH]));
     let decoder = cortex_m::singleton!(: Decoder = Decoder::with(Opener::unsigned(0)));

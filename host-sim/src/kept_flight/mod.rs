@@ -1,11 +1,13 @@
-//! A flight that is flown from its samples once, and then again from its paths: with other faults of its sensors, without line of
-//! sight for a while, with another localization. The whole receiver flies, at about a hundredth of the work.
+//! A flight that is flown from its samples once, and then again from its paths: with other faults of its sensors, with a GMT
+//! that lies, without line of sight for a while, with another localization. The whole receiver flies, at about a hundredth of the work.
 
 mod again;
 mod errors;
 mod flight;
+mod lies;
 mod outages;
 
 pub use errors::{PoseErrors, pose_errors};
 pub use flight::{Changes, KeptFlight};
+pub use lies::{LieFigures, SHOWN_SIGMAS, fly_lie};
 pub use outages::{OutageEnd, fly_outage, outage_start_s};

@@ -2,21 +2,21 @@
 
 use std::sync::OnceLock;
 
-use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
-use cslam_core::localization::filter::{SweepMeasurement, wrap_delay_m};
-use cslam_core::localization::{Localizer, LocalizerHealth};
-use cslam_firmware::flight_check::{Event, config};
-use cslam_host_sim::flight::FlightConfig;
-use cslam_host_sim::localization::{Outliers, RecordedFlight, Scenario, TrueSweep};
+use cslam_core::localization::filter::Health;
+use cslam_core::telemetry::HealthCounters;
+use cslam_host_sim::kept_flight::{Changes, KeptFlight, PoseErrors, pose_errors};
+use cslam_host_sim::raw_flight::board_config;
 use cslam_host_sim::scene::Scene;
-use cslam_host_sim::sensors::SensorsConfig;
-use nalgebra::Rotation3;
+use cslam_host_sim::sensors::FaultsConfig;
+use cslam_host_sim::world::WorldConfig;
 
-const SEED: u64 = 3;
+/// A flight in whose sweeps 60 to 99 the UAV is below 24 degrees of elevation at the GMT and less than 60 m away, in line of sight: nowhere else
+/// can a sweep fix the attitude that a fault has taken.
+const SEED: u64 = 23;
 const DURATION_S: f64 = 60.0;
-/// How long there is line of sight before a fault begins, and after, s. The filter takes a fix after an outage only when
-/// the next confirms it, so the pose is settled a little later than sight comes back.
-const SIGHTED_S: (f64, f64) = (6.0, 14.0);
+const SIGHTED: core::ops::Range<u32> = 60..100;
+/// The sweep before which faults begin.
+const SWEEP: u32 = 72;
 /// When the pose is looked at before the fault, s before it.
 const BEFORE_S: f64 = 4.0;
 /// When the pose must be as good as before, s after the fault.
@@ -31,7 +31,7 @@ pub(crate) struct Figures {
 }
 
 impl Figures {
-    fn worst(self, other: Self) -> Self {
+    fn worst(self, other: &PoseErrors) -> Self {
         Self {
             position_m: self.position_m.max(other.position_m),
             attitude_deg: self.attitude_deg.max(other.attitude_deg),
@@ -41,10 +41,11 @@ impl Figures {
 }
 
 /// What came of a flight.
+#[derive(Debug)]
 pub(crate) struct Flown {
     /// Every number of every pose is finite.
     pub(crate) finite: bool,
-    /// Time from the fault to the flag, s.
+    /// Time from the fault to the first sweep with the flag, s.
     pub(crate) flagged_after_s: Option<f64>,
     /// Worst of the four seconds before the fault.
     pub(crate) before: Figures,
@@ -52,63 +53,67 @@ pub(crate) struct Flown {
     pub(crate) worst: Figures,
     /// Worst from ten seconds after the fault on.
     pub(crate) end: Figures,
-    /// At the first sweep after the flag.
+    /// At the first sweep with the flag.
     pub(crate) at_flag: Option<Figures>,
-    /// Samples of the inertial sensor that were missing, repeated, late.
-    pub(crate) missing: u32,
-    pub(crate) repeated: u32,
-    pub(crate) late: u32,
+    /// Whether a path was taken for the line of sight, in each of the first three sweeps of the fault.
+    pub(crate) taken: [bool; 3],
+    /// What the ground hears at the end.
+    pub(crate) counters: HealthCounters,
 }
 
-fn recorded(faults: &str) -> RecordedFlight {
-    let flight = FlightConfig {
-        duration_s: DURATION_S,
-        ..FlightConfig::default()
-    };
-    let sensors = SensorsConfig {
-        faults: toml::from_str(faults).expect("valid"),
-        ..SensorsConfig::default()
-    };
-    let scenario = Scenario {
-        outliers: Outliers { rate: 0.0, run: 1 },
-        map: Some((0.1, 0.2)),
-        ..Scenario::default()
-    };
-    let scene = Scene::load("outdoor").expect("built in");
-    RecordedFlight::new(&scene, &flight, &sensors, &scenario, SEED).expect("a flight")
-}
-
-/// Time of a sweep, s.
-fn sweep_s(sweep: usize) -> f64 {
-    (sweep as f64 + 1.0) * 0.5
-}
-
-/// The first sweep from 15 s on with line of sight around it for long enough.
-fn fault_sweep() -> usize {
-    static SWEEP: OnceLock<usize> = OnceLock::new();
-    *SWEEP.get_or_init(|| {
-        let truth = recorded("").truth;
-        let (before, after) = ((SIGHTED_S.0 * 2.0) as usize, (SIGHTED_S.1 * 2.0) as usize);
-        (30..truth.len().saturating_sub(after))
-            .find(|&sweep| {
-                truth[sweep - before..sweep + after]
-                    .iter()
-                    .all(|t| t.sight().is_some())
-            })
-            .expect("a stretch of line of sight")
+/// The flight, with the paths of each sweep: without a fault, or with fixes that are wrong (their errors are in the samples).
+fn kept(wrong_fixes: bool) -> &'static KeptFlight<'static> {
+    static KEPT: [OnceLock<KeptFlight<'static>>; 2] = [OnceLock::new(), OnceLock::new()];
+    KEPT[usize::from(wrong_fixes)].get_or_init(|| {
+        static SCENE: OnceLock<Scene> = OnceLock::new();
+        let scene = SCENE.get_or_init(|| Scene::load("outdoor").expect("built in"));
+        let mut config = WorldConfig::default();
+        config.flight.duration_s = DURATION_S;
+        if wrong_fixes {
+            config.sensors.faults = parsed("[[fix]]\nsweep = @S\nsweeps = 3\ndistance_m = 10.0");
+        }
+        let flight = KeptFlight::fly(scene, config, SEED).expect("a flight");
+        for sweep in SIGHTED {
+            let truth = flight.world().flight().sweep_truth(sweep);
+            let way_m = truth.uav.position_m - truth.gmt_position_m;
+            assert!(
+                way_m.norm() < 60.0 && way_m.z.abs() < 0.4 * way_m.norm(),
+                "{sweep}"
+            );
+            assert!(flight.sights()[sweep as usize], "{sweep}");
+        }
+        flight
     })
 }
 
-/// Flies with faults, in which `@T` stands for the time at which they begin (a tenth of a second before a sweep) and `@S`
-/// for that sweep; `flagged` says which flags are meant.
-pub(crate) fn fly(faults: &str, flagged: impl Fn(&LocalizerHealth) -> bool) -> Flown {
-    let sweep = fault_sweep();
-    let fault_s = sweep_s(sweep) - 0.1;
+/// When faults begin, s: a tenth of a second before their sweep.
+fn fault_s() -> f64 {
+    (f64::from(SWEEP) + 1.0) * 0.5 - 0.1
+}
+
+/// Faults, in which `@T` stands for the time at which they begin and `@S` for the sweep after it.
+fn parsed(faults: &str) -> FaultsConfig {
     let faults = faults
-        .replace("@T", &format!("{fault_s:?}"))
-        .replace("@S", &sweep.to_string());
-    let recorded = recorded(&faults);
-    let mut localizer = Box::new(Localizer::<f32, 58>::new(&config(), 0));
+        .replace("@T", &format!("{:?}", fault_s()))
+        .replace("@S", &SWEEP.to_string());
+    toml::from_str(&faults).expect("valid")
+}
+
+/// Flies with faults; `flagged` says which flags are meant.
+pub(crate) fn fly(faults: &str, flagged: impl Fn(&Health) -> bool) -> Flown {
+    again(kept(false), parsed(faults), flagged)
+}
+
+/// Flies with three sweeps whose line of sight is 10 m off.
+pub(crate) fn fly_wrong_fixes() -> Flown {
+    again(kept(true), FaultsConfig::default(), |_| false)
+}
+
+fn again(flight: &KeptFlight<'_>, faults: FaultsConfig, flagged: impl Fn(&Health) -> bool) -> Flown {
+    let changes = Changes {
+        faults,
+        ..Changes::default()
+    };
     let mut flown = Flown {
         finite: true,
         flagged_after_s: None,
@@ -116,88 +121,47 @@ pub(crate) fn fly(faults: &str, flagged: impl Fn(&LocalizerHealth) -> bool) -> F
         worst: Figures::default(),
         end: Figures::default(),
         at_flag: None,
-        missing: 0,
-        repeated: 0,
-        late: 0,
+        taken: [false; 3],
+        counters: HealthCounters::default(),
     };
-    let mut planes = Vec::new();
-    let mut now_ns = 0;
-    for event in &recorded.events {
-        match event {
-            Event::Imu(sample) => {
-                now_ns = now_ns.max(sample.time_ns);
-                localizer.sample(sample);
-            }
-            Event::TwoWay { time_ns, offset_m } => {
-                now_ns = now_ns.max(*time_ns);
-                localizer.two_way(*time_ns, *offset_m);
-            }
-            Event::Magnetic { time_ns, field_ut } => {
-                now_ns = now_ns.max(*time_ns);
-                let _ = localizer.magnetic(*time_ns, field_ut);
-            }
-            Event::Plane(plane) => planes.push(*plane),
-            Event::Begin { time_ns } => {
-                now_ns = now_ns.max(*time_ns);
-                localizer.announce_sweep(*time_ns);
-            }
-            Event::Sweep(sweep) => {
-                now_ns = now_ns.max(sweep.time_ns);
-                let reflections = sweep.reflected(&planes);
-                localizer.sweep(&SweepMeasurement {
-                    time_ns: sweep.time_ns,
-                    gmt: sweep.gmt,
-                    stop: sweep.stop,
-                    line_of_sight: sweep.line_of_sight,
-                    proven: false,
-                    level_yaw: None,
-                    contrary: None,
-                    reflections: &reflections,
-                    heard: &[],
-                });
-                let time_s = sweep.time_ns as f64 * 1e-9;
-                // The clock is off by microseconds only.
-                let number = (time_s * 2.0 - 0.5) as usize;
-                let figures = figures(&localizer, &recorded.truth[number]);
-                flown.finite &=
-                    figures.is_none_or(|f| (f.position_m + f.attitude_deg + f.clock_ns).is_finite());
-                let figures = figures.unwrap_or_default();
-                if (fault_s - BEFORE_S..fault_s).contains(&time_s) {
-                    flown.before = flown.before.worst(figures);
+    let mut counters = HealthCounters::default();
+    flight
+        .again(
+            &changes,
+            board_config().expect("sound models"),
+            |swept, truth| {
+                let report = swept.report;
+                // The UAV's clock is off by microseconds only, but where it steps.
+                let after_s = (f64::from(report.sweep) + 1.0) * 0.5 - fault_s();
+                let errors = report.pose.as_ref().map(|pose| pose_errors(pose, truth));
+                if let Some(errors) = &errors {
+                    flown.finite &=
+                        (errors.position_sigmas + errors.attitude_deg + errors.clock_ns).is_finite();
+                    for (figures, from_s, to_s) in [
+                        (&mut flown.before, -BEFORE_S, 0.0),
+                        (&mut flown.worst, 0.0, END_S.1),
+                        (&mut flown.end, END_S.0, END_S.1),
+                    ] {
+                        if (from_s..to_s).contains(&after_s) {
+                            *figures = figures.worst(errors);
+                        }
+                    }
                 }
-                if (fault_s..fault_s + END_S.1).contains(&time_s) {
-                    flown.worst = flown.worst.worst(figures);
+                if let Some(taken) = report
+                    .sweep
+                    .checked_sub(SWEEP)
+                    .and_then(|k| flown.taken.get_mut(k as usize))
+                {
+                    *taken = report.verdict.is_taken();
                 }
-                if (fault_s + END_S.0..fault_s + END_S.1).contains(&time_s) {
-                    flown.end = flown.end.worst(figures);
+                if after_s >= 0.0 && flown.flagged_after_s.is_none() && flagged(&report.health) {
+                    flown.flagged_after_s = Some(after_s);
+                    flown.at_flag = errors.map(|errors| Figures::default().worst(&errors));
                 }
-                if flown.flagged_after_s.is_some() {
-                    flown.at_flag = flown.at_flag.or(Some(figures));
-                }
-            }
-        }
-        let now_s = now_ns as f64 * 1e-9;
-        if now_s >= fault_s && flown.flagged_after_s.is_none() && flagged(&localizer.health(now_ns)) {
-            flown.flagged_after_s = Some(now_s - fault_s);
-        }
-    }
-    let counters = localizer.imu().counters();
-    (flown.missing, flown.repeated, flown.late) = (counters.missing, counters.repeated, counters.late);
+            },
+            |receiver| counters = receiver.health_counters(),
+        )
+        .expect("flown");
+    flown.counters = counters;
     flown
-}
-
-/// Errors at the horizon, which is the sweep just taken; `None` without a pose.
-fn figures(localizer: &Localizer<f32, 58>, truth: &TrueSweep) -> Option<Figures> {
-    let filter = localizer.filter();
-    if !filter.is_running() {
-        return None;
-    }
-    let state = filter.nominal();
-    let turn = Rotation3::from_matrix_unchecked(truth.motion.attitude.matrix() * state.attitude.transpose());
-    let clock_m = wrap_delay_m(state.clock_offset_m - truth.clock_offset_m);
-    Some(Figures {
-        position_m: (state.position_m - truth.motion.position_m).norm(),
-        attitude_deg: turn.angle().to_degrees(),
-        clock_ns: clock_m.abs() / SPEED_OF_LIGHT_M_PER_S * 1e9,
-    })
 }

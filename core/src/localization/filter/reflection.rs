@@ -32,15 +32,6 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.slots.iter().map(|slot| &slot.plane)
     }
 
-    /// Brings a map up to date with what the state has learnt of its surfaces.
-    pub fn update_map(&self, map: &mut [MappedPlane]) {
-        for held in self.planes() {
-            if let Some(plane) = map.iter_mut().find(|plane| plane.id == held.id) {
-                *plane = *held;
-            }
-        }
-    }
-
     /// Lets the surfaces in the state go: whoever lent them has them back. What the state knew of their errors together with the
     /// pose's is forgotten.
     pub fn release_planes(&mut self) {

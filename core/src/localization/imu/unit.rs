@@ -156,16 +156,6 @@ impl Imu {
         self.coast(now_ns, silence_ns)
     }
 
-    /// Ends the step early if it has begun before `time_ns`: for a measurement of that time that does not wait for the step
-    /// to be complete.
-    pub fn finish_step_before(&mut self, time_ns: u64) -> Option<ImuStep> {
-        if self.pending.as_ref()?.start_ns < time_ns {
-            self.finish_step()
-        } else {
-            None
-        }
-    }
-
     /// Ends the step at `time_ns`, for a measurement of that time. Samples that are missing just before it are bridged as those between
     /// samples are, by the last one, up to [`ImuConfig::gap_ns`]: a lost sample is no reason to call the motion unknown.
     pub fn finish_step_at(&mut self, time_ns: u64) -> Option<ImuStep> {

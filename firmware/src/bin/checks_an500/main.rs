@@ -6,28 +6,21 @@
 //!
 //! - `kernels`: the path estimator's kernels ([`kernels`]).
 //! - `networks`: the link state networks ([`networks`]).
-//! - `flight 46|58 RECORDING LINES`: localization over a recorded flight, with so many states ([`flight`]).
 //! - `panic`, `fault`: ends that way, to see that whoever runs the board notices.
 //!
-//! Recording and lines are files of the host, by semihosting. Exit codes are those of `exit.rs`. The whole path estimator has an image of its own, `sweeps-an500`: beside the
+//! Exit codes are those of `exit.rs`. The whole path estimator has an image of its own, `sweeps-an500`: beside the
 //! others' static data it would have no room for its stack.
 #![no_std]
 #![no_main]
 
 #[path = "../icount/clock.rs"]
 mod clock;
-mod counts;
 #[path = "../an500/exit.rs"]
 mod exit;
-mod flight;
 mod kernels;
-#[path = "../semihosting/lines.rs"]
-mod lines;
 #[path = "../icount/measure.rs"]
 mod measure;
 mod networks;
-#[path = "../semihosting/recording.rs"]
-mod recording;
 mod rivals;
 #[path = "../semihosting/words.rs"]
 mod words;
@@ -48,18 +41,13 @@ fn main() -> ! {
             b"fault" => cortex_m::asm::udf(),
             _ => Err(Exit::Usage),
         }
-    } else if let Some([check, how, recording, lines]) = words() {
-        match check.path().to_bytes() {
-            b"flight" => flight::run(&how, &recording, &lines),
-            _ => Err(Exit::Usage),
-        }
     } else {
         Err(Exit::Usage)
     };
     exit(match outcome {
         Ok(()) => Exit::Done,
         Err(Exit::Usage) => {
-            defmt::error!("expected: kernels, networks, flight STATES RECORDING LINES, panic or fault");
+            defmt::error!("expected: kernels, networks, panic or fault");
             Exit::Usage
         }
         Err(other) => other,

@@ -11,7 +11,6 @@ mod localization;
 mod lscn;
 mod map_plot;
 mod maps;
-mod outages;
 mod pattern;
 mod points;
 mod selected;
@@ -50,10 +49,10 @@ enum What {
     ///
     /// Every error of the budget; figures of each flight and of all. docs/flights.md holds the tables.
     Flights(flights::Args),
-    /// Localization: filter and HPC over flights with every error of the budget
+    /// Localization: the pose over whole flights and at the end of planned outages, without each aid in turn, and the paper's HPC
     ///
-    /// Flights through a traced scene. Path errors come from the calibration errors of both ends' arrays; inertial samples,
-    /// clock, two-way timing and beacons from the sensor models. docs/localization.md holds the tables.
+    /// Flights from raw samples, each flown once; then again from its paths by each receiver, and with the line of sight taken out for a
+    /// while. docs/localization.md holds the tables.
     Localization(localization::Args),
     /// Link state: the paper's network against K, ours on scenes it has not seen, precision of the map
     ///
@@ -66,11 +65,6 @@ enum What {
     /// Flies through each scene with every error of the budget but those of the pose, estimates, classifies, solves and maps as
     /// each mode does, and compares with the truth. Writes the maps as point clouds and as plots.
     Maps(maps::Args),
-    /// Planned outages: the line of sight is taken out of flights that have it, and the pose is looked at where it comes back
-    ///
-    /// Flights from raw samples; their paths are flown again with each outage, by the receiver, without each of its aids in turn, and by the
-    /// paper's HPC. docs/localization.md holds the table.
-    Outages(outages::Args),
     /// Beam patterns of the arrays at both ends, and of beam squint, as tables and a plot
     ///
     /// Transmit beams of the GMT in azimuth and elevation, directivity of the UAV's arrays, and where the subcarriers of a squint
@@ -104,7 +98,6 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         What::Link(args) => link::run(args),
         What::Lscn(args) => lscn::run(args),
         What::Maps(args) => maps::run(args),
-        What::Outages(args) => outages::run(args),
         What::Pattern(args) => pattern::run(args),
         What::Points(args) => points::run(args),
         What::Telemetry(args) => telemetry::run(args),

@@ -25,6 +25,10 @@ pub(crate) struct Arguments {
     /// Simulated time to fly, s: two sweeps a second
     #[arg(long, default_value_t = 60.0)]
     pub(crate) seconds: f64,
+    /// With an inertial sensor that has spikes from 20 s on and stops at 52 s, and samples of it that are lost and doubled, so that what
+    /// meets them is compared too
+    #[arg(long)]
+    pub(crate) faults: bool,
     /// Count instructions, stage by stage; slower
     #[arg(long)]
     pub(crate) count: bool,

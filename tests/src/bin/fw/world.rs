@@ -27,6 +27,15 @@ pub(crate) struct Flown {
     elapsed_s: f64,
 }
 
+/// What `--faults` means.
+const FAULTS: &str = r#"{
+    "imu": [
+        {"kind": "spike", "start_s": 20.0, "duration_s": 30.0, "spikes_per_s": 2.0},
+        {"kind": "stop", "start_s": 52.0, "duration_s": 0.3}
+    ],
+    "transport": [{"events": ["imu"], "lost": 0.002, "doubled": 0.002}]
+}"#;
+
 impl Flown {
     /// What was flown, in a few lines.
     pub(crate) fn summary(&self, arguments: &Arguments) -> String {
@@ -49,6 +58,9 @@ pub(crate) fn fly(arguments: &Arguments, image: &Path) -> anyhow::Result<Flown> 
     let started = Instant::now();
     let mut config = WorldConfig::of(arguments.world);
     config.flight.duration_s = arguments.seconds;
+    if arguments.faults {
+        config.sensors.faults = serde_json::from_str(FAULTS).context("the faults of --faults")?;
+    }
     let scene = config.scene(&arguments.scene)?;
     let world = World::new(&scene, config, arguments.seed)?;
     let mut board = Board::start(image, arguments.count, arguments.limit_s)?;

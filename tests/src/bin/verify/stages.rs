@@ -366,6 +366,7 @@ pub(crate) const STAGES: &[Stage] = &[
             "fw",
             &[
                 "--seconds=60",
+                "--faults",
                 "--count",
                 "--check=tests/golden/receiver_cost.txt",
             ],
@@ -510,19 +511,6 @@ pub(crate) const STAGES: &[Stage] = &[
             "--test=kernels",
             "--test=sweeps",
             "--test=lscn",
-        ])]),
-    },
-    Stage {
-        name: "flight",
-        what: "a minute of flight through localization on the emulated Cortex-M7: bits of the host, committed counts",
-        needs: &["toolchain", "qemu", "defmt-print", "firmware"],
-        lane: Lane::Unoptimised,
-        work: Work::Steps(&[step(&[
-            "test",
-            "--locked",
-            "--workspace",
-            ALL_TESTS,
-            "--test=flight",
         ])]),
     },
 ];

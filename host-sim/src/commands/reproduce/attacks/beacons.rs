@@ -2,13 +2,14 @@
 
 use rayon::prelude::*;
 
-use crate::flight::FlightConfig;
-use crate::localization::{LieFigures, SHOWN_SIGMAS, fly_lie};
+use crate::kept_flight::{KeptFlight, LieFigures, SHOWN_SIGMAS, fly_lie};
 use crate::progress;
+use crate::raw_flight::board_config;
 use crate::scene::Scene;
 use crate::sensors::{BeaconFault, FaultsConfig, TimingFault};
 use crate::statistics::median;
 use crate::table::Table;
+use crate::world::WorldConfig;
 
 /// Arguments of `cslam reproduce attacks beacons`.
 #[derive(clap::Args, Debug)]
@@ -122,12 +123,17 @@ fn rows() -> Vec<Row> {
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let scene = Scene::load("outdoor")?;
-    let flight = FlightConfig {
-        duration_s: args.duration,
-        ..FlightConfig::default()
-    };
+    let mut config = WorldConfig::default();
+    config.flight.duration_s = args.duration;
     let rows = rows();
-    let bar = progress::bar(rows.len() as u64 * args.flights, "flying");
+    let bar = progress::bar((1 + rows.len() as u64) * args.flights, "flying");
+    let flights = (args.seed..args.seed + args.flights)
+        .map(|seed| {
+            let kept = KeptFlight::fly(&scene, config.clone(), seed)?;
+            bar.inc(1);
+            Ok(kept)
+        })
+        .collect::<anyhow::Result<Vec<_>>>()?;
     let mut table = Table::new([
         "lie",
         "flights flagged",
@@ -141,11 +147,10 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     ]);
     let mut broken = Vec::new();
     for row in &rows {
-        let flown = (0..args.flights)
-            .into_par_iter()
-            .map(|number| {
-                let seed = args.seed + number;
-                let figures = fly_lie(&scene, &flight, &row.faults, row.onset_s, row.setup_m, seed)?;
+        let flown = flights
+            .par_iter()
+            .map(|flight| {
+                let figures = fly_lie(flight, board_config()?, &row.faults, row.onset_s, row.setup_m)?;
                 bar.inc(1);
                 Ok(figures)
             })

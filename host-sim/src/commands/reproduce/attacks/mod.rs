@@ -16,7 +16,7 @@ pub(crate) struct Args {
 enum What {
     /// Beacons and two-way timing that lie: what is flagged, when, and what of it shows in the pose's standard deviation
     ///
-    /// Flights with every error of the budget, wrong paths, and no map. docs/localization.md holds the table.
+    /// Flights from raw samples, each flown once; then again from its paths with each lie. docs/localization.md holds the table.
     Beacons(beacons::Args),
     /// Starts beside a jammer: four kinds of it over a grid of powers
     ///

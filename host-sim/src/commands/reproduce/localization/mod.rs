@@ -1,0 +1,104 @@
+//! `cslam reproduce localization`: the pose over whole flights and at the end of planned outages, and what each aid is worth there.
+
+mod outages;
+mod rows;
+mod whole;
+
+use clap::ValueEnum;
+use serde::Serialize;
+
+use crate::config::Config;
+use crate::kept_flight::KeptFlight;
+use crate::progress;
+use crate::table::Table;
+use crate::world::Profile;
+use rows::ROWS;
+
+/// Arguments of `cslam reproduce localization`.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Which table; all when absent
+    part: Option<Part>,
+    /// Flights; those that have no line of sight long enough before an outage are left out of its rows
+    #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    flights: u64,
+    /// Scene: a name or a file
+    #[arg(long, value_name = "SCENE", default_value = "outdoor")]
+    scene: String,
+    /// Seed of the first flight; the others count up from it
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// The world to fly in
+    #[arg(long, value_enum, default_value_t = Profile::Budget)]
+    world: Profile,
+    /// Lengths of the outages, s
+    #[arg(long, value_name = "SECONDS", num_args = 1.., default_values_t = [10.0, 20.0, 40.0, 60.0])]
+    lengths: Vec<f64>,
+    /// Print one JSON object a row on standard output instead of the tables
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Part {
+    /// Whole flights: position, attitude, clock, honesty of the covariances
+    Flights,
+    /// Planned outages: the pose at their end
+    Outages,
+}
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
+    if let Some(length_s) = args.lengths.iter().find(|s| !(1.0..=600.0).contains(*s)) {
+        anyhow::bail!("--lengths: expected 1 to 600 s, found {length_s}");
+    }
+    let wanted = |part: Part| args.part.is_none_or(|only| only == part);
+    let config = Config::of(args.world).world;
+    let scene = config.scene(&args.scene)?;
+    let lengths = if wanted(Part::Outages) {
+        &args.lengths[..]
+    } else {
+        &[]
+    };
+    let rows = (usize::from(wanted(Part::Flights)) + lengths.len()) * ROWS.len();
+    let bar = progress::bar(args.flights + rows as u64, "flying");
+    let flights = (args.seed..args.seed + args.flights)
+        .map(|seed| {
+            let kept = KeptFlight::fly(&scene, config.clone(), seed)?;
+            bar.inc(1);
+            Ok(kept)
+        })
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    let whole = wanted(Part::Flights)
+        .then(|| whole::fly(&flights, &bar))
+        .transpose()?;
+    let outages = outages::fly(&flights, lengths, &bar)?;
+    bar.finish_and_clear();
+    if let Some(lines) = &whole {
+        print(args.json, whole::HEADER, lines, whole::Line::cells)?;
+    }
+    if wanted(Part::Outages) {
+        print(args.json, outages::HEADER, &outages, outages::Line::cells)?;
+    }
+    Ok(())
+}
+
+/// Prints the rows of a table.
+fn print<L: Serialize, const N: usize>(
+    json: bool,
+    header: [&str; N],
+    lines: &[L],
+    cells: impl Fn(&L) -> Vec<String>,
+) -> anyhow::Result<()> {
+    if json {
+        for line in lines {
+            println!("{}", serde_json::to_string(line)?);
+        }
+        return Ok(());
+    }
+    let mut table = Table::new(header);
+    for line in lines {
+        table.row(cells(line));
+    }
+    println!("{table}");
+    Ok(())
+}

@@ -1,0 +1,85 @@
+//! Planned outages: the line of sight is taken out of flights that have it.
+
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::rows::ROWS;
+use crate::kept_flight::{KeptFlight, OutageEnd, fly_outage, outage_start_s};
+use crate::statistics::{median, quantile};
+
+/// Columns.
+pub(super) const HEADER: [&str; 7] = [
+    "outage",
+    "flights",
+    "error at its end, m: median",
+    "90 %",
+    "most",
+    "within 3 sigma",
+    "false sights",
+];
+
+/// A row of the table.
+#[derive(Serialize)]
+pub(super) struct Line {
+    outage_s: f64,
+    row: &'static str,
+    flights: usize,
+    median_m: f64,
+    ninety_m: f64,
+    worst_m: f64,
+    within_3_sigma: usize,
+    false_sights: usize,
+}
+
+impl Line {
+    fn of(outage_s: f64, row: &'static str, ends: &[OutageEnd]) -> Self {
+        let errors: Vec<f64> = ends.iter().map(|end| end.error_m).collect();
+        Self {
+            outage_s,
+            row,
+            flights: ends.len(),
+            median_m: median(&errors).unwrap_or(f64::NAN),
+            ninety_m: quantile(&errors, 0.9).unwrap_or(f64::NAN),
+            worst_m: quantile(&errors, 1.0).unwrap_or(f64::NAN),
+            within_3_sigma: ends.iter().filter(|end| end.sigmas <= 3.0).count(),
+            false_sights: ends.iter().map(|end| end.false_sights).sum(),
+        }
+    }
+
+    pub(super) fn cells(&self) -> Vec<String> {
+        vec![
+            format!("{} s, {}", self.outage_s, self.row),
+            self.flights.to_string(),
+            format!("{:.2}", self.median_m),
+            format!("{:.2}", self.ninety_m),
+            format!("{:.2}", self.worst_m),
+            format!("{}/{}", self.within_3_sigma, self.flights),
+            self.false_sights.to_string(),
+        ]
+    }
+}
+
+/// Flies each row over all flights, with outages of these lengths, s.
+pub(super) fn fly(
+    flights: &[KeptFlight<'_>],
+    lengths_s: &[f64],
+    bar: &ProgressBar,
+) -> anyhow::Result<Vec<Line>> {
+    let mut lines = Vec::new();
+    for &length_s in lengths_s {
+        let planned: Vec<_> = flights
+            .iter()
+            .filter_map(|flight| outage_start_s(flight, length_s).map(|start_s| (flight, start_s)))
+            .collect();
+        for row in ROWS {
+            let ends = planned
+                .par_iter()
+                .map(|(flight, start_s)| fly_outage(flight, row.receiver()?, *start_s, length_s))
+                .collect::<anyhow::Result<Vec<_>>>()?;
+            bar.inc(1);
+            lines.push(Line::of(length_s, row.name, &ends));
+        }
+    }
+    Ok(lines)
+}

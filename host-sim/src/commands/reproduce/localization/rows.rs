@@ -1,0 +1,59 @@
+//! How the receiver is configured in the rows of each table.
+
+use cslam_core::cslam::{Config as Receiver, HpcConfig, Localization};
+use cslam_core::localization::hpc::Mode;
+use cslam_core::lscn::{PaperClassifier, models};
+
+use crate::raw_flight::board_config;
+
+/// A row: its name, and what it changes of the receiver that flies on a board.
+#[derive(Clone, Copy)]
+pub(super) struct Row {
+    pub(super) name: &'static str,
+    change: fn(&mut Receiver<'static>) -> anyhow::Result<()>,
+}
+
+impl Row {
+    const fn new(name: &'static str, change: fn(&mut Receiver<'static>) -> anyhow::Result<()>) -> Self {
+        Self { name, change }
+    }
+
+    /// The receiver of this row.
+    pub(super) fn receiver(&self) -> anyhow::Result<Receiver<'static>> {
+        let mut receiver = board_config()?;
+        (self.change)(&mut receiver)?;
+        Ok(receiver)
+    }
+}
+
+/// All aids, without each, without both; the paper's calibration.
+pub(super) const ROWS: [Row; 6] = [
+    Row::new("all aids", |_| Ok(())),
+    Row::new("without reflections", |receiver| {
+        receiver.map_aided = false;
+        Ok(())
+    }),
+    Row::new("without delta ranges", |receiver| {
+        receiver.delta_ranges = false;
+        Ok(())
+    }),
+    Row::new("without both", |receiver| {
+        (receiver.map_aided, receiver.delta_ranges) = (false, false);
+        Ok(())
+    }),
+    Row::new("HPC, velocity from fixes", |receiver| {
+        hpc(receiver, Mode::VelocityFromFixes)
+    }),
+    Row::new("HPC, literal", |receiver| hpc(receiver, Mode::Literal)),
+];
+
+/// The paper's calibration.
+fn hpc(receiver: &mut Receiver<'static>, mode: Mode) -> anyhow::Result<()> {
+    let network = PaperClassifier::new(models::paper()?)?;
+    let config = HpcConfig {
+        mode,
+        ..HpcConfig::default()
+    };
+    receiver.localization = Localization::Hpc(config, network);
+    Ok(())
+}
