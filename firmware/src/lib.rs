@@ -9,6 +9,7 @@
 #![no_std]
 
 pub mod app;
+pub mod association_check;
 pub mod board;
 pub mod clock;
 pub mod fault;

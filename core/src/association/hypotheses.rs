@@ -127,8 +127,14 @@ impl Source {
     fn is_near(&self, image: &Image) -> bool {
         let moved = self.gate * image.sigma_m;
         let most = self.within_m + moved;
-        let longer_m = || (image.at - self.uav_m).norm() - self.length_m;
-        (image.at - self.at).norm_squared() < most * most && longer_m().abs() < self.range_within_m + moved
+        if (image.at - self.at).norm_squared() >= most * most {
+            return false;
+        }
+        // Compared by their squares: a root takes as long as all else here.
+        let within = self.range_within_m + moved;
+        let square = |length_m: f64| length_m * length_m;
+        let away = (image.at - self.uav_m).norm_squared();
+        away < square(self.length_m + within) && away >= square((self.length_m - within).max(0.0))
     }
 
     /// The same, seen in a plane.
@@ -161,10 +167,9 @@ struct Image {
 impl Image {
     #[inline(never)]
     fn seen_in(&self, known: &Known<'_>) -> Self {
-        let covariance = &known.plane.covariance;
-        let root = |variance: f64| libm::sqrt(variance.max(0.0));
+        let [shift_m, tilt_rad] = known.sigmas;
         let lever = (self.at - known.plane.centre.vector()).norm();
-        let error = root(covariance.m11) + root(covariance.m22 + covariance.m33) * lever;
+        let error = shift_m + tilt_rad * lever;
         Self {
             at: known.plane.image(&self.at),
             sigma_m: self.sigma_m + 2.0 * error,

@@ -62,7 +62,8 @@ pub(super) fn likelihood(
     covariance: &SMatrix<f64, ROWS, ROWS>,
     outliers: Option<f64>,
 ) -> Option<Likelihood> {
-    let (chi_square, log_three) = gaussian(innovation, covariance, 0)?;
+    let [(chi_square, log_three), (chi_square_all, log_all)] =
+        gaussians(innovation, covariance, outliers.is_some())?;
     let log_three = log_three - 1.5 * LOG_TWO_PI;
     let Some(outliers) = outliers else {
         return Some(Likelihood {
@@ -71,7 +72,6 @@ pub(super) fn likelihood(
             departure_held: 0.0,
         });
     };
-    let (chi_square_all, log_all) = gaussian(innovation, covariance, 2)?;
     let log_departure = log_all - 2.5 * LOG_TWO_PI - log_three;
     let held = (1.0 - outliers) * libm::exp(log_departure);
     let both = held + outliers * libm::exp(-LOG_TWO_PI);
@@ -82,20 +82,25 @@ pub(super) fn likelihood(
     })
 }
 
-/// Normalised square and log density, up to the powers of two pi, of the first three numbers and so many more: by the Cholesky factor.
-fn gaussian(
+/// Normalised square and log density, up to the powers of two pi: of the first three numbers, and of all with the departure. By the Cholesky
+/// factor, whose first rows are those of the three; without a departure it ends there.
+fn gaussians(
     innovation: &SMatrix<f64, ROWS, 1>,
     covariance: &SMatrix<f64, ROWS, ROWS>,
-    more: usize,
-) -> Option<(f64, f64)> {
+    departure: bool,
+) -> Option<[(f64, f64); 2]> {
     let rows: [[f64; ROWS]; ROWS] = (*covariance).into();
     let [residual]: [[f64; ROWS]; 1] = (*innovation).into();
     let mut factor = [[0.0; ROWS]; ROWS];
     let mut whitened = [0.0; ROWS];
     let (mut square, mut log) = (0.0, 0.0);
+    let mut of_three = (0.0, 0.0);
     for i in 0..ROWS {
-        if i >= 3 + more {
-            break;
+        if i == 3 {
+            of_three = (square, log - 0.5 * square);
+            if !departure {
+                break;
+            }
         }
         let mut rest = residual[i];
         for j in 0..=i {
@@ -116,7 +121,9 @@ fn gaussian(
         square += whitened[i] * whitened[i];
         log -= libm::log(factor[i][i]);
     }
-    square.is_finite().then_some((square, log - 0.5 * square))
+    square
+        .is_finite()
+        .then_some([of_three, (square, log - 0.5 * square)])
 }
 
 /// Normalised square of three numbers with a covariance; infinite when that is not positive definite.

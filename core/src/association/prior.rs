@@ -20,13 +20,21 @@ use crate::surfaces::{Surface, Surfaces};
 pub(super) struct Known<'s> {
     pub(super) surface: &'s Surface,
     pub(super) plane: Plane<f64>,
+    /// Standard deviation of its offset, m, and of its tilt, norm of both axes, rad.
+    pub(super) sigmas: [f64; 2],
 }
 
 /// All surfaces of a store.
 pub(super) fn known<const N: usize>(surfaces: &Surfaces<N>) -> Vec<Known<'_>, N> {
-    crate::bounded::gather(surfaces.iter().map(|surface| Known {
-        surface,
-        plane: surface.plane.to_f64(),
+    crate::bounded::gather(surfaces.iter().map(|surface| {
+        let plane = surface.plane.to_f64();
+        let covariance = &plane.covariance;
+        let variances = [covariance.m11, covariance.m22 + covariance.m33];
+        Known {
+            surface,
+            plane,
+            sigmas: variances.map(|variance| libm::sqrt(variance.max(0.0))),
+        }
     }))
 }
 

@@ -6,6 +6,7 @@
 //!
 //! - `kernels`: the path estimator's kernels ([`kernels`]).
 //! - `networks`: the link state networks ([`networks`]).
+//! - `association`: data association ([`association`]).
 //! - `panic`, `fault`: ends that way, to see that whoever runs the board notices.
 //!
 //! Exit codes are those of `exit.rs`. The whole path estimator has an image of its own, `sweeps-an500`: beside the
@@ -13,6 +14,7 @@
 #![no_std]
 #![no_main]
 
+mod association;
 #[path = "../icount/clock.rs"]
 mod clock;
 #[path = "../an500/exit.rs"]
@@ -37,6 +39,7 @@ fn main() -> ! {
         match check.path().to_bytes() {
             b"kernels" => kernels::run(),
             b"networks" => networks::run(),
+            b"association" => association::run(),
             b"panic" => panic!("asked for"),
             b"fault" => cortex_m::asm::udf(),
             _ => Err(Exit::Usage),
@@ -47,7 +50,7 @@ fn main() -> ! {
     exit(match outcome {
         Ok(()) => Exit::Done,
         Err(Exit::Usage) => {
-            defmt::error!("expected: kernels, networks, panic or fault");
+            defmt::error!("expected: kernels, networks, association, panic or fault");
             Exit::Usage
         }
         Err(other) => other,

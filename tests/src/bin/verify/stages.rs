@@ -499,7 +499,7 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "kernels",
-        what: "kernels, whole sweeps and networks on the emulated Cortex-M7: bits of the host, committed counts; on a Cortex-M4F and a Cortex-M55 the bits",
+        what: "kernels, whole sweeps, networks and data association on the emulated Cortex-M7: bits of the host, committed counts; on a Cortex-M4F and a Cortex-M55 the bits",
         needs: &["toolchain", "qemu", "defmt-print", "firmware"],
         lane: Lane::Unoptimised,
         work: Work::Steps(&[step(&[
@@ -507,6 +507,7 @@ pub(crate) const STAGES: &[Stage] = &[
             "--locked",
             "--workspace",
             ALL_TESTS,
+            "--test=association",
             "--test=chips",
             "--test=kernels",
             "--test=sweeps",
