@@ -25,8 +25,33 @@ pub(crate) struct Counts {
     estimation: [Work; ltd::Stage::ALL.len()],
     stages: [Work; STAGES],
     sweeps: u32,
-    sum_sweeps: u64,
-    most_sweeps: u64,
+    whole: Sweeps,
+    /// Without the checksum of the frames, which a unit of the chip makes on a real board.
+    without_checksum: Sweeps,
+    /// The same of sweeps in which no path was heard.
+    silent: Sweeps,
+}
+
+/// Whole sweeps.
+#[derive(Clone, Copy, Default)]
+struct Sweeps {
+    sum: u64,
+    times: u32,
+    most: u64,
+}
+
+impl Sweeps {
+    fn add(&mut self, instructions: u64) {
+        self.sum += instructions;
+        self.times += 1;
+        self.most = self.most.max(instructions);
+    }
+
+    fn print(&self, name: &str) {
+        let mean = self.sum.checked_div(u64::from(self.times)).unwrap_or(0);
+        defmt::println!("instructions, {=str}, mean: {=u64}", name, mean);
+        defmt::println!("instructions, {=str}, most: {=u64}", name, self.most);
+    }
 }
 
 impl Counts {
@@ -36,8 +61,9 @@ impl Counts {
             estimation: [Work::default(); ltd::Stage::ALL.len()],
             stages: [Work::default(); STAGES],
             sweeps: 0,
-            sum_sweeps: 0,
-            most_sweeps: 0,
+            whole: Sweeps::default(),
+            without_checksum: Sweeps::default(),
+            silent: Sweeps::default(),
         }
     }
 
@@ -58,9 +84,13 @@ impl Counts {
         result
     }
 
-    /// A sweep has ended: what was done since the one before is its own.
-    pub(crate) fn end_sweep(&mut self) {
+    /// A sweep has ended, in which paths were heard or none: what was done since the one before is its own.
+    pub(crate) fn end_sweep(&mut self, is_silent: bool) {
         let mut sum = 0;
+        let checksum = self
+            .stages
+            .get(Stage::Frame as usize)
+            .map_or(0, |frame| frame.this_sweep);
         for stage in &mut self.stages {
             stage.most_sweep = stage.most_sweep.max(stage.this_sweep);
             sum += stage.this_sweep;
@@ -72,8 +102,11 @@ impl Counts {
             work.most_sweep = work.most_sweep.max(instructions);
         }
         self.sweeps += 1;
-        self.sum_sweeps += sum;
-        self.most_sweeps = self.most_sweeps.max(sum);
+        self.whole.add(sum);
+        self.without_checksum.add(sum - checksum);
+        if is_silent {
+            self.silent.add(sum - checksum);
+        }
     }
 
     /// Lines of a table, `name: instructions`: of each stage the mean and the most of a piece, and the most of a sweep; then whole
@@ -104,8 +137,8 @@ impl Counts {
                 work.most_sweep
             );
         }
-        let mean = self.sum_sweeps.checked_div(u64::from(self.sweeps)).unwrap_or(0);
-        defmt::println!("instructions, whole sweep, mean: {=u64}", mean);
-        defmt::println!("instructions, whole sweep, most: {=u64}", self.most_sweeps);
+        self.whole.print("whole sweep");
+        self.without_checksum.print("sweep without checksum");
+        self.silent.print("sweep without paths");
     }
 }

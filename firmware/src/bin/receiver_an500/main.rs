@@ -145,7 +145,7 @@ impl Observer for Watch {
     }
 
     fn swept(&mut self, report: &SweepReport<PATHS>) {
-        self.counts.end_sweep();
+        self.counts.end_sweep(report.paths.is_empty());
         self.failed |= writeln!(self.lines, "{}", SweepLine(report)).is_err();
     }
 }

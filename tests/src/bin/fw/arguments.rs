@@ -1,13 +1,14 @@
 //! What `cargo fw` is asked for.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::{Parser, ValueEnum};
 use cslam_host_sim::world::Profile;
 
 /// Flies the firmware on an emulated Cortex-M7 in the loop with the simulated world, and compares it with the host; or puts it on a
 /// board.
-#[derive(Parser, Debug)]
+#[derive(Clone, Parser, Debug)]
 #[command(name = "cargo fw", version)]
 pub(crate) struct Arguments {
     /// Board: the emulated one flies, a real one is flashed (by probe-rs) and shows its log
@@ -29,6 +30,9 @@ pub(crate) struct Arguments {
     /// meets them is compared too
     #[arg(long)]
     pub(crate) faults: bool,
+    /// Fly each of these and count instructions: a line for each flight and one for all
+    #[arg(long, value_name = "SCENE:SEED", num_args = 1.., conflicts_with_all = ["scene", "seed", "check", "write", "out"])]
+    pub(crate) flights: Vec<Flight>,
     /// Count instructions, stage by stage; slower
     #[arg(long)]
     pub(crate) count: bool,
@@ -44,6 +48,28 @@ pub(crate) struct Arguments {
     /// Directory for what the board sent (packets.bin) and its lines (flight.txt)
     #[arg(long)]
     pub(crate) out: Option<PathBuf>,
+}
+
+/// A scene and a seed.
+#[derive(Clone, Debug)]
+pub(crate) struct Flight {
+    pub(crate) scene: String,
+    pub(crate) seed: u64,
+}
+
+impl FromStr for Flight {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        text.rsplit_once(':')
+            .and_then(|(scene, seed)| {
+                Some(Self {
+                    scene: scene.to_owned(),
+                    seed: seed.parse().ok()?,
+                })
+            })
+            .ok_or_else(|| "expected SCENE:SEED, such as street:1 or city:1:1".to_owned())
+    }
 }
 
 /// Boards.

@@ -19,6 +19,7 @@ use arguments::{Arguments, Target};
 fn main() -> ExitCode {
     let arguments = Arguments::read();
     let done = match arguments.board {
+        Target::Emulated if !arguments.flights.is_empty() => fly_each(&arguments),
         Target::Emulated => fly(&arguments),
         Target::H743 => flash::flash(),
     };
@@ -35,6 +36,25 @@ fn main() -> ExitCode {
             )
         }
     }
+}
+
+/// Flies several in the loop, compares each, and counts.
+fn fly_each(arguments: &Arguments) -> anyhow::Result<()> {
+    let image = board::build("receiver-an500")?;
+    let mut logs = Vec::new();
+    for flight in &arguments.flights {
+        let one = Arguments {
+            scene: flight.scene.clone(),
+            seed: flight.seed,
+            count: true,
+            ..arguments.clone()
+        };
+        let flown = world::fly(&one, &image)?;
+        eprintln!("{}", flown.summary(&one));
+        compare::compare(&flown)?;
+        logs.push((format!("{} {}", flight.scene, flight.seed), flown.board.log));
+    }
+    budget::flights(arguments.world, &logs)
 }
 
 /// Flies in the loop and compares.
