@@ -54,26 +54,6 @@ impl ClockConfig {
         }
     }
 
-    /// A good TCXO (docs/localization.md, "The model").
-    pub fn good_tcxo() -> Self {
-        Self {
-            white_fm_ns_per_sqrt_s: 0.03,
-            random_walk_ns_per_s_per_sqrt_s: 0.05,
-            ramp_ns_per_s2: 0.05,
-            ..Self::default()
-        }
-    }
-
-    /// An oven-controlled oscillator (docs/localization.md, "The model").
-    pub fn ocxo() -> Self {
-        Self {
-            white_fm_ns_per_sqrt_s: 0.01,
-            random_walk_ns_per_s_per_sqrt_s: 0.003,
-            ramp_ns_per_s2: 0.0,
-            ..Self::default()
-        }
-    }
-
     /// Checks the figures; the error names the key.
     pub(super) fn check(&self) -> Result<(), InputError> {
         super::not_negative(&[

@@ -41,39 +41,12 @@ pub struct ProcessNoise {
     pub gap_gyro_rad: f64,
 }
 
-/// The class of the UAV's clock (docs/localization.md, "The model"), as the filter's process noise.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ClockClass {
-    /// White FM 0.1 ns/sqrt s, random walk 0.3, thermal ramp 0.5 ns/s^2.
-    Tcxo,
-    /// White FM 0.03, random walk 0.05, ramp 0.05.
-    GoodTcxo,
-    /// White FM 0.01, random walk 0.003, no ramp.
-    Ocxo,
-}
-
-impl ClockClass {
-    /// White FM, m per root s; random walk, m/s per root s; thermal ramp, m/s^2.
-    pub fn figures(self) -> (f64, f64, f64) {
-        let (white, walk, ramp): (f64, f64, f64) = match self {
-            Self::Tcxo => (0.1, 0.3, 0.5),
-            Self::GoodTcxo => (0.03, 0.05, 0.05),
-            Self::Ocxo => (0.01, 0.003, 0.0),
-        };
-        (white * NS_M, walk * NS_M, ramp * NS_M)
-    }
-
-    /// Density of the ramp's walk, m/s^2 per root s: it reverses about once a minute, (2 ramp)^2 / 60 s.
-    fn ramp_walk_m_per_s2(self) -> f64 {
-        let (_, _, ramp) = self.figures();
-        ramp * 2.0 / 7.75
-    }
-}
+/// A TCXO (docs/localization.md, "The model", has other clocks): white frequency noise, m per root s; random walk, m/s per root s; thermal ramp, m/s^2.
+const TCXO: [f64; 3] = [0.1 * NS_M, 0.3 * NS_M, 0.5 * NS_M];
 
 impl Default for ProcessNoise {
     fn default() -> Self {
-        let clock = ClockClass::Tcxo;
-        let (clock_offset_m, clock_drift_m_per_s, _) = clock.figures();
+        let [clock_offset_m, clock_drift_m_per_s, ramp_m_per_s2] = TCXO;
         Self {
             accel_m_per_s: 1.5 * 70e-6 * STANDARD_GRAVITY_M_PER_S2,
             accel_scale: 0.003,
@@ -82,7 +55,8 @@ impl Default for ProcessNoise {
             accel_bias_m_per_s2: 1.2 * 0.02e-3 * STANDARD_GRAVITY_M_PER_S2,
             clock_offset_m,
             clock_drift_m_per_s,
-            clock_ramp_m_per_s2: clock.ramp_walk_m_per_s2(),
+            // It reverses about once a minute: (2 ramp)^2 / 60 s.
+            clock_ramp_m_per_s2: ramp_m_per_s2 * 2.0 / 7.75,
             // 20 mm that wander over a minute: sqrt(2 / 60 s).
             beacon_m: 3.7e-3,
             face_bias: 1.2e-4,
@@ -164,7 +138,7 @@ impl Default for Priors {
             accel_bias_m_per_s2: 20e-3 * STANDARD_GRAVITY_M_PER_S2,
             gyro_matrix: 0.003,
             clock_drift_m_per_s: 300.0,
-            clock_ramp_m_per_s2: ClockClass::Tcxo.figures().2,
+            clock_ramp_m_per_s2: TCXO[2],
             two_way_bias_m: 0.1 * NS_M,
             face_bias: [1.5e-3; 2],
             mast_rad: 0.05 * DEG_RAD,
@@ -221,22 +195,4 @@ pub struct FilterConfig {
     pub gates: Gates,
     /// Believing the beacon.
     pub beacon: BeaconLimits,
-}
-
-impl FilterConfig {
-    /// The same with a clock of another class.
-    pub fn with_clock(mut self, class: ClockClass) -> Self {
-        let (white, walk, ramp) = class.figures();
-        (self.process.clock_offset_m, self.process.clock_drift_m_per_s) = (white, walk);
-        self.process.clock_ramp_m_per_s2 = class.ramp_walk_m_per_s2();
-        self.priors.clock_ramp_m_per_s2 = ramp;
-        self
-    }
-
-    /// The same with other errors of two-way timing, ns: white, and constant over a flight.
-    pub fn with_two_way_ns(mut self, white_ns: f64, constant_ns: f64) -> Self {
-        self.radio.two_way_m = white_ns * NS_M;
-        self.priors.two_way_bias_m = constant_ns * NS_M;
-        self
-    }
 }

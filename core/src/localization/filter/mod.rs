@@ -39,7 +39,7 @@ mod sweep;
 mod window;
 
 pub use beacon::{BeaconLimits, BeaconMonitor, BeaconVerdict, Setup};
-pub use config::{ClockClass, FilterConfig, Gates, Priors, ProcessNoise, RadioNoise};
+pub use config::{FilterConfig, Gates, Priors, ProcessNoise, RadioNoise};
 pub use covariance::{Covariance, Transition};
 pub use health::{Counters, Health, TestRatios};
 pub use layout::{
