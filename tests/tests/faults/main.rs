@@ -156,6 +156,16 @@ fn a_beacon_that_drifts_by_0_1_m_per_s() {
 }
 
 #[test]
+fn timing_that_is_20_m_off_from_the_start() {
+    let faults = "[[timing]]\nstart_s = 0.0\nduration_s = 1e9\noffset_ns = 66.7";
+    let flown = fly(faults, |health| health.clock_contested);
+    println!("timing 20 m off from the start: {flown:?}");
+    // Motion has found it.
+    as_good_as_before(&flown, 1.0);
+    assert!(flown.flagged_after_s.is_some_and(|after| after <= 1.0) && flown.end.clock_ns < 2.0);
+}
+
+#[test]
 fn fixes_that_are_10_m_off() {
     let flown = ridden("3 fixes 10 m off", fly_wrong_fixes());
     // Not one of them has moved the pose.
