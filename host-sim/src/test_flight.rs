@@ -7,7 +7,7 @@ use crate::flight_log::{
 };
 use crate::paths::{Link, LinkPath};
 
-/// The header of a flight of `sweeps` sweeps, two a second.
+/// The header of a flight of `sweeps` sweeps, two per second.
 pub(crate) fn header(sweeps: usize) -> Header {
     Header {
         mode: "best".into(),

@@ -69,7 +69,7 @@ fn run(config: ImuChipConfig) -> Vec<ImuSample> {
             time_ticks: sample.stamp,
         };
         waiting.push(raw.to_packet());
-        // Three times a second the processor comes seven samples late.
+        // Three times per second the processor comes seven samples late.
         if number % 333 < 326 {
             // By the timer, to its tick.
             let edge_ns = (sample.edge_s * 1e7) as u64 * 100;

@@ -263,7 +263,7 @@ def imu(random):
 
 
 def magnetometer(random):
-    """magnetometer.csv: 50 samples a second of the UAV's clock."""
+    """magnetometer.csv: 50 samples per second of the UAV's clock."""
     inclination, declination = np.radians([FIELD["inclination_deg"], FIELD["declination_deg"]])
     earth_ut = FIELD["strength_ut"] * np.array(
         [np.cos(inclination) * np.sin(declination), np.cos(inclination) * np.cos(declination), -np.sin(inclination)]

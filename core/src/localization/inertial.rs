@@ -1,6 +1,6 @@
 //! Inertial samples, and their integral over a step of the filter.
 //!
-//! A receiver samples rate and force a thousand times a second; the filter steps at 50 to 100 Hz. Between them stands
+//! A receiver samples rate and force a thousand times per second; the filter steps at 50 to 100 Hz. Between them stands
 //! the increment: rotation, velocity and position gained over a step, in the body axes at its start, so that it is
 //! independent of where the UAV is and may wait until a late measurement has corrected the pose before it.
 

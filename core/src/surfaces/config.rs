@@ -30,7 +30,7 @@ pub struct SurfaceConfig {
     pub detection: f32,
     /// Log-odds that a contradiction takes: a line of sight through the surface, or its path through a confirmed one. Tuned.
     pub contradiction_log_odds: f32,
-    /// Sightings in a row of which the pose's error makes as much as one, at two sweeps a second: of a plane they tell no more. Over 24
+    /// Sightings in a row of which the pose's error makes as much as one, at two sweeps per second: of a plane they tell no more. Over 24
     /// tuning flights the errors of position and attitude are correlated over 31 sweeps (`1 + 2` sums of their autocorrelation), and
     /// their squares are a third of what the pose claims.
     pub alike_sightings: f32,

@@ -1,4 +1,4 @@
-//! Where the UAV is, ten times a second.
+//! Where the UAV is, ten times per second.
 
 use super::bits::{BitReader, BitWriter};
 use super::scale::CLOCK_OFFSET;

@@ -71,7 +71,7 @@ impl<M: Content> Sender<M> {
     }
 
     /// Sets the counter that this sender may not reach. Before the first call it may go on to the end, 4 294 967 295: 13
-    /// packets a second for ten years.
+    /// packets per second for ten years.
     pub fn allow(&mut self, limit: u32) {
         self.limit = limit;
     }

@@ -92,7 +92,7 @@ pub struct TimingReport {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DownlinkRates {
-    /// Poses a second; 0 for none.
+    /// Poses per second; 0 for none.
     pub pose_hz: u8,
     /// Sweeps from one link report to the next; 0 for none.
     pub link_sweeps: u8,
@@ -103,7 +103,7 @@ pub struct DownlinkRates {
 }
 
 impl Default for DownlinkRates {
-    /// Ten poses a second, every sweep, health once a second, points wait for [`super::Batch::LIMIT_NS`].
+    /// Ten poses per second, every sweep, health once a second, points wait for [`super::Batch::LIMIT_NS`].
     fn default() -> Self {
         Self {
             pose_hz: 10,

@@ -13,7 +13,7 @@ use super::HEADER_LENGTH;
 
 /// Where it lies in the header.
 const AT: usize = 48;
-/// Samples a second: the waveform's (docs/signal-model.md, "Default configuration").
+/// Samples per second: the waveform's (docs/signal-model.md, "Default configuration").
 const SAMPLES_HZ: f64 = 245.76e6;
 /// Steps of the phase in a sample: 62 fs each.
 const STEPS: f64 = 65_536.0;

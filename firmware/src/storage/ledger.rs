@@ -13,7 +13,7 @@ use super::store::Store;
 /// Packets of the downlink that are set aside at a time: a day of them.
 pub const DOWNLINK_RESERVE: u32 = 1 << 20;
 /// Packets of the uplink that are set aside at a time. Few, since a receiver that has lost its power refuses what is left of them: at
-/// four packets a second (beacons and timing, twice each) that is 16 s at most, and a record a 16 s.
+/// four packets per second (beacons and timing, twice each) that is 16 s at most, and a record a 16 s.
 pub const UPLINK_RESERVE: u32 = 64;
 /// Records that must fit at the start, so that an erase in flight is rare: two hours of uplink.
 pub const ROOM: u32 = 512;

@@ -28,7 +28,7 @@ use random::Random;
 
 const LENGTH: u64 = FRAME_LENGTH as u64;
 const SECOND: u64 = 1_000_000 * CLOCKS_PER_US;
-/// Two sweeps a second.
+/// Two sweeps per second.
 const PERIOD: u64 = SECOND / 2;
 /// docs/front-end.md, PATIENCE.
 const PATIENCE: u64 = 450_000 * CLOCKS_PER_US;

@@ -166,7 +166,7 @@ fn drift_grows_with_the_span_of_the_relative_error() {
     assert!(near(flown.rpe_rmse_m, 0.02), "{:?}", flown.rpe_rmse_m);
     assert!(
         near(flown.rpe_1s_rmse_m, 0.08),
-        "four steps a second: {:?}",
+        "four steps per second: {:?}",
         flown.rpe_1s_rmse_m
     );
     assert!(near(flown.position_max_m, 0.16) && near(flown.position_median_m, 0.08));

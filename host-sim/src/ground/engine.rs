@@ -113,7 +113,7 @@ impl Engine {
         self.recording_error = Some(error);
     }
 
-    /// Sends and writes what is due; to be called several times a second.
+    /// Sends and writes what is due; to be called several times per second.
     pub fn elapse(&mut self) {
         let now_s = self.hub.now_s();
         self.flush(now_s);

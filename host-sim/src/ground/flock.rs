@@ -10,7 +10,7 @@ use cslam_core::telemetry::{
 
 use crate::random::Stream;
 
-/// Bytes a second that the radio of the budget carries: 57 600 baud, ten bits a byte.
+/// Bytes per second that the radio of the budget carries: 57 600 baud, ten bits a byte.
 pub const RADIO_BYTES_PER_S: f64 = 5760.0;
 
 /// Time between two poses, s.
@@ -32,7 +32,7 @@ pub struct MadeUpUav {
 }
 
 impl MadeUpUav {
-    /// A UAV whose packets are signed with a key. It sends `points_per_s` points a second, or as many as fit beside everything
+    /// A UAV whose packets are signed with a key. It sends `points_per_s` points per second, or as many as fit beside everything
     /// else into [`RADIO_BYTES_PER_S`] when there are more.
     pub fn new(id: u8, key: &Key, seed: u64, points_per_s: f64) -> Self {
         Self {

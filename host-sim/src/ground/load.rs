@@ -88,7 +88,7 @@ impl fmt::Display for Figures {
             .map_or("unknown".to_owned(), |d| d.to_string());
         writeln!(f, "dropped by the system         {dropped}")?;
         let rate = self.bytes as f64 / f64::from(self.seconds.max(1)) / f64::from(self.uavs.max(1));
-        writeln!(f, "bytes a second and UAV        {rate:.0}")?;
+        writeln!(f, "bytes per second and UAV      {rate:.0}")?;
         writeln!(
             f,
             "points sent, in the map       {}, {}",

@@ -7,13 +7,13 @@ use super::model::{Config, Event, Health, Heard, Link, Message, Pose};
 use super::surfaces::Surfaces;
 use super::trail::Trail;
 
-/// Sweeps whose links are remembered: ten minutes at two sweeps a second.
+/// Sweeps whose links are remembered: ten minutes at two sweeps per second.
 pub const MOST_LINKS: usize = 1200;
 
 /// Events that are remembered.
 pub const MOST_EVENTS: usize = 64;
 
-/// A UAV is stale when it has not been heard for so long, s: poses come ten times a second.
+/// A UAV is stale when it has not been heard for so long, s: poses come ten times per second.
 pub const STALE_AFTER_S: f64 = 2.0;
 
 /// A clock that goes back by so much began anew, s.

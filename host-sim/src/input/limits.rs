@@ -78,7 +78,7 @@ pub const FLIGHT_S: f64 = 3600.0;
 /// Files of a recorded flight: an hour of IMU samples at 4 kHz has 403 MB, of truth 140 MB.
 pub const FLIGHT_EVENTS: Limit = Limit::lines(512 * MIB, 4 * KIB as usize);
 
-/// Estimated paths of a recorded flight: an hour at two sweeps a second, of nine paths each, has 25 MB.
+/// Estimated paths of a recorded flight: an hour at two sweeps per second, of nine paths each, has 25 MB.
 pub const ESTIMATED_PATHS: Limit = Limit::lines(128 * MIB, 64 * KIB as usize);
 
 /// Packets of UAVs: at 57 600 baud, 51 hours of one.

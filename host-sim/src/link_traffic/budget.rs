@@ -3,7 +3,7 @@
 use cslam_core::telemetry::{Decoder, Key, Message};
 use serde::Serialize;
 
-/// Baud of the radio that everything must fit, and bytes a second of it: ten bits a byte.
+/// Baud of the radio that everything must fit, and bytes per second of it: ten bits a byte.
 pub const BAUD: f64 = 57_600.0;
 const RADIO_BYTES_PER_S: f64 = BAUD / 10.0;
 
@@ -104,7 +104,7 @@ impl Budget {
         (self.points > 0).then(|| self.rows[0].bytes as f64 / self.points as f64)
     }
 
-    /// Bytes a second of everything.
+    /// Bytes per second of everything.
     pub fn bytes_per_s(&self) -> f64 {
         self.rows.iter().map(|row| row.bytes as f64).sum::<f64>() / self.duration_s
     }
@@ -114,7 +114,7 @@ impl Budget {
         self.bytes_per_s() / RADIO_BYTES_PER_S
     }
 
-    /// Bytes a second that MAVLink messages of the same would take: an ODOMETRY for a pose, an OBSTACLE_DISTANCE_3D for a point, a
+    /// Bytes per second that MAVLink messages of the same would take: an ODOMETRY for a pose, an OBSTACLE_DISTANCE_3D for a point, a
     /// SYS_STATUS for a health report, all signed. It has nothing for the fate of paths.
     pub fn mavlink_bytes_per_s(&self) -> f64 {
         let around = rivals::MAVLINK_FRAME + rivals::MAVLINK_SIGNATURE;

@@ -3,7 +3,7 @@
 use crate::input::InputError;
 use crate::paths::Link;
 
-/// Time from sweep to sweep of a list that does not say, s: two sweeps a second (design section 7).
+/// Time from sweep to sweep of a list that does not say, s: two sweeps per second (design section 7).
 const PERIOD_S: f64 = 0.5;
 
 /// When each link was heard, s from the start of the flight.

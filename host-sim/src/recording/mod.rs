@@ -116,7 +116,7 @@ pub struct Manifest {
     /// Height of the ground, m, world frame; absent: 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ground_z_m: Option<f64>,
-    /// IMU samples a second, Hz.
+    /// IMU samples per second, Hz.
     pub imu_rate_hz: u32,
     /// Whether each sweep's sample blocks lie beside.
     pub samples: bool,

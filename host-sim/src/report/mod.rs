@@ -66,7 +66,7 @@ pub struct TelemetryFigures {
     pub bytes: u64,
     /// Bytes for each point that was sent: packets of points alone, framing and checksums included.
     pub bytes_per_point: Option<f64>,
-    /// Bytes a second of flight.
+    /// Bytes per second of flight.
     pub bytes_per_s: Option<f64>,
 }
 

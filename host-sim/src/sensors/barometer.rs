@@ -26,7 +26,7 @@ const CUSHION_M: f64 = 2.0;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BarometerConfig {
-    /// Samples a second, Hz; divides 1 000 000. 0 for no barometer.
+    /// Samples per second, Hz; divides 1 000 000. 0 for no barometer.
     pub rate_hz: u32,
     /// White noise, m rms of height a sample.
     pub noise_m: f64,

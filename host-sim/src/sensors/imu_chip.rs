@@ -10,7 +10,7 @@ use nalgebra::Vector1;
 
 use super::low_pass::LowPass;
 
-/// Samples a second by the chip's clock, Hz.
+/// Samples per second by the chip's clock, Hz.
 const RATE_HZ: f64 = 1000.0;
 /// Ticks of the stamp a second by the chip's clock, Hz.
 const TICKS_HZ: f64 = 30e6 / 32.0;

@@ -24,7 +24,7 @@ const FULL_THRUST_M_PER_S2: f64 = 2.0 * STANDARD_GRAVITY_M_PER_S2;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MagnetometerConfig {
-    /// Samples a second, Hz; divides 1 000 000.
+    /// Samples per second, Hz; divides 1 000 000.
     pub rate_hz: u32,
     /// Strength of the earth's field, uT.
     pub field_ut: f64,

@@ -13,7 +13,7 @@ use crate::seeded::{Seeded, Source};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TimingConfig {
-    /// Exchanges a second, Hz; divides 1 000 000.
+    /// Exchanges per second, Hz; divides 1 000 000.
     pub rate_hz: u32,
     /// White error of an exchange, ns rms.
     pub white_ns: f64,

@@ -147,7 +147,7 @@ class Receiver:
             raise ValueError(f"event: got {type(event).__name__}, expected an event of a flight")
 
     def imu(self, time_ns: ArrayLike, rate_rad_per_s: ArrayLike, specific_force_m_per_s2: ArrayLike) -> None:
-        """Inertial samples, ``[n]`` and ``[n, 3]``, or one of them: see `ImuSamples`. A thousand a second."""
+        """Inertial samples, ``[n]`` and ``[n, 3]``, or one of them: see `ImuSamples`. A thousand per second."""
         times = np.atleast_1d(np.asarray(time_ns))
         if times.dtype.kind not in "iu" or times.ndim != 1 or (times.size and times.min() < 0):
             raise ValueError(f"time_ns: got {times.dtype} {list(times.shape)}, expected whole numbers [n] from 0 on")

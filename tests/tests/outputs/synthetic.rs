@@ -306,7 +306,7 @@ fn innovations(los: bool, stream: &mut Stream) -> Vec<Innovation> {
     kinds.iter().map(&mut draw).collect()
 }
 
-/// An inertial sensor that hovers, ten times a second for as long as there are poses, its rate the number of the sample.
+/// An inertial sensor that hovers, ten times per second for as long as there are poses, its rate the number of the sample.
 pub(crate) fn imu(log: &FlightLog) -> Vec<ImuSample> {
     let end_s = log.poses.last().map_or(0.0, |pose| pose.time_s);
     (0..=(end_s * 10.0) as u16)

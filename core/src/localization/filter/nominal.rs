@@ -1,7 +1,7 @@
 //! The state itself, about which the covariance describes the errors.
 //!
 //! In double precision: a clock that runs off by kilometres, a position of a hundred metres and increments of
-//! millimetres meet here, fifty times a second. A Cortex-M7 does that in hardware; the covariance, where the work is,
+//! millimetres meet here, fifty times per second. A Cortex-M7 does that in hardware; the covariance, where the work is,
 //! needs single precision only.
 
 use nalgebra::{Matrix3, Vector3};

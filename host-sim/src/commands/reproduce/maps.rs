@@ -36,7 +36,7 @@ pub(crate) struct Args {
     /// Whose methods; both beside each other when absent
     #[arg(long, value_enum)]
     mode: Option<Mode>,
-    /// Length of each flight, s; two sweeps a second
+    /// Length of each flight, s; two sweeps per second
     #[arg(long, value_name = "S", default_value_t = 120.0)]
     duration: f64,
     /// Seed of the flights and of all errors

@@ -76,7 +76,7 @@ enum What {
     /// every path of the link, thermal noise and 12-bit converter, through the estimator and the classifier that fly, with
     /// the true pose. docs/reproduction.md holds the tables.
     Points(points::Args),
-    /// The link to the ground: bytes a point and a second, and what a bad radio leaves of the map
+    /// The link to the ground: bytes per point and per second, and what a bad radio leaves of the map
     ///
     /// Flies outdoors from raw samples and counts what goes down, raw points and MAVLink messages beside it; then loses packets,
     /// lets them overtake each other, and damages bytes. docs/telemetry.md holds the tables.

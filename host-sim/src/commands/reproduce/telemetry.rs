@@ -42,7 +42,7 @@ pub(crate) struct Args {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum What {
-    /// Bytes a point and bytes a second over a flight, raw points and MAVLink messages beside them
+    /// Bytes per point and per second over a flight, raw points and MAVLink messages beside them
     Bytes,
     /// Lost and overtaken packets: what of the map arrives, and when the receiver is in step again
     Loss,

@@ -1,6 +1,6 @@
 //! The page: a small web server on a thread of its own, with everything a browser needs in the program itself.
 //!
-//! A page that opens its websocket gets the whole state, in portions, and from then on what changes, ten times a second. The state
+//! A page that opens its websocket gets the whole state, in portions, and from then on what changes, ten times per second. The state
 //! is a set of numbered slots, so a portion that crosses a change does no harm. A page that is too slow to follow gets the whole
 //! state again instead of a queue that grows.
 

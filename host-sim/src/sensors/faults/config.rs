@@ -101,7 +101,7 @@ pub struct ImuFault {
     /// Which values fail.
     #[serde(default)]
     pub axis: ImuAxis,
-    /// Spikes a second, of 10 % to 100 % of the range.
+    /// Spikes per second, of 10 % to 100 % of the range.
     #[serde(default = "ten")]
     pub spikes_per_s: f64,
 }

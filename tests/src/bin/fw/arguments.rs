@@ -23,7 +23,7 @@ pub(crate) struct Arguments {
     /// Seed of the flight, of its sensors and of its channel
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Simulated time to fly, s: two sweeps a second
+    /// Simulated time to fly, s: two sweeps per second
     #[arg(long, default_value_t = 60.0)]
     pub(crate) seconds: f64,
     /// With an inertial sensor that has spikes from 20 s on and stops at 52 s, and samples of it that are lost and doubled, so that what

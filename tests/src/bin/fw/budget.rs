@@ -9,7 +9,7 @@ use cslam_tests::cost::{counts, rises};
 
 use crate::arguments::Arguments;
 
-/// Clock of an STM32H743, Hz, and sweeps a second.
+/// Clock of an STM32H743, Hz, and sweeps per second.
 const CLOCK_HZ: f64 = 480e6;
 const SWEEPS_PER_S: f64 = 2.0;
 /// Cycles an instruction that the load table is made for. QEMU counts instructions; the processor ends up to two a cycle, and waits
@@ -150,7 +150,7 @@ pub(crate) fn time(arguments: &Arguments, log: &str) -> anyhow::Result<()> {
         .into_iter()
         .fold(0.0, f64::max);
     println!(
-        "\nload of a core of {} MHz at {SWEEPS_PER_S} sweeps a second, by cycles an instruction; without the checksum of the frames, \
+        "\nload of a core of {} MHz at {SWEEPS_PER_S} sweeps per second, by cycles an instruction; without the checksum of the frames, \
          which the chip's own unit makes:",
         CLOCK_HZ / 1e6
     );

@@ -32,7 +32,7 @@ pub(crate) struct Args {
     first_seed: u64,
     #[command(flatten)]
     any_seed: AnySeed,
-    /// Sweeps flown of each, two a second
+    /// Sweeps flown of each, two per second
     #[arg(long, value_name = "N", default_value_t = 30)]
     sweeps: usize,
     /// Weakest and strongest jammer and the step between, dBm
