@@ -16,6 +16,7 @@ use cslam_core::path::Departure;
 use cslam_core::surfaces::{SurfaceConfig, Surfaces};
 use heapless::Vec;
 
+use crate::digest::Digest;
 use crate::random::Random;
 
 /// Walls, one for each place in the store beside the ground's.
@@ -210,24 +211,19 @@ impl Sweep {
     }
 }
 
-/// FNV-1a over every bit of the verdicts.
+/// Of every bit of the verdicts.
 fn digest(association: &Association<PATHS>) -> u64 {
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    let mut add = |word: u32| {
-        for byte in word.to_le_bytes() {
-            hash = (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
-        }
-    };
+    let mut digest = Digest::new();
     for verdict in &association.verdicts {
-        add(verdict.decision as u32);
-        verdict.chain.iter().for_each(|id| add(u32::from(*id)));
+        digest.add(verdict.decision as u64);
+        verdict.chain.iter().for_each(|id| digest.add(u64::from(*id)));
         for number in [verdict.posterior, verdict.chi_square, verdict.departure_held] {
-            add(number.to_bits());
+            digest.add_bits(number);
         }
     }
-    add(association.chi_square.to_bits());
-    add(association.left_out.unweighed);
-    hash
+    digest.add_bits(association.chi_square);
+    digest.add(u64::from(association.left_out.unweighed));
+    digest.value()
 }
 
 #[cfg(test)]

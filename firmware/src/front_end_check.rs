@@ -9,6 +9,7 @@ use cslam_core::ltd::{Channel, Correlator, Iq, Workspace};
 use cslam_core::waveform::{SAMPLES, Waveform};
 use libm::{cos, floor, sin, sqrt};
 
+use crate::digest::Digest;
 use crate::random::Random;
 
 /// Channels of a block.
@@ -139,16 +140,6 @@ fn extreme(re: bool, im: bool) -> Iq {
     Iq::new(part(re), part(im))
 }
 
-/// FNV-1a over 64-bit words.
-#[derive(Clone, Copy, Debug)]
-struct Digest(u64);
-
-impl Digest {
-    fn add(&mut self, word: u64) {
-        self.0 = (self.0 ^ word).wrapping_mul(0x0000_0100_0000_01b3);
-    }
-}
-
 /// What the front end makes of a block, in one number each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outcome {
@@ -183,7 +174,7 @@ pub fn run<K: Kernels>(
     work: &mut Workspace,
 ) -> Outcome {
     fill(block, index);
-    let mut digest = Digest(0xcbf2_9ce4_8422_2325);
+    let mut digest = Digest::new();
     let mut spectrum = [Iq::ZERO; SAMPLES];
     for channel in block.iter() {
         digest.add(u64::from(correlator.spectrum(channel, &mut spectrum, work)));
@@ -203,7 +194,7 @@ pub fn run<K: Kernels>(
         digest.add(u64::from(x.word()));
     }
     Outcome {
-        digest: digest.0,
+        digest: digest.value(),
         clips,
         unexamined,
         exponent,

@@ -12,6 +12,7 @@ pub mod app;
 pub mod association_check;
 pub mod board;
 pub mod clock;
+mod digest;
 pub mod fault;
 pub mod front_end;
 pub mod front_end_check;

@@ -12,6 +12,7 @@ use cslam_core::lscn::{
 use cslam_core::path::{Departure, Path, diagonal_covariance};
 use cslam_core::reflection::Ends;
 
+use crate::digest::Digest;
 use crate::random::Random;
 
 /// Number of different links.
@@ -230,7 +231,7 @@ impl<'m, K: Kernels> Networks<'m, K> {
     /// # Errors
     /// None for the links of this module.
     pub fn digest(&self, link: &Link, work: &mut Activations) -> Result<u64, InferenceError> {
-        let mut digest = Digest(0xcbf2_9ce4_8422_2325);
+        let mut digest = Digest::new();
         if let Ok(geometry) = LinkGeometry::new(link.ends(), link.paths()) {
             for path in link.paths() {
                 let Ok(features) = geometry.features(path) else {
@@ -238,43 +239,36 @@ impl<'m, K: Kernels> Networks<'m, K> {
                     continue;
                 };
                 if let Some(inputs) = features.with_departure() {
-                    digest.network(&self.with_departure, inputs, work)?;
+                    add_network(&mut digest, &self.with_departure, inputs, work)?;
                 }
-                digest.network(&self.without_departure, features.without_departure(), work)?;
+                add_network(
+                    &mut digest,
+                    &self.without_departure,
+                    features.without_departure(),
+                    work,
+                )?;
             }
         }
         let mut inputs = [0.0; PAPER_INPUTS];
         paper_inputs(link.paths(), &mut inputs);
-        digest.network(&self.paper, &inputs, work)?;
-        Ok(digest.0)
+        add_network(&mut digest, &self.paper, &inputs, work)?;
+        Ok(digest.value())
     }
 }
 
-/// FNV-1a over 32-bit words.
-struct Digest(u64);
-
-impl Digest {
-    fn add(&mut self, word: u32) {
-        self.0 = (self.0 ^ u64::from(word)).wrapping_mul(0x0000_0100_0000_01b3);
-    }
-
-    fn network<K: Kernels>(
-        &mut self,
-        network: &Network<'_, K>,
-        inputs: &[f32],
-        work: &mut Activations,
-    ) -> Result<(), InferenceError> {
-        inputs.iter().for_each(|x| self.add(x.to_bits()));
-        network
-            .sums(inputs, work)?
-            .iter()
-            .for_each(|&sum| self.add(sum as u32));
-        network
-            .logits(inputs, work)?
-            .iter()
-            .for_each(|z| self.add(z.to_bits()));
-        let probabilities = network.classify(inputs, work)?.to_array();
-        probabilities.iter().for_each(|p| self.add(p.to_bits()));
-        Ok(())
-    }
+/// Takes in all that a network makes of its inputs.
+fn add_network<K: Kernels>(
+    digest: &mut Digest,
+    network: &Network<'_, K>,
+    inputs: &[f32],
+    work: &mut Activations,
+) -> Result<(), InferenceError> {
+    inputs.iter().for_each(|x| digest.add_bits(*x));
+    let sums = network.sums(inputs, work)?;
+    sums.iter().for_each(|&sum| digest.add(u64::from(sum as u32)));
+    let logits = network.logits(inputs, work)?;
+    logits.iter().for_each(|z| digest.add_bits(*z));
+    let probabilities = network.classify(inputs, work)?.to_array();
+    probabilities.iter().for_each(|p| digest.add_bits(*p));
+    Ok(())
 }

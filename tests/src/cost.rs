@@ -33,6 +33,20 @@ pub fn rises(committed: &BTreeMap<String, f64>, measured: &BTreeMap<String, f64>
     missing.chain(others).collect()
 }
 
+/// Prints what was measured, and holds it against a committed table of `tests/golden`.
+///
+/// # Panics
+/// When something is missing, new, or dearer than committed: with all of it.
+pub fn costs_no_more_than_committed(table: &str, measured: &BTreeMap<String, f64>) {
+    for (name, count) in measured {
+        println!("{name}: {count}");
+    }
+    let path = crate::root().join("tests/golden").join(table);
+    let committed = std::fs::read_to_string(path).expect("the committed table");
+    let rises = rises(&counts(&committed), measured);
+    assert!(rises.is_empty(), "{}", rises.join("\n"));
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

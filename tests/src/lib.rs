@@ -41,6 +41,18 @@ pub fn emulated_board(verb: &str, image: &str) -> Command {
     command
 }
 
+/// What a check of `checks-an500` printed, its clock counting instructions.
+///
+/// # Panics
+/// When the image cannot be built or the check fails: with all that was printed.
+pub fn counted_on_the_chip(check: &str) -> String {
+    printed(
+        emulated_board("run", "checks-an500")
+            .args(["--", check])
+            .env("CSLAM_ICOUNT", "10"),
+    )
+}
+
 /// Arguments with which cargo builds the optimised binaries of the host, `cslam` and `fw`. The Python package is chosen with them, so that all
 /// that they stand on has the features that it asks for: whatever else is chosen beside it, pip included, builds none of it again.
 pub const RELEASE: [&str; 9] = [

@@ -7,31 +7,18 @@ use cslam_core::ltd::kernels::Native;
 use cslam_core::ltd::{Correlator, Iq, Workspace};
 use cslam_core::waveform::{SAMPLES, Waveform};
 use cslam_firmware::front_end_check::{BLOCKS, Block, CHANNELS, run};
-use cslam_tests::cost::{counts, rises};
-use cslam_tests::{emulated_board, printed, root};
+use cslam_tests::cost::{costs_no_more_than_committed, counts};
+use cslam_tests::counted_on_the_chip;
 
 /// What the chip printed: one run for all tests.
 fn output() -> &'static str {
     static OUTPUT: OnceLock<String> = OnceLock::new();
-    OUTPUT.get_or_init(|| {
-        printed(
-            emulated_board("run", "checks-an500")
-                .args(["--", "kernels"])
-                .env("CSLAM_ICOUNT", "10"),
-        )
-    })
+    OUTPUT.get_or_init(|| counted_on_the_chip("kernels"))
 }
 
 #[test]
 fn no_kernel_costs_more_than_committed() {
-    let path = root().join("tests/golden/ltd_cost.txt");
-    let table = std::fs::read_to_string(&path).expect("the committed table");
-    let measured = counts(output());
-    for (name, count) in &measured {
-        println!("{name}: {count}");
-    }
-    let rises = rises(&counts(&table), &measured);
-    assert!(rises.is_empty(), "{}", rises.join("\n"));
+    costs_no_more_than_committed("ltd_cost.txt", &counts(output()));
 }
 
 /// The design's budgets, whatever the table says.

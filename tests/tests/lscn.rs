@@ -7,31 +7,18 @@ use std::sync::OnceLock;
 use cslam_core::lscn::Activations;
 use cslam_core::lscn::kernels::Native;
 use cslam_firmware::lscn_check::{LINKS, Link, ModelFile, Networks, Which};
-use cslam_tests::cost::{counts, rises};
-use cslam_tests::{emulated_board, printed, root};
+use cslam_tests::cost::{costs_no_more_than_committed, counts};
+use cslam_tests::counted_on_the_chip;
 
 /// What the chip printed: one run for all tests.
 fn output() -> &'static str {
     static OUTPUT: OnceLock<String> = OnceLock::new();
-    OUTPUT.get_or_init(|| {
-        printed(
-            emulated_board("run", "checks-an500")
-                .args(["--", "networks"])
-                .env("CSLAM_ICOUNT", "10"),
-        )
-    })
+    OUTPUT.get_or_init(|| counted_on_the_chip("networks"))
 }
 
 #[test]
 fn no_step_costs_more_than_committed() {
-    let path = root().join("tests/golden/lscn_cost.txt");
-    let table = std::fs::read_to_string(&path).expect("the committed table");
-    let measured = counts(output());
-    for (name, count) in &measured {
-        println!("{name}: {count}");
-    }
-    let rises = rises(&counts(&table), &measured);
-    assert!(rises.is_empty(), "{}", rises.join("\n"));
+    costs_no_more_than_committed("lscn_cost.txt", &counts(output()));
 }
 
 /// The design's budgets, whatever the table says: instructions for each multiplication, requantisation and the rounding of

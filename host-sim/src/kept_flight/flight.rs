@@ -1,5 +1,6 @@
 //! A flight that is flown from its samples once and from its paths many times.
 
+use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 
 use cslam_core::cslam::Config;
@@ -57,6 +58,25 @@ impl<'s> KeptFlight<'s> {
             world,
             estimated,
         })
+    }
+
+    /// Flies several seeds so; `flown` is called after each.
+    ///
+    /// # Errors
+    /// As [`KeptFlight::fly`].
+    pub fn fly_each(
+        scene: &'s Scene,
+        config: &WorldConfig,
+        seeds: Range<u64>,
+        mut flown: impl FnMut(),
+    ) -> anyhow::Result<Vec<Self>> {
+        seeds
+            .map(|seed| {
+                let kept = Self::fly(scene, config.clone(), seed)?;
+                flown();
+                Ok(kept)
+            })
+            .collect()
     }
 
     /// The world that the samples came from.

@@ -24,7 +24,6 @@ pub(crate) struct Counts {
     meter: &'static Stages,
     estimation: [Work; ltd::Stage::ALL.len()],
     stages: [Work; STAGES],
-    sweeps: u32,
     whole: Sweeps,
     /// Without the checksum of the frames, which a unit of the chip makes on a real board.
     without_checksum: Sweeps,
@@ -60,7 +59,6 @@ impl Counts {
             meter,
             estimation: [Work::default(); ltd::Stage::ALL.len()],
             stages: [Work::default(); STAGES],
-            sweeps: 0,
             whole: Sweeps::default(),
             without_checksum: Sweeps::default(),
             silent: Sweeps::default(),
@@ -101,7 +99,6 @@ impl Counts {
             work.sum += instructions;
             work.most_sweep = work.most_sweep.max(instructions);
         }
-        self.sweeps += 1;
         self.whole.add(sum);
         self.without_checksum.add(sum - checksum);
         if is_silent {
@@ -129,7 +126,7 @@ impl Counts {
                 continue;
             }
             let name = stage.name();
-            let mean = work.sum.checked_div(u64::from(self.sweeps)).unwrap_or(0);
+            let mean = work.sum.checked_div(u64::from(self.whole.times)).unwrap_or(0);
             defmt::println!("instructions, paths: {=str}, mean a sweep: {=u64}", name, mean);
             defmt::println!(
                 "instructions, paths: {=str}, most a sweep: {=u64}",

@@ -127,13 +127,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     config.flight.duration_s = args.duration;
     let rows = rows();
     let bar = progress::bar((1 + rows.len() as u64) * args.flights, "flying");
-    let flights = (args.seed..args.seed + args.flights)
-        .map(|seed| {
-            let kept = KeptFlight::fly(&scene, config.clone(), seed)?;
-            bar.inc(1);
-            Ok(kept)
-        })
-        .collect::<anyhow::Result<Vec<_>>>()?;
+    let seeds = args.seed..args.seed + args.flights;
+    let flights = KeptFlight::fly_each(&scene, &config, seeds, || bar.inc(1))?;
     let mut table = Table::new([
         "lie",
         "flights flagged",

@@ -61,13 +61,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     };
     let rows = (usize::from(wanted(Part::Flights)) + lengths.len()) * ROWS.len();
     let bar = progress::bar(args.flights + rows as u64, "flying");
-    let flights = (args.seed..args.seed + args.flights)
-        .map(|seed| {
-            let kept = KeptFlight::fly(&scene, config.clone(), seed)?;
-            bar.inc(1);
-            Ok(kept)
-        })
-        .collect::<anyhow::Result<Vec<_>>>()?;
+    let seeds = args.seed..args.seed + args.flights;
+    let flights = KeptFlight::fly_each(&scene, &config, seeds, || bar.inc(1))?;
     let whole = wanted(Part::Flights)
         .then(|| whole::fly(&flights, &bar))
         .transpose()?;
