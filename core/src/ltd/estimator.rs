@@ -231,7 +231,9 @@ impl<
             calibration,
             detector: Detector::new(C, config.false_alarms_per_sweep, BEAMS * config.waveform.active),
             threshold: fit_threshold(config.false_alarms_per_sweep, BEAMS),
-            gate: config.gating.then(|| Gate::new(C * SAMPLES)),
+            gate: config
+                .gating
+                .then(|| Gate::new(C * SAMPLES, C * config.waveform.active)),
             screen: config.screening.then(Screen::new::<E>),
             correlator: Correlator::new(&config.waveform),
             departures: Departures::new(&config.codebook, gain_sigma),
