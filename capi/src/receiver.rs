@@ -8,7 +8,7 @@ use cslam_core::localization::ImuSample;
 use cslam_core::localization::bsm::BeamSquint;
 use cslam_core::localization::filter::states;
 use cslam_core::localization::imu::MagneticField;
-use cslam_core::lscn::{Classifier, models};
+use cslam_core::lscn::models;
 use cslam_core::profile::quad_4x8_gmt_72::BEAMS;
 use cslam_core::profile::{FlightConfig, FlightEstimator};
 use cslam_core::telemetry::{Decoder, Key};
@@ -111,11 +111,8 @@ unsafe fn build(
     told: &CslamReceiverConfig,
     (ground_z_m, magnetic_field): (Option<f32>, Option<MagneticField>),
 ) -> Result<(), CslamStatus> {
-    let (Ok(with), Ok(without)) = (models::geometric(), models::geometric_without_departure()) else {
-        return Err(CslamStatus::Damaged);
-    };
-    let classifier = Classifier::new(with, without).map_err(|_| CslamStatus::Damaged)?;
-    let mut config = Config::best(LinkStates::Geometric(classifier));
+    let classifier = models::trees().map_err(|_| CslamStatus::Damaged)?;
+    let mut config = Config::best(LinkStates::Trees(classifier));
     config.accept.point.ground_z_m = ground_z_m;
     config.magnetic_field = magnetic_field;
     let squint = config.beam_squint().map_err(|_| CslamStatus::Damaged)?;

@@ -157,6 +157,7 @@ fn the_most_probable_state_wins_and_the_lower_order_among_equals() {
             los,
             first_order,
             higher_order,
+            artefact: 0.0,
         }
         .state()
     };

@@ -173,6 +173,7 @@ impl Sweep {
                 los: straight,
                 first_order: 0.98 * (1.0 - straight),
                 higher_order: 0.02 * (1.0 - straight),
+                artefact: 0.0,
             }),
         })
     }

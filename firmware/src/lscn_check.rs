@@ -1,4 +1,4 @@
-//! Check of the link state networks: links of all kinds, the networks that fly and such with random weights, and digests
+//! Check of the link state classifiers: links of all kinds, the trees and networks that come with the crate, networks of random weights, and digests
 //! of everything between a measured path and its probabilities. Equal digests of two kernels, or of two machines, mean equal
 //! bits.
 
@@ -6,8 +6,8 @@ use cslam_core::geometry::{Direction, GeometryError, Matrix3, Position, World};
 use cslam_core::lscn::kernels::{Kernels, Native};
 use cslam_core::lscn::{
     Activations, Description, GEOMETRIC_INPUTS, GEOMETRIC_WITH_DEPARTURE_INPUTS, InferenceError, InputScale,
-    Kind, LinkGeometry, Model, ModelError, Network, Outputs, Received, Rows, Shape, WriteError, models,
-    paper_inputs, write,
+    Kind, LinkGeometry, Model, ModelError, Network, Outputs, PathClassifier, Received, Rows, Shape,
+    WriteError, models, paper_inputs, write,
 };
 use cslam_core::path::{Departure, Path, diagonal_covariance};
 use cslam_core::reflection::Ends;
@@ -254,6 +254,30 @@ impl<'m, K: Kernels> Networks<'m, K> {
         add_network(&mut digest, &self.paper, &inputs, work)?;
         Ok(digest.value())
     }
+}
+
+/// Digest of a link by the trees that fly: bits of every path's inputs, and sums and probabilities.
+///
+/// # Errors
+/// None for the links of this module.
+pub fn trees_digest(classifier: &PathClassifier<'_>, link: &Link) -> Result<u64, InferenceError> {
+    let mut digest = Digest::new();
+    if let Ok(geometry) = LinkGeometry::new(link.ends(), link.paths()) {
+        for path in link.paths() {
+            let Ok(inputs) = geometry.tree_inputs(path) else {
+                digest.add(1);
+                continue;
+            };
+            inputs.iter().for_each(|x| digest.add_bits(*x));
+            let sums = classifier.trees().sums(&inputs)?;
+            sums.iter().for_each(|&sum| digest.add(u64::from(sum as u32)));
+            let p = classifier.trees().classify(&inputs)?;
+            [p.los, p.first_order, p.higher_order, p.artefact]
+                .iter()
+                .for_each(|p| digest.add_bits(*p));
+        }
+    }
+    Ok(digest.value())
 }
 
 /// Takes in all that a network makes of its inputs.

@@ -4,10 +4,12 @@
 #
 #     sh host-sim/models/make.sh [--check] [WORK]
 #
-# Data sets, models and training curves go to WORK (default out/lscn, 300 MB); float models from there to host-sim/models,
-# model files to core/models. With --check nothing is replaced: all six files are compared, byte by byte, and the run fails
+# Data sets, flights, models and training curves go to WORK (default out/lscn, 400 MB); float models from there to host-sim/models,
+# model files to core/models. With --check nothing is replaced: all seven files are compared, byte by byte, and the run fails
 # where one differs. Every step is seeded: the same bytes on every machine and for every number of threads.
 set -eu
+# The order of the files is that of the samples.
+export LC_ALL=C
 check=
 if [ "${1:-}" = --check ]; then
     check=yes
@@ -54,6 +56,17 @@ links outdoor validation 0.01
     --train "$work/train-outdoor-paper" --validation "$work/validation-outdoor-paper" \
     --out "$made/paper-k9.safetensors"
 
+# Trees: what the receiver measured in flights through the same cities and floors, in both worlds; cities of their own for the calibration. The
+# receiver that flies asks the geometric networks, so that the samples do not depend on the trees that are to be made.
+printf '[receiver]\nlink_state = "geometric"\n' > "$work/flights.toml"
+"$cslam" campaign --quiet --out "$work/flights" --keep-paths "$work/kept" --samples "$work/samples" \
+    --configs "$work/flights.toml" --world real budget --seeds 1 1 --scenes \
+    city:101 city:102 city:103 city:104 city:105 city:106 city:107 city:108 city:109 city:110 city:111 city:112 \
+    indoor:1 indoor:2 indoor:3 indoor:4 indoor:5 indoor:6 city:201 city:202 city:203 > "$work/flights.out"
+"$cslam" train --kind trees \
+    --train "$work"/samples/*.best.city-1* "$work"/samples/*.best.indoor-* --validation "$work"/samples/*.best.city-2* \
+    --out "$made/trees.lscn"
+
 for model in geometric geometric-without-departure; do
     "$cslam" quantize "$made/$model.safetensors" --out "$made/$model.lscn" \
         --calibration "$work"/validation-city:* "$work"/validation-indoor:*
@@ -62,15 +75,19 @@ done
     --calibration "$work/validation-outdoor-paper"
 
 differ=
+keep() { # made file, its place
+    if [ -z "$check" ]; then
+        cp "$1" "$2"
+    elif cmp "$1" "$2"; then
+        echo "$2: the recipe's bytes"
+    else
+        differ=yes
+    fi
+}
 for model in geometric geometric-without-departure paper-k9; do
     for file in "host-sim/models/$model.safetensors" "core/models/$model.lscn"; do
-        if [ -z "$check" ]; then
-            cp "$made/${file##*/}" "$file"
-        elif cmp "$made/${file##*/}" "$file"; then
-            echo "$file: the recipe's bytes"
-        else
-            differ=yes
-        fi
+        keep "$made/${file##*/}" "$file"
     done
 done
+keep "$made/trees.lscn" core/models/trees.lscn
 [ -z "$differ" ]

@@ -101,7 +101,7 @@ pub(crate) fn measured(c_tau_m: f64, aoa_rad: [f64; 2]) -> MeasuredPath {
         aoa_zenith_rad: aoa_rad[0],
         aoa_azimuth_rad: aoa_rad[1],
         snr_db: Some(20.0),
-        first_order_probability: Some(0.9),
+        probabilities: Some([0.0, 0.9, 0.1]),
         verdict: "ok".into(),
     }
 }

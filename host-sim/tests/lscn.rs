@@ -1,4 +1,4 @@
-//! `cslam dataset`, `train` and `classify` as a user meets them.
+//! `cslam dataset`, `campaign --samples`, `train` and `classify` as a user meets them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -360,4 +360,66 @@ fn faults_of_classification_are_named() {
     assert!(with(&["--range-sigma-m=-1"]).contains("at least 0"));
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../core/models/paper-k9.lscn");
     assert!(with(&["--model", text(&shipped)]).contains("--model: a Paper model"));
+}
+
+#[test]
+fn trees_are_trained_on_flights_and_fly() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let place = |name: &str| directory.path().join(name);
+    let (samples, model, out) = (place("samples"), place("mine.lscn"), place("out"));
+    good(
+        &[
+            &["campaign", "--quiet", "--steps", "30", "--seeds", "1", "1"][..],
+            &["--scenes", "city:101", "city:201", "city:21", "--any-seed"],
+            &["--out", text(&place("flown")), "--samples", text(&samples)],
+        ]
+        .concat(),
+    );
+    let of = |city: &str| samples.join(format!("budget.best.city-{city}.1"));
+    let [training, validation, reported] = ["101", "201", "21"].map(of);
+    let on = |scene: &Path, then: fn(&[&str]) -> String| {
+        then(
+            &[
+                &["train", "--kind", "trees", "--rounds", "5", "--json"][..],
+                &[
+                    "--train",
+                    text(scene),
+                    "--validation",
+                    text(&validation),
+                    "--out",
+                    text(&model),
+                ],
+            ]
+            .concat(),
+        )
+    };
+    let report: Value = serde_json::from_str(&on(&training, good)).expect("JSON");
+    assert!(
+        report["training_samples"].as_u64().expect("a number") > 50,
+        "{report}"
+    );
+    assert!(
+        report["training"]["right"].as_f64().expect("a share") > 0.7,
+        "{report}"
+    );
+    assert_eq!(report["bytes"], fs::metadata(&model).expect("written").len());
+    // A scene that is flown to report is none to train on.
+    let message = on(&reported, bad);
+    assert!(message.contains("city:21"), "{message}");
+
+    let fly = |then: fn(&[&str]) -> String| {
+        let stage = ["--link-state-model", text(&model), "--out", text(&out)];
+        then(&[&["fly", "--quiet", "--steps", "6"][..], &stage].concat())
+    };
+    fly(good);
+    let flown = fs::read(out.join("report.json")).expect("written");
+    let flown: Value = serde_json::from_slice(&flown).expect("JSON");
+    assert!(flown["link_state"]["measured"]["paths"].is_u64());
+    // A network is no tree.
+    fs::write(&model, cslam_core::lscn::models::geometric_file()).expect("written");
+    let message = fly(bad);
+    assert!(
+        message.contains("mine.lscn") && message.contains("no known kind"),
+        "{message}"
+    );
 }

@@ -4,9 +4,9 @@
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
-use cslam_core::lscn::Activations;
 use cslam_core::lscn::kernels::Native;
-use cslam_firmware::lscn_check::{LINKS, Link, ModelFile, Networks, Which};
+use cslam_core::lscn::{Activations, models};
+use cslam_firmware::lscn_check::{LINKS, Link, ModelFile, Networks, Which, trees_digest};
 use cslam_tests::cost::{costs_no_more_than_committed, counts};
 use cslam_tests::counted_on_the_chip;
 
@@ -59,6 +59,22 @@ fn the_chip_computes_the_bits_of_the_host() {
     ];
     let networks = Networks::<Native>::new(models.map(|model| model.expect("sound")));
     same_bits("random ", &networks);
+}
+
+/// Digests of every link by the trees: the chip's against this machine's.
+#[test]
+fn the_chips_trees_say_what_the_hosts_say() {
+    let trees = models::trees().expect("sound");
+    let lines: Vec<&str> = output()
+        .lines()
+        .filter(|line| line.starts_with("trees ") && !line.contains(':'))
+        .collect();
+    assert_eq!(lines.len(), LINKS as usize);
+    for (index, line) in (0..).zip(lines) {
+        let link = Link::random(index).expect("a link");
+        let digest = trees_digest(&trees, &link).expect("finite");
+        assert_eq!(line.trim(), format!("trees {index} {digest:016x}"));
+    }
 }
 
 /// The chip's lines of a set of networks against the host's digests.

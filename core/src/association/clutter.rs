@@ -2,10 +2,10 @@
 //!
 //! ```text
 //! log w(N) = log P'(1) + log share - log (4 pi L0) + log p_departure(closed form) + log open
-//! log w(U) = log P'(several) - log (4 pi L0) - log 2 pi,  and near a much stronger path a thousand times that
+//! log w(U) = log (P'(several) + density P(artefact)) - log (4 pi L0) - log 2 pi
 //! ```
 //! No other gate is needed: a poor pose widens S, the peak of N(r; S) falls, and U wins by itself. (Clutter and new-feature intensity of
-//! belief-propagation SLAM, with the network as mark: Leitinger et al., arXiv 2211.09241.)
+//! belief-propagation SLAM, with the classifier as mark: Leitinger et al., arXiv 2211.09241.)
 
 use super::config::AssociationConfig;
 use super::hypotheses::Scene;
@@ -40,18 +40,16 @@ pub(super) fn clutter<const N: usize>(
     probabilities: Option<&Probabilities>,
 ) -> Clutter {
     let config = scene.config;
-    let artefacts = if measured.neighbourhood.may_be_artefact {
-        1.0 + f64::from(config.artefact_density)
-    } else {
-        1.0
-    };
+    let artefact = f64::from(probabilities.map_or(0.0, |p| p.artefact));
     let any_departure = if measured.departure.is_some() {
         LOG_TWO_PI
     } else {
         0.0
     };
     let several = probability_of_order(probabilities, 2, config);
-    let unknown = libm::log(several * artefacts) - log_spread(config) - any_departure;
+    let unknown = libm::log(several + artefact * f64::from(config.artefact_density))
+        - log_spread(config)
+        - any_departure;
     let found = new(scene, measured);
     let blocked = found.is_some_and(|(_, blocked)| blocked);
     let new = found.map_or(f64::NEG_INFINITY, |(log_departure, blocked)| {

@@ -7,8 +7,8 @@ use crate::paths::PathErrors;
 pub struct AssociationConfig {
     /// Errors of paths.
     pub errors: PathErrors,
-    /// Share that each state has at least, whatever the network says: one that says 0.000 is wrong one time in fifty. Tuned.
-    pub network_doubt: f32,
+    /// Share that each state has at least, whatever the classifier says: what it errs about in one sweep it errs about in the next. Tuned.
+    pub classifier_doubt: f32,
     /// Chains of one reflection that a place offers, a prior over which it is. Tuned.
     pub singles_offered: f32,
     /// By how many times more chains each further reflection offers. Tuned.
@@ -24,7 +24,7 @@ pub struct AssociationConfig {
     pub unknown_share: f32,
     /// Spread of the lengths of unexplained paths, m: the scale of a street.
     pub clutter_length_m: f32,
-    /// Density of artefacts within [`PathErrors::neighbour_m`] of a path much stronger, in units of that of unexplained paths. Tuned.
+    /// Density of artefacts, in units of that of unexplained paths: they lie beside stronger ones. Tuned.
     pub artefact_density: f32,
     /// Posterior of a path that is explained: the precision that is wanted.
     pub explained: f32,
@@ -32,7 +32,7 @@ pub struct AssociationConfig {
     pub tentative: f32,
     /// Standard deviations within which an explanation is weighed.
     pub gate_sigmas: f32,
-    /// Explanations weighed in a sweep at most: a bound of work, not of the model (14 in the mean, at most 47 in flights).
+    /// Explanations weighed in a sweep at most: a bound of work, not of the model. Pairs of tentative surfaces take what is left.
     pub weighings: u16,
 }
 
@@ -40,7 +40,7 @@ impl Default for AssociationConfig {
     fn default() -> Self {
         Self {
             errors: PathErrors::default(),
-            network_doubt: 0.03,
+            classifier_doubt: 0.06,
             singles_offered: 2.0,
             offered_growth: 9.0,
             reach_per_m: -0.25,
@@ -52,7 +52,7 @@ impl Default for AssociationConfig {
             explained: 0.95,
             tentative: 0.9,
             gate_sigmas: 5.0,
-            weighings: 320,
+            weighings: 160,
         }
     }
 }

@@ -38,20 +38,22 @@ pub(super) fn known<const N: usize>(surfaces: &Surfaces<N>) -> Vec<Known<'_>, N>
     }))
 }
 
-/// Network's probability of an order, tempered. Three and more reflections count as two; without a network all are alike.
+/// Classifier's probability of an order, tempered. Three and more reflections count as two, as artefacts do; without a classifier all are alike.
 #[inline(never)]
 pub(super) fn probability_of_order(
     probabilities: Option<&Probabilities>,
     order: usize,
     config: &AssociationConfig,
 ) -> f64 {
-    let [straight, one, several] = probabilities.map_or([1.0 / 3.0; 3], |p| p.to_array());
+    let [straight, one, several] = probabilities.map_or([1.0 / 3.0; 3], |p| {
+        [p.los, p.first_order, p.higher_order + p.artefact]
+    });
     let said = f64::from(match order {
         0 => straight,
         1 => one,
         _ => several,
     });
-    let doubt = f64::from(config.network_doubt);
+    let doubt = f64::from(config.classifier_doubt);
     (1.0 - 3.0 * doubt) * said + doubt
 }
 
@@ -109,19 +111,20 @@ mod tests {
     use crate::association::tests::world::{confirmed, wall};
 
     #[test]
-    fn the_network_is_tempered_and_stays_a_distribution() {
+    fn the_classifier_is_tempered_and_stays_a_distribution() {
         let config = AssociationConfig::default();
         let sure = Probabilities {
             los: 0.0,
             first_order: 1.0,
             higher_order: 0.0,
+            artefact: 0.0,
         };
         let all: f64 = (0..3)
             .map(|k| probability_of_order(Some(&sure), k, &config))
             .sum();
         assert!((all - 1.0).abs() < 1e-6);
-        assert!((probability_of_order(Some(&sure), 2, &config) - 0.03).abs() < 1e-6);
-        assert!((probability_of_order(Some(&sure), 3, &config) - 0.03).abs() < 1e-6);
+        assert!((probability_of_order(Some(&sure), 2, &config) - 0.06).abs() < 1e-6);
+        assert!((probability_of_order(Some(&sure), 3, &config) - 0.06).abs() < 1e-6);
         assert!((probability_of_order(None, 1, &config) - 1.0 / 3.0).abs() < 1e-6);
         assert!((log_offered(2, &config) - libm::log(18.0)).abs() < 1e-6);
         assert!((log_offered(3, &config) - libm::log(162.0)).abs() < 1e-6);

@@ -15,7 +15,7 @@ use crate::localization::bsm::{BeamSquint, BsmConfig};
 use crate::localization::filter::{self, FilterConfig};
 use crate::localization::hpc;
 use crate::localization::imu::{ImuConfig, MagneticField, RestConfig};
-use crate::lscn::{AcceptGate, Classifier, PaperClassifier};
+use crate::lscn::{AcceptGate, Classifier, PaperClassifier, PathClassifier};
 use crate::reflection::{Form, Gates};
 use crate::surfaces::SurfaceConfig;
 use crate::waveform::Waveform;
@@ -148,6 +148,8 @@ pub struct Config<'m> {
 /// Who says what a path is.
 #[derive(Clone, Copy, Debug)]
 pub enum LinkStates<'m> {
+    /// Trees, path by path: without departures, which data association weighs.
+    Trees(PathClassifier<'m>),
     /// The geometric networks, path by path.
     Geometric(Classifier<'m>),
     /// The paper's network, for the strongest path.

@@ -148,12 +148,14 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             probabilities,
         };
         match &self.config.link_states {
-            LinkStates::Geometric(classifier) => {
+            LinkStates::Trees(_) | LinkStates::Geometric(_) => {
                 let link = LinkGeometry::new(&ends, &received).ok();
-                gather(received.iter().map(|path| {
-                    let probabilities = link.as_ref().and_then(|link| classifier.path(link, path).ok());
-                    judged(path, probabilities)
-                }))
+                let probabilities = |path: &Received| match &self.config.link_states {
+                    LinkStates::Trees(classifier) => classifier.path(link.as_ref()?, path).ok(),
+                    LinkStates::Geometric(classifier) => classifier.path(link.as_ref()?, path).ok(),
+                    LinkStates::Rules(_) | LinkStates::Paper(_) => None,
+                };
+                gather(received.iter().map(|path| judged(path, probabilities(path))))
             }
             LinkStates::Rules(rules) => gather(
                 received

@@ -4,13 +4,15 @@ use heapless::Vec;
 
 use super::SURFACES;
 use crate::association::{POINTS, Verdict};
+use crate::geometry::World;
 use crate::localization::Pose;
 use crate::localization::bsm::{Bearing, Refusal};
 use crate::localization::filter::{Health, SweepVerdict};
 use crate::lscn::{LinkState, Probabilities};
 use crate::ltd::EstimatedPath;
 use crate::map::Insertion;
-use crate::reflection::{InputError, ReflectionPoint, Rejection};
+use crate::path::Path;
+use crate::reflection::{Ends, InputError, ReflectionPoint, Rejection};
 
 /// A point that a sweep put into the map: of one of its own paths, or of one that waited until its surfaces were confirmed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,6 +70,8 @@ pub struct PathReport {
     pub estimated: EstimatedPath,
     /// Path gain between dipoles, dB, see [`super::LinkBudget::path_gain_db`].
     pub gain_db: Option<f32>,
+    /// In world axes with the clock taken out, as the classifier saw it; `None` without a pose.
+    pub in_world: Option<Path<World>>,
     /// Line of sight, first-order, higher-order; `None` when it could not be classified.
     pub probabilities: Option<Probabilities>,
     /// What became of it.
@@ -126,6 +130,8 @@ pub struct SweepReport<const K: usize> {
     pub bearing: Result<Bearing, Refusal>,
     /// Pose at the start of the sweep, with the sweep taken in.
     pub pose: Option<Pose>,
+    /// Where UAV and GMT were for the classifier: by that pose.
+    pub ends: Option<Ends>,
     /// The pose's clock offset with the whole delay periods that two-way timing tells, m; `None` without either.
     pub clock_offset_m: Option<f64>,
     /// Flags of the filter.

@@ -38,16 +38,19 @@ const LINE_OF_SIGHT: Probabilities = Probabilities {
     los: 1.0,
     first_order: 0.0,
     higher_order: 0.0,
+    artefact: 0.0,
 };
 const FIRST_ORDER: Probabilities = Probabilities {
     los: 0.0,
     first_order: 1.0,
     higher_order: 0.0,
+    artefact: 0.0,
 };
 const HIGHER_ORDER: Probabilities = Probabilities {
     los: 0.0,
     first_order: 0.0,
     higher_order: 1.0,
+    artefact: 0.0,
 };
 
 impl Rules {

@@ -11,7 +11,7 @@
 
 use super::config::Localization;
 use super::localizer::left;
-use super::paths::{Heard, Judged, Straight};
+use super::paths::{Heard, Straight};
 use super::receive::length_m;
 use super::{CHANNELS, Cslam, PATHS};
 use crate::array::{GmtArrays, half_wave_dipole};
@@ -24,7 +24,7 @@ use crate::localization::bsm::{Expected, Sighting};
 use crate::localization::filter::{FaceDirection, Transmitter};
 use crate::lscn::{LinkState, PaperClassifier};
 use crate::ltd::PathEstimator;
-use crate::path::Departure;
+use crate::path::{Departure, Path};
 
 /// Without a position: a path may have lost this much more than through free space, dB. A reflection costs 8 dB at normal
 /// incidence (docs/signal-model.md, "Waveform and link budget") and less the more it grazes; near the edge of the beams the gain is known to 5 dB.
@@ -49,27 +49,23 @@ const POSE_RADIUS: f32 = 0.1;
 impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
     Cslam<'_, E, VOXELS, STATES>
 {
-    /// Index of the path that is the line of sight, if there is one. `judged` as the expected pose sees them.
-    pub(super) fn line_of_sight(
-        &self,
-        heard: &[Heard],
-        judged: Option<&[Judged]>,
-        time_ns: u64,
-    ) -> Option<usize> {
+    /// Index of the path that is the line of sight, if there is one.
+    pub(super) fn line_of_sight(&self, heard: &[Heard], time_ns: u64) -> Option<usize> {
         let pose = self.localizer.expected();
         // Before its first fix nobody knows how the body is turned, which the network must: it begins as ours does.
         if let (Localization::Hpc(_, network), Some(pose)) = (&self.config.localization, &pose) {
             return self.classified(network, heard, pose);
         }
         let gmt = self.transmitter(time_ns).map(|(gmt, _)| gmt);
-        match (pose, judged, gmt) {
-            (Some(pose), Some(judged), Some(gmt)) if sigma(&pose.position_covariance_m2) < PLACED_M => {
-                let first = first_of(judged.iter().map(|path| f64::from(path.path.c_tau_m)), heard)?;
-                let (path, judged) = (heard.get(first)?, judged.get(first)?);
-                let direct = is_direct(judged, &pose, &gmt) && !self.is_dimmed(path, judged, &pose, &gmt);
+        match (pose, gmt) {
+            (Some(pose), Some(gmt)) if sigma(&pose.position_covariance_m2) < PLACED_M => {
+                let received = self.received(heard, &pose);
+                let first = first_of(received.iter().map(|path| f64::from(path.path.c_tau_m)), heard)?;
+                let (path, in_world) = (heard.get(first)?, &received.get(first)?.path);
+                let direct = is_direct(in_world, &pose, &gmt) && !self.is_dimmed(path, in_world, &pose, &gmt);
                 direct.then_some(first)
             }
-            (pose, _, _) => {
+            (pose, _) => {
                 let first = self.first_unreflected(heard, time_ns)?;
                 let path = heard.get(first)?;
                 let direct = pose.is_none_or(|pose| {
@@ -111,9 +107,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     }
 
     /// Whether a path that comes from where the GMT is lost more than a line of sight.
-    fn is_dimmed(&self, path: &Heard, judged: &Judged, pose: &Pose, gmt: &Transmitter) -> bool {
+    fn is_dimmed(&self, path: &Heard, in_world: &Path<World>, pose: &Pose, gmt: &Transmitter) -> bool {
         let way = Direction::<World, f64>::from_vector(pose.position.vector() - gmt.position_m);
-        self.over_free_space_db(path, f64::from(judged.path.c_tau_m))
+        self.over_free_space_db(path, f64::from(in_world.c_tau_m))
             .zip(way.ok())
             .is_some_and(|(over_db, way)| is_bent(over_db, &gmt.attitude, way.vector()))
     }
@@ -219,12 +215,12 @@ pub(super) fn first_of(lengths_m: impl Iterator<Item = f64> + Clone, heard: &[He
 }
 
 /// Whether a path is as long as the straight way and comes from where the GMT is.
-fn is_direct(path: &Judged, pose: &Pose, gmt: &Transmitter) -> bool {
+fn is_direct(path: &Path<World>, pose: &Pose, gmt: &Transmitter) -> bool {
     let towards = (gmt.position_m - pose.position.vector()).map(|c| c as f32);
-    let Some(straight) = Straight::against(&path.path, &towards, &pose.position_covariance_m2) else {
+    let Some(straight) = Straight::against(path, &towards, &pose.position_covariance_m2) else {
         return false;
     };
-    let covariance = &path.path.covariance;
+    let covariance = &path.covariance;
     let angle_variance = covariance.m22 + covariance.m33 + straight.across_variance_rad2;
     straight.excess_m.abs() < (EXCESS.1 * libm::sqrtf(straight.length_variance_m2.max(0.0))).max(EXCESS.0)
         && straight.angle_rad < ANGLE.0 + ANGLE.1 * libm::sqrtf(angle_variance.max(0.0))
@@ -281,7 +277,6 @@ mod tests {
     use crate::geometry::{Body, Position};
     use crate::localization::ClockEstimate;
     use crate::ltd::EstimatedPath;
-    use crate::path::Path;
 
     /// A pose whose attitude is known to `sigma_rad` about each axis.
     fn pose(sigma_rad: f32) -> Pose {

@@ -1,13 +1,14 @@
 //! The end of a sweep: which path is what, what it says about the pose, and what the pose makes of it.
 //!
-//! Twice through the paths. With the pose that is expected, they are classified, and the line of sight and the mirrors go
-//! to the localizer; with the pose that comes back, they are classified again and solved, and what passes becomes points.
+//! Twice through the paths. With the pose that is expected, the line of sight goes to the localizer, or without one the reflections that known
+//! surfaces explain; with the pose that comes back, the paths are classified and associated, and what passes becomes points.
 
 use heapless::Vec;
 
 use super::config::Departures;
 use super::mapping::{Mapping, Station};
 use super::paths::Heard;
+use super::receive::ends;
 use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
 use super::{CHANNELS, Cslam, LinkStates, PATHS, count};
 use crate::bounded::gather;
@@ -81,13 +82,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     pub(super) fn close_with(&mut self, paths: Vec<EstimatedPath, PATHS>) {
         let time_ns = self.open.as_ref().map_or(0, |open| open.time_ns);
         let heard = self.heard(&paths);
-        let judged = match (self.localizer.expected(), self.transmitter(time_ns)) {
-            (Some(pose), Some((gmt, _))) => {
-                Some(self.judge(&heard, &pose, &self.localizer.plausible(time_ns, &gmt)))
-            }
-            _ => None,
-        };
-        let sighted = self.line_of_sight(&heard, judged.as_deref(), time_ns);
+        let sighted = self.line_of_sight(&heard, time_ns);
         let squint = match sighted.map(|index| self.sighting(&heard, index, time_ns)) {
             Some(Some(sighting)) if self.config.departures != Departures::Beams => {
                 self.memory.squint.begin(&sighting).map(|()| None)
@@ -145,6 +140,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             let _fits = paths.push(PathReport {
                 estimated: path.estimated,
                 gain_db: path.gain_db,
+                in_world: judged.get(index).map(|judged| judged.path),
                 probabilities: judged.get(index).and_then(|judged| judged.probabilities),
                 outcome: mapping.outcomes.get(index).cloned().unwrap_or(Outcome::NoPose),
             });
@@ -169,6 +165,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             innovations: localized.innovations,
             bearing,
             clock_offset_m: pose.as_ref().and_then(|pose| self.clock_offset_m(pose)),
+            ends: (pose.as_ref())
+                .zip(gmt.as_ref())
+                .and_then(|(pose, gmt)| ends(pose, &gmt.position_m).ok()),
             pose,
             health: self.localizer.health(),
         })
@@ -192,13 +191,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         stop: u32,
         bearing: Option<&Bearing>,
     ) -> Localized {
-        let judged = self
-            .localizer
-            .expected()
-            .map(|pose| self.judge(heard, &pose, &self.localizer.plausible(open.time_ns, gmt)));
         let level = self.level_sight(heard, gmt, open.time_ns);
         let line = self
-            .line_of_sight(heard, judged.as_deref(), open.time_ns)
+            .line_of_sight(heard, open.time_ns)
             .or(level.map(|(first, _)| first));
         let line_of_sight = line.and_then(|index| heard.get(index)).and_then(|path| {
             let squint = bearing.filter(|_| line == open.sighted).map(face_direction);
@@ -221,9 +216,10 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             // There is room for every path.
             measured = gather(heard.iter().filter_map(|path| self.measurement(path, None, gmt)));
         }
-        let reflections = match &judged {
-            Some(judged) if line.is_none() && self.config.map_aided => {
-                self.reflections(heard, judged, gmt, open.time_ns)
+        let reflections = match self.localizer.expected() {
+            Some(pose) if line.is_none() && self.config.map_aided => {
+                let judged = self.judge(heard, &pose, &self.localizer.plausible(open.time_ns, gmt));
+                self.reflections(heard, &judged, gmt, open.time_ns)
             }
             _ => Vec::new(),
         };

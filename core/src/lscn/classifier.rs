@@ -1,17 +1,19 @@
-//! The networks at work: the state of a link, and how probable it is of every path that it was reflected once.
+//! The models at work: the state of a link, and how probable it is of every path that it was reflected once.
 //!
-//! Two ways. [`Classifier`] looks at each path for itself, through the geometric network that has its inputs: with angle of
+//! Three ways. [`PathClassifier`] looks at each path of a flight, its errors and what stands beside it, but not at its departure, which data
+//! association weighs. [`Classifier`] looks at each path of any list, through the geometric network that has its inputs: with angle of
 //! departure where the path shows one, without where not. [`PaperClassifier`] looks at the strongest paths of a link
 //! together and tells the state of the link, as the paper does; of single paths it knows nothing but that the strongest
 //! one has that state. A link without a path is a state of its own, not an error: a UAV behind a house hears nothing.
 
 use core::fmt;
 
-use super::features::{LinkGeometry, PAPER_INPUTS_PER_PATH, Received, paper_inputs};
+use super::features::{LinkGeometry, PAPER_INPUTS_PER_PATH, Received, paper_inputs, tree_names};
 use super::network::{Activations, InferenceError, Network};
 use super::probability::Probabilities;
 use super::shape::MAX_INPUTS;
-use super::{GEOMETRIC_INPUTS, GEOMETRIC_WITH_DEPARTURE_INPUTS, Kind, Model};
+use super::trees::Trees;
+use super::{GEOMETRIC_INPUTS, GEOMETRIC_WITH_DEPARTURE_INPUTS, Kind, Model, ModelError};
 use crate::reflection::InputError;
 
 /// State of a link: the number of reflections of its strongest path. Numbers as in files.
@@ -30,7 +32,7 @@ pub enum LinkState {
 }
 
 impl Probabilities {
-    /// The most probable state; the lower order where two are equal.
+    /// The most probable state, artefacts aside; the lower order where two are equal.
     #[must_use]
     pub fn state(&self) -> LinkState {
         if self.los >= self.first_order && self.los >= self.higher_order {
@@ -159,6 +161,38 @@ impl<'m> Classifier<'m> {
                 .without_departure
                 .classify(features.without_departure(), work)?,
         })
+    }
+}
+
+/// Classifies every path by its geometry, its errors and what stands beside it, without its departure: for data association, which
+/// weighs the departure itself.
+#[derive(Clone, Copy, Debug)]
+pub struct PathClassifier<'m> {
+    trees: Trees<'m>,
+}
+
+impl<'m> PathClassifier<'m> {
+    /// A classifier of trees that take the inputs that [`tree_names`] names.
+    ///
+    /// # Errors
+    /// [`ModelError::Inputs`] when they take others.
+    pub fn new(trees: Trees<'m>) -> Result<Self, ModelError> {
+        let same = trees.input_names().eq(tree_names());
+        same.then_some(Self { trees }).ok_or(ModelError::Inputs)
+    }
+
+    /// Its trees.
+    #[must_use]
+    pub fn trees(&self) -> &Trees<'m> {
+        &self.trees
+    }
+
+    /// Probabilities of one path of a link.
+    ///
+    /// # Errors
+    /// [`ClassifyError`] for a path that is no measurement.
+    pub fn path(&self, link: &LinkGeometry<'_>, received: &Received) -> Result<Probabilities, ClassifyError> {
+        Ok(self.trees.classify(&link.tree_inputs(received)?)?)
     }
 }
 

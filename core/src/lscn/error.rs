@@ -45,6 +45,10 @@ pub enum ModelError {
     Bias,
     /// A multiplier is negative, or a scale of the last layer not finite.
     Multiplier,
+    /// A node of a tree asks an input that there is not.
+    Node,
+    /// It takes other inputs than the paths have that it is for.
+    Inputs,
 }
 
 impl fmt::Display for ModelError {
@@ -68,6 +72,8 @@ impl fmt::Display for ModelError {
             Self::InputScale => f.write_str("the scale of an input of the model is not finite"),
             Self::Weight => f.write_str("a weight of the model lies outside -127..127"),
             Self::Bias => write!(f, "a bias of the model lies outside +-{MAX_BIAS}"),
+            Self::Inputs => f.write_str("the model takes other inputs than it is to be given"),
+            Self::Node => f.write_str("a node of the model asks an input that there is not"),
             Self::Multiplier => f.write_str("a multiplier of the model is negative or not finite"),
         }
     }

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | 0 | 4 | `LSCN` |
 //! | 4 | 2 | version, 1 |
-//! | 6 | 1 | kind: 1 paper, 2 geometric |
+//! | 6 | 1 | kind: 1 paper, 2 geometric; 3 are trees, see [`Trees`](super::Trees) |
 //! | 7 | 1 | number of layers L, 1 to 4 |
 //! | 8 | 4 | length of the file, checksum included |
 //! | 12 | 2 | number of inputs n, 1 to 64 |
@@ -19,7 +19,9 @@
 //! A file is read in place, so its first byte lies at an address that is a multiple of [`ALIGNMENT`].
 
 use super::dense::record_length;
+use super::error::ModelError;
 use super::shape::{Kind, Shape};
+use crate::checksum::CRC;
 
 /// First bytes of a model file.
 pub const MAGIC: [u8; 4] = *b"LSCN";
@@ -36,6 +38,97 @@ pub const MAX_BIAS: i32 = 1 << 30;
 
 /// Bytes of the offset and the steps of an input.
 pub(super) const SCALE: usize = 8;
+
+/// Number of the kind of trees.
+pub(super) const TREES: u8 = 3;
+
+/// First bytes of a file.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Header {
+    pub(super) kind: u8,
+    pub(super) layers: u8,
+    pub(super) inputs: usize,
+    /// Bytes of the names.
+    pub(super) names: usize,
+    pub(super) temperature: f32,
+    pub(super) outputs: [u8; 4],
+}
+
+impl Header {
+    /// Header of a file, and what lies between it and the checksum.
+    ///
+    /// # Errors
+    /// [`ModelError`] of what all kinds have in common.
+    pub(super) fn parse(file: &[u8]) -> Result<(Self, &[u8]), ModelError> {
+        let (header, _) = file.split_first_chunk::<HEADER>().ok_or(ModelError::TooShort)?;
+        let [
+            m0,
+            m1,
+            m2,
+            m3,
+            v0,
+            v1,
+            kind,
+            layers,
+            l0,
+            l1,
+            l2,
+            l3,
+            n0,
+            n1,
+            t0,
+            t1,
+            rest @ ..,
+        ] = *header;
+        let [b0, b1, b2, b3, outputs @ ..] = rest;
+        if [m0, m1, m2, m3] != MAGIC {
+            return Err(ModelError::Magic);
+        }
+        let found = u16::from_le_bytes([v0, v1]);
+        if found != VERSION {
+            return Err(ModelError::Version { found });
+        }
+        let (stated, found) = (u32::from_le_bytes([l0, l1, l2, l3]), file.len());
+        if usize::try_from(stated) != Ok(found) {
+            return Err(ModelError::Length { stated, found });
+        }
+        let (content, checksum) = file.split_last_chunk::<CHECKSUM>().ok_or(ModelError::TooShort)?;
+        if CRC.checksum(content) != u32::from_le_bytes(*checksum) {
+            return Err(ModelError::Checksum);
+        }
+        let header = Self {
+            kind,
+            layers,
+            inputs: usize::from(u16::from_le_bytes([n0, n1])),
+            names: usize::from(u16::from_le_bytes([t0, t1])),
+            temperature: f32::from_le_bytes([b0, b1, b2, b3]),
+            outputs,
+        };
+        Ok((header, content.get(HEADER..).unwrap_or(&[])))
+    }
+}
+
+/// Names of so many inputs, and what follows their padding.
+///
+/// # Errors
+/// [`ModelError::Shape`] when there are fewer bytes, [`ModelError::Names`].
+pub(super) fn names(content: &[u8], bytes: usize, inputs: usize) -> Result<(&str, &[u8]), ModelError> {
+    let (text, rest) = content
+        .split_at_checked(bytes.next_multiple_of(4))
+        .ok_or(ModelError::Shape)?;
+    // Split as bytes: the search for a character in a string has a panic in it.
+    let one_each = |text: &&[u8]| {
+        let mut names = text.split(|&byte| byte == b',');
+        names.clone().count() == inputs && names.all(|name| !name.is_empty())
+    };
+    let names = text
+        .get(..bytes)
+        .filter(|text| text.is_ascii())
+        .filter(one_each)
+        .and_then(|text| core::str::from_utf8(text).ok())
+        .ok_or(ModelError::Names)?;
+    Ok((names, rest))
+}
 
 /// The kind's number in a file.
 pub(super) const fn code(kind: Kind) -> u8 {

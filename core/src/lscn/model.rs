@@ -2,9 +2,8 @@
 
 use super::dense::{ENDS, LARGEST, parts, record_length};
 use super::error::ModelError;
-use super::format::{self, ALIGNMENT, CHECKSUM, HEADER, MAGIC, MAX_BIAS, SCALE, VERSION};
+use super::format::{self, ALIGNMENT, Header, MAX_BIAS, SCALE};
 use super::shape::{Kind, MAX_LAYERS, Shape};
-use crate::checksum::CRC;
 
 /// A network in a model file: see [`format`](mod@format) for the layout. Borrows the file; nothing is copied but the header.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +25,12 @@ pub struct InputScale {
 }
 
 impl InputScale {
+    /// The int8 that an input becomes, see [`format`](mod@format).
+    #[must_use]
+    pub fn int8(self, x: f32) -> i8 {
+        super::network::int8(x, self) as i8
+    }
+
     /// Offset and steps as they lie in a file.
     pub(super) fn from_bytes(&[a, b, c, d, e, f, g, h]: &[u8; SCALE]) -> Self {
         Self {
@@ -47,78 +52,29 @@ impl<'m> Model<'m> {
         if !file.as_ptr().addr().is_multiple_of(ALIGNMENT) {
             return Err(ModelError::Misaligned);
         }
-        let (header, _) = file.split_first_chunk::<HEADER>().ok_or(ModelError::TooShort)?;
-        let [
-            m0,
-            m1,
-            m2,
-            m3,
-            v0,
-            v1,
-            kind,
-            layers,
-            l0,
-            l1,
-            l2,
-            l3,
-            n0,
-            n1,
-            t0,
-            t1,
-            rest @ ..,
-        ] = *header;
-        let [b0, b1, b2, b3, outputs @ ..] = rest;
-        if [m0, m1, m2, m3] != MAGIC {
-            return Err(ModelError::Magic);
-        }
-        let found = u16::from_le_bytes([v0, v1]);
-        if found != VERSION {
-            return Err(ModelError::Version { found });
-        }
-        let (stated, found) = (u32::from_le_bytes([l0, l1, l2, l3]), file.len());
-        if usize::try_from(stated) != Ok(found) {
-            return Err(ModelError::Length { stated, found });
-        }
-        let (content, checksum) = file.split_last_chunk::<CHECKSUM>().ok_or(ModelError::TooShort)?;
-        if CRC.checksum(content) != u32::from_le_bytes(*checksum) {
-            return Err(ModelError::Checksum);
-        }
-        let kind = format::kind(kind).ok_or(ModelError::Kind)?;
-        let outputs = outputs.map(usize::from);
+        let (header, content) = Header::parse(file)?;
+        let kind = format::kind(header.kind).ok_or(ModelError::Kind)?;
+        let outputs = header.outputs.map(usize::from);
         let shape = outputs
-            .get(..usize::from(layers))
-            .and_then(|outputs| Shape::new(kind, usize::from(u16::from_le_bytes([n0, n1])), outputs))
+            .get(..usize::from(header.layers))
+            .and_then(|outputs| Shape::new(kind, header.inputs, outputs))
             .ok_or(ModelError::Shape)?;
-        let names = usize::from(u16::from_le_bytes([t0, t1]));
-        if format::length(&shape, names) != found {
+        if format::length(&shape, header.names) != file.len() {
             return Err(ModelError::Shape);
         }
+        let (names, content) = format::names(content, header.names, shape.inputs())?;
         Self {
             shape,
-            temperature: f32::from_le_bytes([b0, b1, b2, b3]),
-            names: "",
+            temperature: header.temperature,
+            names,
             scales: &[],
             layers: [&[]; MAX_LAYERS],
         }
-        .with_content(content.get(HEADER..).unwrap_or(&[]), names)
+        .with_content(content)
     }
 
-    /// Reads what follows the header.
-    fn with_content(mut self, content: &'m [u8], names: usize) -> Result<Self, ModelError> {
-        let (text, content) = content
-            .split_at_checked(names.next_multiple_of(4))
-            .ok_or(ModelError::Shape)?;
-        // Split as bytes: the search for a character in a string has a panic in it.
-        let one_each = |text: &&[u8]| {
-            let mut names = text.split(|&byte| byte == b',');
-            names.clone().count() == self.shape.inputs() && names.all(|name| !name.is_empty())
-        };
-        self.names = text
-            .get(..names)
-            .filter(|text| text.is_ascii())
-            .filter(one_each)
-            .and_then(|text| core::str::from_utf8(text).ok())
-            .ok_or(ModelError::Names)?;
+    /// Reads what follows the names.
+    fn with_content(mut self, content: &'m [u8]) -> Result<Self, ModelError> {
         if !(self.temperature.is_finite() && self.temperature > 0.0) {
             return Err(ModelError::Temperature);
         }

@@ -1,6 +1,6 @@
 //! The models that fly, in flash: made by the recipe of docs/link-state.md from `host-sim/models`.
 
-use super::{Model, ModelError};
+use super::{Model, ModelError, PathClassifier, Trees};
 
 /// Bytes at an address that a model may have.
 #[repr(C, align(8))]
@@ -25,6 +25,11 @@ pub fn geometric_without_departure_file() -> &'static [u8] {
     file!("geometric-without-departure.lscn")
 }
 
+/// File of the trees for paths of a flight.
+pub fn trees_file() -> &'static [u8] {
+    file!("trees.lscn")
+}
+
 /// File of the paper's network, K = 9.
 pub fn paper_file() -> &'static [u8] {
     file!("paper-k9.lscn")
@@ -44,6 +49,14 @@ pub fn geometric() -> Result<Model<'static>, ModelError> {
 /// As [`geometric`].
 pub fn geometric_without_departure() -> Result<Model<'static>, ModelError> {
     Model::parse(geometric_without_departure_file())
+}
+
+/// The classifier of a flight's paths.
+///
+/// # Errors
+/// As [`geometric`].
+pub fn trees() -> Result<PathClassifier<'static>, ModelError> {
+    PathClassifier::new(Trees::parse(trees_file())?)
 }
 
 /// The paper's network, K = 9.
@@ -72,6 +85,7 @@ mod tests {
                 .eq(GEOMETRIC_NAMES.into_iter().take(GEOMETRIC_INPUTS))
         );
         assert!(Classifier::new(with, without).is_ok());
+        assert!(trees().expect("sound").trees().trees() > 100);
         let paper = paper().expect("sound");
         for (index, name) in paper.input_names().enumerate() {
             assert!(name.starts_with(PAPER_NAMES[index % 3]), "{name}");

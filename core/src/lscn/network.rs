@@ -87,10 +87,10 @@ impl<'m, K: Kernels> Network<'m, K> {
     /// # Errors
     /// [`InferenceError`] for another number of inputs, or one that is not finite.
     pub fn classify(&self, inputs: &[f32], work: &mut Activations) -> Result<Probabilities, InferenceError> {
-        Ok(Probabilities::softmax(
-            self.logits(inputs, work)?,
-            self.model.temperature(),
-        ))
+        // Its paths are all of one state or another.
+        let [los, one, several] = self.logits(inputs, work)?;
+        let logits = [los, one, several, f32::NEG_INFINITY];
+        Ok(Probabilities::softmax(logits, self.model.temperature()))
     }
 
     /// Logits before the temperature: the sums of the last layer times the scales of its rows.
@@ -186,7 +186,7 @@ fn quantise(inputs: &[f32], scales: &[[u8; SCALE]], quads: &mut [Quad]) -> bool 
     clippy::manual_clamp,
     reason = "a NaN, of infinity times zero, is to become the lowest"
 )]
-fn int8(x: f32, scale: InputScale) -> i16 {
+pub(super) fn int8(x: f32, scale: InputScale) -> i16 {
     const LIMIT: f32 = LARGEST as f32;
     let steps = ((x - scale.offset) * scale.steps).max(-LIMIT).min(LIMIT);
     // From 256 to 512 a float's fraction is its distance from 256 in steps of 2^-15: the integer part is there to be taken.

@@ -22,9 +22,9 @@ pub struct SurfaceConfig {
     pub reach_m: f32,
     /// Motion of the transmitter, or of the point of reflection, that makes what the network says of a path independent, m. Tuned.
     pub independent_m: f32,
-    /// Share of the other chains whose image moves with the transmitter just as the surface's own does: of those that a single
-    /// reflection is mistaken for (three parallel walls are one plane), and of those that a chain is. Tuned.
-    pub indistinct_shares: [f32; 2],
+    /// Share of the other chains whose image moves with the transmitter just as the surface's own does: three parallel walls are one plane to
+    /// a single reflection, and to each of a pair. Tuned.
+    pub indistinct_share: f32,
     /// Probability that a reflection that should be seen is among the paths. The confirmed walls of flights would allow more, but
     /// windows and strips between them reflect elsewhere. Tuned.
     pub detection: f32,
@@ -57,7 +57,7 @@ impl Default for SurfaceConfig {
             same_rad: 0.063,
             reach_m: 6.0,
             independent_m: 1.0,
-            indistinct_shares: [0.1, 0.01],
+            indistinct_share: 0.1,
             detection: 0.1,
             contradiction_log_odds: 1.0,
             alike_sightings: 10.0,

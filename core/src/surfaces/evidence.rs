@@ -9,7 +9,7 @@
 //!   transmitter, or the point of the reflection as the UAV flies on, has been [`SurfaceConfig::independent_m`] away. So a
 //!   transmitter that stands for a whole flight proves a surface as far as one opinion does, formed from many places;
 //! - that the source went where the surface says ([`displacement_log_ratio`]). Three parallel walls are one plane to every
-//!   position, so displacements say no more than how rare such chains are ([`SurfaceConfig::indistinct_shares`]).
+//!   position, so displacements say no more than how rare such chains are ([`SurfaceConfig::indistinct_share`]).
 
 use super::SurfaceConfig;
 use crate::geometry::Vector3;
@@ -76,7 +76,8 @@ impl Evidence {
     /// What all displacements together say. They cannot tell a surface from chains whose image moves just as its own does, however many
     /// they are: `log (L / (1 - share + share L))`.
     fn displaced_log_odds(&self, config: &SurfaceConfig) -> f32 {
-        let of = |((closed, open), share): ((f32, f32), f32)| {
+        let share = config.indistinct_share;
+        let of = |(closed, open): (f32, f32)| {
             let log = closed + open;
             // `L` may be beyond any number; then the limit is reached.
             if log > 40.0 {
@@ -85,12 +86,7 @@ impl Evidence {
                 log - libm::logf(1.0 - share + share * libm::expf(log))
             }
         };
-        self.displaced
-            .into_iter()
-            .zip(self.displacing)
-            .zip(config.indistinct_shares)
-            .map(of)
-            .sum()
+        self.displaced.into_iter().zip(self.displacing).map(of).sum()
     }
 
     /// Takes in a path that the surface explained, reflected off it at `point_m`: by how much its log-odds change.
@@ -235,15 +231,9 @@ mod tests {
                 .sum::<f32>()
         };
         let [single, chain] = [true, false].map(|alone| after(alone, 0.0));
-        let most = |share: f32| -libm::logf(share);
-        assert!(
-            (single - most(config.indistinct_shares[0])).abs() < 1e-3,
-            "{single}"
-        );
-        assert!(
-            (chain - most(config.indistinct_shares[1])).abs() < 1e-3,
-            "{chain}"
-        );
+        let most = -libm::logf(config.indistinct_share);
+        assert!((single - most).abs() < 1e-3, "{single}");
+        assert!((chain - most).abs() < 1e-3, "{chain}");
         // What the network says is counted metre by metre, whatever the displacements say.
         assert!(after(true, -1.0) < -40.0);
     }

@@ -18,7 +18,7 @@ const SHARES: [&str; 4] = [
     "departure_outliers",
     "unknown_share",
     "detection",
-    "indistinct_shares",
+    "indistinct_share",
 ];
 
 /// Name of the flights with the constants as they are.

@@ -24,7 +24,7 @@ const COLUMNS: [(&str, bool); 7] = [
     ("map.accepted_surface_rmse_m", false),
     ("trajectory.position_rmse_m", true),
     ("trajectory.attitude_rmse_deg", true),
-    ("link_state.accuracy", false),
+    ("link_state.measured.strongest_right", false),
 ];
 
 /// A world beside the one that it differs from by an effect.

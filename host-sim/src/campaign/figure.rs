@@ -55,7 +55,7 @@ const fn error(name: &'static str, key: &'static str, pooled: Pooled) -> Figure 
 }
 
 /// The figures of a campaign, in the order of its table.
-pub const FIGURES: [Figure; 12] = [
+pub const FIGURES: [Figure; 15] = [
     share(
         "correct reflection order, %",
         "map.precision",
@@ -91,7 +91,26 @@ pub const FIGURES: [Figure; 12] = [
     ),
     error("attitude, rms, deg", "trajectory.attitude_rmse_deg", Pooled::Rms),
     error("clock, rms, ns", "clock.rmse_ns", Pooled::Rms),
-    share("link state accuracy, %", "link_state.accuracy", Pooled::Mean),
+    share(
+        "class of the strongest path right, %",
+        "link_state.measured.strongest_right",
+        Pooled::Mean,
+    ),
+    share(
+        "class of every path right, %",
+        "link_state.measured.right",
+        Pooled::By("link_state.measured.paths"),
+    ),
+    share(
+        "P(first order) >= .8 right, %",
+        "link_state.measured.sure_precision",
+        Pooled::Mean,
+    ),
+    share(
+        "first order with P >= .8, %",
+        "link_state.measured.sure_recall",
+        Pooled::Mean,
+    ),
 ];
 
 /// A number of a report; `None` where there is none.

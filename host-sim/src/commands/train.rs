@@ -5,15 +5,19 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::ValueEnum;
+use cslam_core::lscn::Trees;
 use serde::Serialize;
 
 use crate::campaign::Lists;
 use crate::commands::threads::Threads;
+use crate::evaluation::PathStateFigures;
 use crate::input::InputError;
+use crate::lscn::boosting;
 use crate::lscn::calibration::{self, CalibrationError, most_likely};
 use crate::lscn::curves;
 use crate::lscn::dataset;
 use crate::lscn::errors::Errors;
+use crate::lscn::flight_samples::FlightSamples;
 use crate::lscn::float_model::{FloatModel, MAX_K};
 use crate::lscn::links::Links;
 use crate::lscn::samples::{Samples, Task};
@@ -33,7 +37,7 @@ pub(crate) struct Args {
     /// Train the geometric network that does without angles of departure
     #[arg(long)]
     no_aod: bool,
-    /// Data sets to train on
+    /// Data sets to train on: `cslam dataset`, of trees `cslam campaign --samples`
     #[arg(long, value_name = "DIR", num_args = 1.., required = true)]
     train: Vec<PathBuf>,
     /// Data sets that decide when to stop, and the temperature
@@ -55,6 +59,10 @@ pub(crate) struct Args {
     /// Share of training links whose gains are not known, so that the network can do without
     #[arg(long, value_name = "SHARE", default_value_t = 0.1)]
     gain_unknown: f64,
+    /// Trees of each class
+    #[arg(long, value_name = "N", default_value_t = 40,
+          value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=1000))]
+    rounds: usize,
     /// Seed of measurement errors, initial weights and the order of samples
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -77,6 +85,8 @@ enum KindName {
     Geometric,
     /// The paper's: delay and direction of the K strongest paths, state of the link
     Paper,
+    /// Trees for the receiver in flight, every path: data sets are samples of flights (`cslam campaign --samples`)
+    Trees,
 }
 
 #[derive(Serialize)]
@@ -92,14 +102,17 @@ struct Report<'a> {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
-    args.threads.install(|| train(args))
+    args.threads.install(|| match args.kind {
+        KindName::Geometric | KindName::Paper => train(args),
+        KindName::Trees => trees(args),
+    })
 }
 
 fn train(args: &Args) -> anyhow::Result<()> {
     let start = Instant::now();
     let task = match args.kind {
         KindName::Paper => Task::Paper { k: args.k },
-        KindName::Geometric => Task::Geometric {
+        KindName::Geometric | KindName::Trees => Task::Geometric {
             departure: !args.no_aod,
         },
     };
@@ -163,6 +176,82 @@ fn train(args: &Args) -> anyhow::Result<()> {
     print(args, &report)
 }
 
+/// Trains trees on samples of flights.
+fn trees(args: &Args) -> anyhow::Result<()> {
+    let start = Instant::now();
+    let lists = Lists::of_the_repository()?;
+    let read = |places: &[PathBuf]| -> Result<FlightSamples, InputError> {
+        let mut all = FlightSamples::default();
+        for place in places {
+            let (origin, samples) = FlightSamples::read(place)?;
+            if !args.any_scene {
+                lists
+                    .refuse_training(&origin.scene)
+                    .map_err(|error| error.within(place))?;
+            }
+            all.append(samples);
+        }
+        Ok(all)
+    };
+    let (training, validation) = (read(&args.train)?, read(&args.validation)?);
+    let settings = boosting::Settings {
+        rounds: args.rounds,
+        ..boosting::Settings::default()
+    };
+    let bar = progress::bar(settings.rounds as u64, "rounds");
+    let mut boosted = boosting::train(&training, &settings, |_| bar.inc(1))?;
+    bar.finish_and_clear();
+    let sharpness = boosted.calibrate(&validation);
+    let file = boosted.to_file()?;
+    put(&args.out, &file)?;
+    let model = Trees::parse(&file).map_err(|error| InputError::new(error.to_string()))?;
+    let report = TreesReport {
+        training_samples: training.len(),
+        sharpness,
+        training: boosting::judge(&model, &training)?,
+        validation: boosting::judge(&model, &validation)?,
+        bytes: file.len(),
+        elapsed_s: start.elapsed().as_secs_f64(),
+    };
+    let mut out = std::io::stdout().lock();
+    if args.json {
+        writeln!(out, "{}", serde_json::to_string(&report)?)?;
+        return Ok(());
+    }
+    let share = |share: Option<f64>| share.map_or("-".to_owned(), |share| format!("{share:.4}"));
+    for (name, figures) in [("training", &report.training), ("validation", &report.validation)] {
+        writeln!(
+            out,
+            "{name}, {} paths: right {}, strongest of a sweep {}; P(first order) >= .8 right {}, of all {}; calibration error {}",
+            figures.paths,
+            share(figures.right),
+            share(figures.strongest_right),
+            share(figures.sure_precision),
+            share(figures.sure_recall),
+            share(figures.calibration_error),
+        )?;
+    }
+    writeln!(
+        out,
+        "{} trees, {} bytes, in {:.0} s; logits times {sharpness:.2} on validation; written {}",
+        model.trees(),
+        report.bytes,
+        report.elapsed_s,
+        args.out.display()
+    )?;
+    Ok(())
+}
+
+#[derive(Serialize)]
+struct TreesReport {
+    training_samples: usize,
+    sharpness: f64,
+    training: PathStateFigures,
+    validation: PathStateFigures,
+    bytes: usize,
+    elapsed_s: f64,
+}
+
 fn settings(args: &Args, task: Task) -> Result<Settings, InputError> {
     let mut settings = Settings {
         seed: args.seed,
@@ -187,16 +276,19 @@ fn settings(args: &Args, task: Task) -> Result<Settings, InputError> {
     Ok(settings)
 }
 
-fn write(args: &Args, model: &FloatModel, curve: &[Epoch]) -> anyhow::Result<()> {
-    let put = |file: &Path, bytes: &[u8]| {
-        std::fs::write(file, bytes).map_err(|e| InputError::unwritable(file, "cannot be written", &e))
-    };
-    if let Some(parent) = args.out.parent().filter(|p| !p.as_os_str().is_empty()) {
+/// Writes a file, in a directory that is made when it is missing.
+fn put(file: &Path, bytes: &[u8]) -> Result<(), InputError> {
+    if let Some(parent) = file.parent().filter(|p| !p.as_os_str().is_empty()) {
         std::fs::create_dir_all(parent).map_err(|e| InputError::unwritable(parent, "cannot be made", &e))?;
     }
+    std::fs::write(file, bytes).map_err(|e| InputError::unwritable(file, "cannot be written", &e))
+}
+
+fn write(args: &Args, model: &FloatModel, curve: &[Epoch]) -> anyhow::Result<()> {
     put(&args.out, &model.to_bytes())?;
     let title = match args.kind {
         KindName::Paper => format!("the paper's network, K = {}", args.k),
+        KindName::Trees => "trees".into(),
         KindName::Geometric if args.no_aod => "geometric network without angle of departure".into(),
         KindName::Geometric => "geometric network with angle of departure".into(),
     };

@@ -33,7 +33,7 @@ impl AssociationFigures {
     pub(super) fn check(&self) -> Result<(), InputError> {
         let (a, e) = (&self.0, &self.0.errors);
         let mut above = vec![
-            ("network_doubt", a.network_doubt),
+            ("classifier_doubt", a.classifier_doubt),
             ("singles_offered", a.singles_offered),
             ("offered_growth", a.offered_growth),
             ("clear_m", a.clear_m),
@@ -53,7 +53,7 @@ impl AssociationFigures {
         );
         all_above_zero(&above)?;
         within(&[
-            ("network_doubt", a.network_doubt, 0.0, 0.3),
+            ("classifier_doubt", a.classifier_doubt, 0.0, 0.3),
             ("reach_per_m", a.reach_per_m, LEAST_LOG, 0.0),
             ("blocked", a.blocked, LEAST_LOG, 0.0),
             ("unknown_share", a.unknown_share, 0.0, MOST_SHARE),
@@ -75,7 +75,7 @@ impl SurfaceFigures {
 
     pub(super) fn check(&self) -> Result<(), InputError> {
         let s = &self.0;
-        let mut above = vec![
+        let above = [
             ("most_shift_m", s.most_shift_m),
             ("lean_rad", s.lean_rad),
             ("doubtful_log_odds", s.doubtful_log_odds),
@@ -84,6 +84,7 @@ impl SurfaceFigures {
             ("reach_m", s.reach_m),
             ("independent_m", s.independent_m),
             ("detection", s.detection),
+            ("indistinct_share", s.indistinct_share),
             ("contradiction_log_odds", s.contradiction_log_odds),
             ("alike_sightings", s.alike_sightings),
             ("least_shift_m", s.least_shift_m),
@@ -92,16 +93,12 @@ impl SurfaceFigures {
             ("ground_tilt_rad", s.ground_tilt_rad),
             ("most_point_m", s.most_point_m),
         ];
-        above.extend(s.indistinct_shares.map(|value| ("indistinct_shares", value)));
         all_above_zero(&above)?;
         within(&[
             ("confirmed_probability", s.confirmed_probability, 0.5, MOST_SHARE),
             ("detection", s.detection, 0.0, MOST_SHARE),
-        ])?;
-        within(
-            &s.indistinct_shares
-                .map(|value| ("indistinct_shares", value, 0.0, MOST_SHARE)),
-        )
+            ("indistinct_share", s.indistinct_share, 0.0, MOST_SHARE),
+        ])
     }
 }
 
@@ -123,7 +120,7 @@ fn all_above_zero(figures: &[(&str, f32)]) -> Result<(), InputError> {
 struct AssociationKeys {
     #[serde(with = "PathErrorKeys")]
     errors: PathErrors,
-    network_doubt: f32,
+    classifier_doubt: f32,
     singles_offered: f32,
     offered_growth: f32,
     reach_per_m: f32,
@@ -164,7 +161,7 @@ struct SurfaceKeys {
     same_rad: f32,
     reach_m: f32,
     independent_m: f32,
-    indistinct_shares: [f32; 2],
+    indistinct_share: f32,
     detection: f32,
     contradiction_log_odds: f32,
     alike_sightings: f32,

@@ -1,5 +1,7 @@
 //! The receiver: whose methods it uses, stage by stage, and what it is told before a flight.
 
+use std::path::PathBuf;
+
 use clap::ValueEnum;
 use cslam_core::localization::filter::Setup;
 use cslam_core::localization::imu::MagneticField;
@@ -24,6 +26,8 @@ pub struct ReceiverConfig {
     pub estimator: Option<estimate::Mode>,
     /// Link state.
     pub link_state: Option<LinkStateChoice>,
+    /// Trees of one's own (`cslam train --kind trees`), where link states are those of trees.
+    pub link_state_model: Option<PathBuf>,
     /// Localization.
     pub localization: Option<LocalizationChoice>,
     /// Direction of departure of the line of sight.
@@ -107,7 +111,9 @@ impl Mode {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LinkStateChoice {
-    /// Geometric networks, every path
+    /// Trees, every path, by all but its departure
+    Trees,
+    /// Geometric networks, every path, with its departure
     Geometric,
     /// The paper's network, the strongest path
     Paper,

@@ -257,6 +257,7 @@ fn the_printed_ranges_are_enforced_by_line_and_key() {
         } else {
             match range {
                 "true or false" => drop(refused("1")),
+                "a file" => drop(refused("1")),
                 "a rotation" => drop(refused(&key.value.replace(|c: char| c.is_ascii_digit(), "0"))),
                 "any number" => drop(refused("\"one\"")),
                 "any numbers" => drop(refused("[\"one\", 0, 0]")),

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::figures::share;
+use super::states::{PathClass, PathStateFigures, PathStates};
 use crate::flight_log::FlightLog;
 
 /// Figures of the link state. The states are 0 = outage, 1 = LOS, 2 = first-order, 3 = higher-order.
@@ -14,6 +15,8 @@ pub struct LinkStateFigures {
     pub confusion: [[usize; 4]; 4],
     /// Sweeps by true state, whether the receiver told one or not.
     pub true_sweeps: [usize; 4],
+    /// What was said of each measured path.
+    pub measured: PathStateFigures,
     /// Sweeps in which a path was used as line of sight.
     pub los_used: usize,
     /// Sweeps in which one was used although there was none.
@@ -43,8 +46,26 @@ pub(super) fn judge(log: &FlightLog) -> LinkStateFigures {
             *cell += 1;
         }
     }
+    figures.measured = path_states(log);
     let told = figures.confusion.iter().flatten().sum();
     let right = (0..4).map(|k| figures.confusion[k][k]).sum();
     figures.accuracy = share(right, told);
     figures
+}
+
+/// What was said of the measured paths of known truth, against what they were.
+fn path_states(log: &FlightLog) -> PathStateFigures {
+    let mut states = PathStates::default();
+    for sweep in &log.sweeps {
+        let Some(link) = &sweep.truth.link else {
+            continue;
+        };
+        for (index, (path, matched)) in sweep.estimate.paths.iter().zip(&sweep.truth.matches).enumerate() {
+            let class = PathClass::of(matched.and_then(|matched| link.paths.get(matched)));
+            if let (Some(probabilities), Some(class)) = (path.probabilities, class) {
+                states.add(probabilities, class, index == 0);
+            }
+        }
+    }
+    states.figures()
 }

@@ -16,6 +16,7 @@ mod link_state;
 mod losses;
 mod map;
 pub mod matching;
+mod states;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -29,6 +30,7 @@ pub use fates::Fate;
 pub use link_state::LinkStateFigures;
 pub use losses::FirstOrderPaths;
 pub use map::{MapFigures, PointErrors, true_vertices_m};
+pub use states::{PathClass, PathStateFigures, PathStates};
 pub use surface::Surfaces;
 pub use trajectory::{PoseError, TrajectoryFigures, attitude_error_rad, visible_spans};
 

@@ -167,7 +167,7 @@ fn sweeps<W: Write + Seek>(columns: &mut Columns<W>, outputs: &Outputs<'_>) -> i
     columns.scalars("path_snr_db", paths().map(|(_, path)| known(path.snr_db)))?;
     columns.scalars(
         "path_first_order_probability",
-        paths().map(|(_, path)| known(path.first_order_probability)),
+        paths().map(|(_, path)| known(path.first_order_probability())),
     )?;
     columns.texts("path_verdict", paths().map(|(_, path)| path.verdict.as_str()))
 }

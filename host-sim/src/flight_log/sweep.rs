@@ -17,13 +17,20 @@ pub struct MeasuredPath {
     pub aoa_azimuth_rad: f64,
     /// SNR per element and active subcarrier, dB.
     pub snr_db: Option<f64>,
-    /// Probability that it was reflected once; `None` when no classifier judged it.
-    pub first_order_probability: Option<f64>,
+    /// Probabilities of line of sight, of one reflection and of more, together less than 1 by what an artefact has; `None` when no
+    /// classifier judged it.
+    pub probabilities: Option<[f64; 3]>,
     /// What became of it: `ok` for an accepted reflection point, else the reason in words.
     pub verdict: String,
 }
 
 impl MeasuredPath {
+    /// Probability that it was reflected once; `None` when no classifier judged it.
+    #[must_use]
+    pub fn first_order_probability(&self) -> Option<f64> {
+        self.probabilities.map(|[_, one, _]| one)
+    }
+
     /// Verdict of an accepted reflection point.
     pub const OK: &'static str = "ok";
     /// Verdict of a path whose several reflections off known mirrors were accepted.

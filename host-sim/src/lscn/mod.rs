@@ -5,10 +5,12 @@
 //! the flight code's own feature functions make samples ([`samples`]), a small deterministic trainer ([`training`]) makes
 //! a float model ([`float_model`]), and that is rounded to the flight code's integers ([`quantise`], [`model_file`]).
 
+pub mod boosting;
 pub mod calibration;
 pub mod curves;
 pub mod dataset;
 pub mod errors;
+pub mod flight_samples;
 pub mod float_model;
 pub mod judge;
 pub mod links;

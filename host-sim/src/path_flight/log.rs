@@ -117,7 +117,7 @@ fn measured(
         aoa_zenith_rad: f64::from(aoa.zenith_rad()),
         aoa_azimuth_rad: f64::from(aoa.azimuth_rad()),
         snr_db,
-        first_order_probability: answer.probabilities.map(|p| f64::from(p.first_order)),
+        probabilities: answer.probabilities.map(|p| p.to_array().map(f64::from)),
         verdict: answer.outcome.as_str().to_owned(),
     }
 }

@@ -3,7 +3,7 @@
 use cslam_core::cslam::{Config, Cslam, LinkStates, Memory};
 use cslam_core::localization::bsm::BeamSquint;
 use cslam_core::localization::filter::states;
-use cslam_core::lscn::{Classifier, models};
+use cslam_core::lscn::models;
 use cslam_core::ltd::EstimatorConfig;
 use cslam_core::telemetry::{Decoder, Key};
 use cslam_firmware::app::{AppConfig, Application, Best, Downlink, Ground, Map, VOXELS};
@@ -27,8 +27,7 @@ pub fn ground() -> Ground {
 /// # Errors
 /// None: the models that come with the program are sound.
 pub fn board_config() -> anyhow::Result<Config<'static>> {
-    let classifier = Classifier::new(models::geometric()?, models::geometric_without_departure()?)?;
-    Ok(Config::best(LinkStates::Geometric(classifier)))
+    Ok(Config::best(LinkStates::Trees(models::trees()?)))
 }
 
 /// Calls `with` with a receiver of [`board_config`] that has just been started.

@@ -266,7 +266,7 @@ fn measured(path: &PathReport) -> MeasuredPath {
         aoa_zenith_rad: f64::from(estimated.aoa.zenith_rad()),
         aoa_azimuth_rad: f64::from(estimated.aoa.azimuth_rad()),
         snr_db: Some(f64::from(path.estimated.snr_db)),
-        first_order_probability: path.probabilities.map(|p| f64::from(p.first_order)),
+        probabilities: path.probabilities.map(|p| p.to_array().map(f64::from)),
         verdict: verdict(path),
     }
 }

@@ -142,7 +142,7 @@ fn lines_of_sight(estimated: &Estimated, (pose, link): &(PoseTruth, Link)) -> Ve
             aoa_zenith_rad: f64::from(path.path.aoa.zenith_rad()),
             aoa_azimuth_rad: f64::from(path.path.aoa.azimuth_rad()),
             snr_db: None,
-            first_order_probability: None,
+            probabilities: None,
             verdict: String::new(),
         };
         let gates = MatchGates::default();

@@ -91,8 +91,8 @@ fn rows(report: &Report) -> Vec<(&'static str, String)> {
     );
     add("clock error, rms", clock.rmse_ns.map(|v| format!("{v:.3} ns")));
     add(
-        "link state accuracy in flight",
-        percent(report.link_state.accuracy),
+        "class of the strongest path right",
+        percent(report.link_state.measured.strongest_right),
     );
     add(
         "downlink bytes per point",

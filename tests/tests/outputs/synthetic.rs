@@ -200,7 +200,7 @@ fn listen(
         }
         paths.push(MeasuredPath {
             snr_db: Some(snr_db),
-            first_order_probability: Some(probability),
+            probabilities: Some([0.0, probability, 1.0 - probability]),
             verdict: verdict.to_owned(),
             ..measured
         });
@@ -271,7 +271,7 @@ fn measure(
         aoa_zenith_rad: aoa.zenith_rad(),
         aoa_azimuth_rad: aoa.azimuth_rad(),
         snr_db: None,
-        first_order_probability: None,
+        probabilities: None,
         verdict: String::new(),
     };
     let seen = Path {

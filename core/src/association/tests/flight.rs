@@ -80,6 +80,7 @@ fn paths(truth: &Surfaces<8>, link: &Link, noise: &mut Noise) -> Vec<(ReceivedPa
                     los: 0.94,
                     first_order: 0.03,
                     higher_order: 0.03,
+                    artefact: 0.0,
                 });
             }
             path.power_db -= 20.0 * libm::log10f(path.c_tau_m as f32);

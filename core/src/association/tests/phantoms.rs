@@ -255,6 +255,7 @@ fn an_echo_behind_a_strong_path_is_never_a_point() {
                 los: 0.0,
                 first_order: 0.99,
                 higher_order: 0.01,
+                artefact: 0.0,
             });
             if k % 2 == 1 {
                 // Or from somewhere else: close to the UAV the closed form makes a wall of that.

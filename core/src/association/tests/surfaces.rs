@@ -184,9 +184,12 @@ fn what_was_learnt_from_a_poor_attitude_gives_way_to_a_good_one() {
             }
             let (association, _) = sweep(&mut surfaces, &link, &pose, &paths, k);
             assert!(association.consistent, "{seed}: sweep {k}");
+            // The wall that was learnt explains its path from the first good sweep on; that it is one is sure a few sweeps later.
             let decision = association.verdicts[1].decision;
+            let explains = matches!(decision, Decision::Explained | Decision::Tentative);
+            assert!(k < 24 || explains, "{seed}: sweep {k}, {decision:?}");
             assert!(
-                k < 24 || decision == Decision::Explained,
+                k < 28 || decision == Decision::Explained,
                 "{seed}: sweep {k}, {decision:?}"
             );
         }

@@ -131,6 +131,7 @@ impl Link {
                 los: straight,
                 first_order: first_order * (1.0 - straight),
                 higher_order: (1.0 - first_order) * (1.0 - straight),
+                artefact: 0.0,
             }),
         })
     }

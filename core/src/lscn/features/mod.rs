@@ -8,10 +8,12 @@
 //! Every feature is defined for every path: where the excess delay is not positive (line of sight, with its error), the
 //! point is solved for an excess of a centimetre. Nothing here knows the world, its bounds or its material.
 
+mod beside;
 mod twins;
 
 use nalgebra::{Matrix3, Vector3};
 
+pub use self::beside::{TREE_INPUTS, tree_names};
 use self::twins::{agreement, twins};
 use super::bounce::Bounce;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
@@ -141,6 +143,15 @@ struct Point {
     covariance: Matrix3<f32>,
 }
 
+/// What a path shows without its departure.
+struct Arrived {
+    /// In the order of [`GEOMETRIC_NAMES`].
+    values: [f32; GEOMETRIC_INPUTS],
+    single: Single,
+    /// Its place among the link's paths.
+    rank: Option<usize>,
+}
+
 /// A path taken as a single reflection.
 struct Single {
     length_m: f32,
@@ -260,17 +271,53 @@ impl<'a> LinkGeometry<'a> {
     /// [`InputError::NotFinite`] for a delay, gain or covariance that is no number, [`InputError::NoLength`] for a delay
     /// that is not positive.
     pub fn features(&self, received: &Received) -> Result<Features, InputError> {
+        let Arrived {
+            values: common,
+            single,
+            rank,
+        } = self.arrived(received)?;
+        let path = &received.path;
+        let mut values = [0.0; GEOMETRIC_WITH_DEPARTURE_INPUTS];
+        if let Some(places) = values.first_chunk_mut() {
+            *places = common;
+        }
+        if let (Some(departure), Some(places)) = (&path.aod, values.last_chunk_mut()) {
+            let jacobians = Jacobians::at(&self.baseline, path, &single.solution);
+            let point = Point {
+                from_gmt: single.from_gmt,
+                line: single.incoming,
+                covariance: point_covariance(&jacobians, path, &self.ends.uav_covariance),
+            };
+            let group = core::iter::once(path).chain(twins(path, rank, self.paths));
+            *places = self.departure_features(path, departure, &point, group)?;
+        }
+        let departure = path.aod.is_some();
+        all_finite(Features { values, departure }, &values)
+    }
+
+    /// Inputs of the trees for one of the link's paths, as it was given to [`Self::new`], in the order of [`tree_names`].
+    ///
+    /// # Errors
+    /// As [`Self::features`].
+    pub fn tree_inputs(&self, received: &Received) -> Result<[f32; TREE_INPUTS], InputError> {
+        let arrived = self.arrived(received)?;
+        let mut values = [0.0; TREE_INPUTS];
+        if let Some(places) = values.first_chunk_mut() {
+            *places = arrived.values;
+        }
+        if let Some(places) = values.last_chunk_mut() {
+            *places = self.beside(received, &arrived)?;
+        }
+        all_finite(values, &values)
+    }
+
+    /// The features that need no departure.
+    fn arrived(&self, received: &Received) -> Result<Arrived, InputError> {
         let path = &received.path;
         check(self.ends, received)?;
         let (gmt, uav) = (self.ends.gmt.vector(), self.ends.uav.vector());
-        let Single {
-            length_m,
-            solution,
-            from_gmt,
-            incoming,
-            bounce,
-        } = self.single(path).ok_or(InputError::NotFinite)?;
-
+        let single = self.single(path).ok_or(InputError::NotFinite)?;
+        let bounce = &single.bounce;
         let towards_gmt = Direction::<World>::from_vector(-self.baseline)?;
         let (residual, over_free_space, under, known) = match received.gain_db {
             Some(gain_db) => {
@@ -288,13 +335,13 @@ impl<'a> LinkGeometry<'a> {
         let own = counts.then_some(residual);
         let rank = self.paths.iter().position(|other| other == received);
         let source_height_m = uav.z + path.c_tau_m * path.aoa.vector().z - gmt.z;
-        let mut values = [
+        let values = [
             compressed(self.excess_m(path), EXCESS_UNIT_M),
             compressed(towards_gmt.angle_to_rad(&path.aoa), ANGLE_UNIT_RAD),
             compressed(path.c_tau_m - self.first_m.min(path.c_tau_m), EXCESS_UNIT_M),
             compressed(source_height_m, HEIGHT_UNIT_M),
-            compressed(from_gmt.z, HEIGHT_UNIT_M),
-            solution.distance_m / length_m,
+            compressed(single.from_gmt.z, HEIGHT_UNIT_M),
+            single.solution.distance_m / single.length_m,
             bounce.cos_incidence,
             bounce.normal.z,
             compressed(self.baseline_m, LENGTH_UNIT_M),
@@ -306,29 +353,8 @@ impl<'a> LinkGeometry<'a> {
             rank.map_or(1.0, |rank| (rank as f32 / RANKS).min(1.0)),
             self.residual_of_others(own),
             twins(path, rank, self.paths).count() as f32 / TWINS,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
         ];
-        if let (Some(departure), Some(places)) = (&path.aod, values.last_chunk_mut()) {
-            let jacobians = Jacobians::at(&self.baseline, path, &solution);
-            let point = Point {
-                from_gmt,
-                line: incoming,
-                covariance: point_covariance(&jacobians, path, &self.ends.uav_covariance),
-            };
-            let group = core::iter::once(path).chain(twins(path, rank, self.paths));
-            *places = self.departure_features(path, departure, &point, group)?;
-        }
-        if values.iter().all(|x| x.is_finite()) {
-            let departure = path.aod.is_some();
-            Ok(Features { values, departure })
-        } else {
-            Err(InputError::NotFinite)
-        }
+        Ok(Arrived { values, single, rank })
     }
 
     /// The features that need an angle of departure. `group` are the path and its twins.
@@ -392,6 +418,12 @@ fn compressed(value: f32, unit: f32) -> f32 {
     // Squares beyond would overflow; the comparison leaves NaN as it is.
     let size = if ratio.abs() > 1e18 { 1e18 } else { ratio.abs() };
     libm::copysignf(libm::logf(size + sqrt(size * size + 1.0)), ratio)
+}
+
+/// Features, when all numbers are numbers.
+fn all_finite<F>(features: F, values: &[f32]) -> Result<F, InputError> {
+    let sound = values.iter().all(|x| x.is_finite());
+    sound.then_some(features).ok_or(InputError::NotFinite)
 }
 
 fn decibels(value_db: f32) -> f32 {

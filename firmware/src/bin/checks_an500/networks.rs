@@ -1,14 +1,18 @@
 //! Instruction counts of the link state networks, and their equality with the portable form.
 //!
-//! One line a step, `name: instructions`, then one line a link, `link index digest` of the models that fly and
-//! `random index digest` of random ones. It fails when the assembly and the portable form differ.
+//! One line a step, `name: instructions`, then one line a link, `link index digest` of the networks of the crate,
+//! `random index digest` of random ones and `trees index digest` of the trees. It fails when the assembly and the portable form differ.
 
 use core::hint::black_box;
 
 use cslam_core::lscn::kernels::{Kernels, Native, Portable};
-use cslam_core::lscn::{Activations, Features, LinkGeometry, Network, Probabilities, paper_inputs};
+use cslam_core::lscn::{
+    Activations, Features, LinkGeometry, Network, PathClassifier, Probabilities, models, paper_inputs,
+};
 use cslam_core::reflection::InputError;
-use cslam_firmware::lscn_check::{LINKS, Link, ModelFile, Networks, PAPER_INPUTS, PATHS, Which};
+use cslam_firmware::lscn_check::{
+    LINKS, Link, ModelFile, Networks, PAPER_INPUTS, PATHS, Which, trees_digest,
+};
 
 use crate::clock::ticks;
 use crate::exit::Exit;
@@ -34,10 +38,17 @@ pub(crate) fn run() -> Result<(), Exit> {
     steps("paper", &native.paper, &PAPER);
     inference("portable ", &portable, &nominal);
     inference("", &native, &nominal);
+    let trees = models::trees().map_err(|_| Exit::Panic)?;
+    count_trees(&trees, &nominal);
     rivals::count();
     let random = [a, b, c];
     let equal =
         links("link", &native, &portable) & links("random", &Networks::new(random), &Networks::new(random));
+    for index in 0..LINKS {
+        let link = Link::random(index).map_err(|_| Exit::Panic)?;
+        let digest = trees_digest(&trees, &link).map_err(|_| Exit::Panic)?;
+        defmt::println!("trees {=u32} {=u64:016x}", index, digest);
+    }
     if equal { Ok(()) } else { Err(Exit::Failed) }
 }
 
@@ -90,6 +101,31 @@ fn inference<K: Kernels>(set: &str, networks: &Networks<'_, K>, link: &Link) {
     black_box(report(set, "features, one path", || one(black_box(link)).is_ok()));
     black_box(report(set, "features and geometric, nine paths", || {
         classify(geometric, black_box(link), &mut work)
+    }));
+}
+
+/// Counts what the trees take of a path, and of a link of nine.
+fn count_trees(classifier: &PathClassifier<'_>, link: &Link) {
+    let geometry = || LinkGeometry::new(link.ends(), link.paths());
+    let path = link.paths().first();
+    if let Some((geometry, path)) = geometry().ok().zip(path) {
+        if let Ok(inputs) = geometry.tree_inputs(path) {
+            black_box(report("", "trees, one path", || {
+                classifier.trees().classify(black_box(&inputs)).is_ok()
+            }));
+        }
+        black_box(report("", "inputs of the trees, one path", || {
+            geometry.tree_inputs(black_box(path)).is_ok()
+        }));
+    }
+    black_box(report("", "inputs and trees, nine paths", || {
+        let mut all = [None; PATHS];
+        if let Ok(geometry) = geometry() {
+            for (path, place) in black_box(link).paths().iter().zip(&mut all) {
+                *place = classifier.path(&geometry, path).ok();
+            }
+        }
+        all
     }));
 }
 

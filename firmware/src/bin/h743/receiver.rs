@@ -6,7 +6,7 @@ use cortex_m::peripheral::SCB;
 use cslam_core::cslam::{Config, Cslam, LinkStates, Memory, PATHS, SweepReport};
 use cslam_core::localization::bsm::BeamSquint;
 use cslam_core::localization::filter::states;
-use cslam_core::lscn::{Classifier, models};
+use cslam_core::lscn::models;
 use cslam_core::ltd::EstimatorConfig;
 use cslam_core::telemetry::{Decoder, Event, FaultRecord, Key, ResetCause};
 use cslam_firmware::app::{
@@ -64,11 +64,7 @@ pub(crate) fn application(
     key: &Key,
     reset: ResetCause,
 ) -> Option<&'static mut Receiver> {
-    let geometric = Classifier::new(
-        models::geometric().ok()?,
-        models::geometric_without_departure().ok()?,
-    );
-    let mut config = Config::best(LinkStates::Geometric(geometric.ok()?));
+    let mut config = Config::best(LinkStates::Trees(models::trees().ok()?));
     let settings = ledger.settings();
     settings.configure(&mut config);
     let memory = Memory {

@@ -5,7 +5,7 @@ use core::hint::black_box;
 use cortex_m::singleton;
 use cslam_core::cslam::{Config, Cslam, LinkStates, Memory};
 use cslam_core::localization::filter::states;
-use cslam_core::lscn::{Classifier, models};
+use cslam_core::lscn::models;
 use cslam_core::ltd::EstimatorConfig;
 use cslam_core::telemetry::{Decoder, Key};
 use cslam_firmware::app::{AppConfig, Application, Best, BoardStatus, Downlink, Ground, Map, VOXELS};
@@ -15,11 +15,7 @@ use cslam_firmware::sensor_stream;
 
 /// Flies on inputs of which the compiler knows nothing.
 pub(crate) fn fly(block: &mut Block) -> Option<()> {
-    let geometric = Classifier::new(
-        models::geometric().ok()?,
-        models::geometric_without_departure().ok()?,
-    );
-    let config = black_box(Config::best(LinkStates::Geometric(geometric.ok()?)));
+    let config = black_box(Config::best(LinkStates::Trees(models::trees().ok()?)));
     let estimator = singleton!(: Best = Best::new(&black_box(EstimatorConfig::default())))?;
     let squint = config.beam_squint().ok()?;
     let squint = singleton!(: cslam_core::localization::bsm::BeamSquint = squint)?;

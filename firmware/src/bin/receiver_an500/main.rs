@@ -31,7 +31,7 @@ use cortex_m_rt::entry;
 use cslam_core::cslam::{Config, Cslam, LinkStates, Memory, PATHS, SweepReport};
 use cslam_core::localization::bsm::BeamSquint;
 use cslam_core::localization::filter::states;
-use cslam_core::lscn::{Classifier, models};
+use cslam_core::lscn::models;
 use cslam_core::ltd::EstimatorConfig;
 use cslam_core::telemetry::{Decoder, Key};
 use cslam_firmware::app::{
@@ -88,11 +88,7 @@ fn main() -> ! {
     reason = "it lies in static memory, apart from the meter"
 )]
 fn receiver(stages: &'static Stages) -> Option<&'static mut Receiver> {
-    let geometric = Classifier::new(
-        models::geometric().ok()?,
-        models::geometric_without_departure().ok()?,
-    );
-    let config = Config::best(LinkStates::Geometric(geometric.ok()?));
+    let config = Config::best(LinkStates::Trees(models::trees().ok()?));
     let memory = Memory {
         estimator: estimator(stages)?,
         squint: squint(&config)?,

@@ -13,6 +13,7 @@ use crate::commands::fly::raw::{Site, described, fly};
 use crate::config::{Config, ReceiverConfig};
 use crate::evaluation::evaluate;
 use crate::flight_log::Header;
+use crate::lscn::flight_samples::{Collector, Origin};
 use crate::progress;
 use crate::raw_flight::{Shared, Source, Swept, UNHEARD};
 use crate::recording::Keeper;
@@ -111,12 +112,26 @@ fn heard(
         .map(|place| keep::open(place, world))
         .transpose()?;
     let Some(directory) = keep else {
-        return reported(told, described, scene, listener, interrupted, |_| {});
+        return reported(
+            args,
+            told,
+            described,
+            (scene, flight),
+            listener,
+            interrupted,
+            |_| {},
+        );
     };
     let keeper = Keeper::new(listener);
-    let report = reported(told, described, scene, &keeper, interrupted, |swept| {
-        keeper.swept(swept)
-    })?;
+    let report = reported(
+        args,
+        told,
+        described,
+        (scene, flight),
+        &keeper,
+        interrupted,
+        |swept| keeper.swept(swept),
+    )?;
     if report.is_some() {
         let config = Config {
             receiver: told.clone(),
@@ -137,7 +152,15 @@ fn from_paths(
     interrupted: &AtomicBool,
 ) -> anyhow::Result<Option<serde_json::Value>> {
     let (source, header, site) = kept::open(place, config, told, flight, args.steps)?;
-    let report = reported(told, (header, site), scene, &source, interrupted, |_| {})?;
+    let report = reported(
+        args,
+        told,
+        (header, site),
+        (scene, flight),
+        &source,
+        interrupted,
+        |_| {},
+    )?;
     if let Some(sweeps) = report.as_ref().and_then(|report| report["counters"].get(UNHEARD)) {
         progress::note(format_args!("{}: {sweeps} sweeps {UNHEARD}", flight.text()));
     }
@@ -146,19 +169,33 @@ fn from_paths(
 
 /// The report of a flight over a source; `None` when it was interrupted.
 fn reported(
+    args: &Args,
     told: &ReceiverConfig,
     (header, site): (Header, Site),
-    scene: &Scene,
+    (scene, flight): (&Scene, &Flight),
     source: &impl Source,
     interrupted: &AtomicBool,
-    swept: impl FnMut(&Swept<'_>),
+    mut swept: impl FnMut(&Swept<'_>),
 ) -> anyhow::Result<Option<serde_json::Value>> {
     let start = std::time::Instant::now();
-    let (mut log, _) = fly(told, header, &site, source, interrupted, swept, |_, _| {})?;
+    let mut inputs = Collector::default();
+    let each = |ended: &Swept<'_>| {
+        if args.samples.is_some() {
+            inputs.sweep(ended.report);
+        }
+        swept(ended);
+    };
+    let (mut log, _) = fly(told, header, &site, source, interrupted, each, |_, _| {})?;
     if log.interrupted() {
         return Ok(None);
     }
     let evaluation = evaluate(&mut log, Some(scene));
+    if let Some(directory) = &args.samples {
+        let name = flight.file_name();
+        let place = directory.join(name.strip_suffix(".json").unwrap_or(&name));
+        let origin = Origin::new(&flight.scene, flight.seed, &flight.world);
+        inputs.samples(&log).write(&place, &origin)?;
+    }
     let report = Report::new(&log, &evaluation, start.elapsed().as_secs_f64());
     Ok(Some(serde_json::to_value(&report)?))
 }

@@ -69,6 +69,10 @@ pub(crate) struct Args {
     /// already is flown from them, in a second: for receivers that are changed behind path estimation
     #[arg(long, value_name = "DIR")]
     keep_paths: Option<PathBuf>,
+    /// Write what the trees of the link state are trained on (`cslam train --kind trees`) into this directory, one for each flight: the
+    /// inputs that the receiver has of each measured path, and what the path truly was
+    #[arg(long, value_name = "DIR")]
+    samples: Option<PathBuf>,
     #[command(flatten)]
     threads: Threads,
     /// Print the summary as one JSON object on standard output

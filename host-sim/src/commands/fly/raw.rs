@@ -1,6 +1,6 @@
 //! A flight from raw samples: a world or a recording plays, the receiver that flies listens.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use cslam_core::cslam::{
@@ -8,7 +8,7 @@ use cslam_core::cslam::{
 };
 use cslam_core::localization::filter::Setup;
 use cslam_core::localization::hpc;
-use cslam_core::lscn::{Classifier, PaperClassifier, models};
+use cslam_core::lscn::{Classifier, PaperClassifier, PathClassifier, Trees, models};
 use cslam_core::ltd::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays};
 
 use cslam_firmware::app::{AppConfig, Application, Map, VOXELS};
@@ -22,6 +22,7 @@ use crate::config::{
 };
 use crate::estimate;
 use crate::flight_log::{FlightLog, Header};
+use crate::input::{InputError, limits, read_bytes};
 use crate::progress;
 use crate::raw_flight::{self, Source, Swept};
 use crate::recording::Keeper;
@@ -32,7 +33,7 @@ use crate::world::{GivenLinks, World};
 const STAGES: &str = "One stage away from the mode (flights from raw samples)";
 
 /// One stage at a time away from the mode: ablations.
-#[derive(clap::Args, Clone, Copy, Debug, Default)]
+#[derive(clap::Args, Clone, Debug, Default)]
 pub(super) struct Stages {
     /// Path estimation, if not the mode's
     #[arg(long, value_enum, help_heading = STAGES)]
@@ -40,6 +41,9 @@ pub(super) struct Stages {
     /// Link state, if not the mode's
     #[arg(long, value_enum, help_heading = STAGES)]
     link_state: Option<LinkStateChoice>,
+    /// Trees of your own for the link state (`cslam train --kind trees`)
+    #[arg(long, value_name = "FILE", help_heading = STAGES)]
+    link_state_model: Option<PathBuf>,
     /// Localization, if not the mode's
     #[arg(long, value_enum, help_heading = STAGES)]
     localization: Option<LocalizationChoice>,
@@ -56,6 +60,9 @@ impl Stages {
     pub(super) fn set(&self, receiver: &mut ReceiverConfig) {
         receiver.estimator = self.estimator.or(receiver.estimator);
         receiver.link_state = self.link_state.or(receiver.link_state);
+        if let Some(model) = &self.link_state_model {
+            receiver.link_state_model = Some(model.clone());
+        }
         receiver.localization = self.localization.or(receiver.localization);
         receiver.departures = self.departures.or(receiver.departures);
         receiver.mapped = self.mapped.or(receiver.mapped);
@@ -287,14 +294,26 @@ pub(crate) fn departures(told: &ReceiverConfig) -> anyhow::Result<DepartureChoic
     })
 }
 
+/// Trees of a file (`cslam train --kind trees`). They stay in memory: receivers borrow them for as long as the program runs.
+fn own_trees(file: &Path) -> Result<PathClassifier<'static>, InputError> {
+    let bytes = read_bytes(file, &limits::MODEL)?.leak();
+    Trees::parse(bytes)
+        .and_then(PathClassifier::new)
+        .map_err(|error| InputError::in_file(file, error.to_string()))
+}
+
 /// The methods of a mode, with the stages that were asked to differ, beside a GMT that was set up there, if somebody says.
 fn methods(told: &ReceiverConfig, setup: Option<Setup>) -> anyhow::Result<Receiver<'static>> {
     let of_mode = match told.mode {
-        Mode::Best => LinkStateChoice::Geometric,
+        Mode::Best => LinkStateChoice::Trees,
         Mode::Paper => LinkStateChoice::Paper,
     };
     let network = PaperClassifier::new(models::paper()?)?;
     let link_states = match told.link_state.unwrap_or(of_mode) {
+        LinkStateChoice::Trees => LinkStates::Trees(match &told.link_state_model {
+            Some(file) => own_trees(file)?,
+            None => models::trees()?,
+        }),
         LinkStateChoice::Geometric => {
             let classifier = Classifier::new(models::geometric()?, models::geometric_without_departure()?)?;
             LinkStates::Geometric(classifier)

@@ -157,6 +157,11 @@ impl KnownPose {
 
     fn classify(&self, ends: &Ends, paths: &[Received]) -> Vec<Option<Probabilities>> {
         match &self.config.link_states {
+            LinkStates::Trees(classifier) => {
+                let link = LinkGeometry::new(ends, paths).ok();
+                let path = |path| link.as_ref().and_then(|link| classifier.path(link, path).ok());
+                paths.iter().map(path).collect()
+            }
             LinkStates::Geometric(classifier) => {
                 let link = LinkGeometry::new(ends, paths).ok();
                 let path = |path| link.as_ref().and_then(|link| classifier.path(link, path).ok());

@@ -244,7 +244,7 @@ impl Flight {
                 aoa_zenith_rad: f64::from(received.path.aoa.zenith_rad()),
                 aoa_azimuth_rad: f64::from(received.path.aoa.azimuth_rad()),
                 snr_db: None,
-                first_order_probability: probability,
+                probabilities: perceived.probabilities[index].map(|p| p.to_array().map(f64::from)),
                 verdict: outcome.err().unwrap_or("ok").into(),
             });
         }
