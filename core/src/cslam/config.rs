@@ -148,7 +148,7 @@ pub struct Config<'m> {
 /// Who says what a path is.
 #[derive(Clone, Copy, Debug)]
 pub enum LinkStates<'m> {
-    /// Trees, path by path: without departures, which data association weighs.
+    /// Trees, path by path: without departures, which data association weighs ([`Mapped::Every`]).
     Trees(PathClassifier<'m>),
     /// The geometric networks, path by path.
     Geometric(Classifier<'m>),

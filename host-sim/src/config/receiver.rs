@@ -111,9 +111,9 @@ impl Mode {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LinkStateChoice {
-    /// Trees, every path, by all but its departure
+    /// Trees, every path, by all but its departure: where data association weighs that
     Trees,
-    /// Geometric networks, every path, with its departure
+    /// Geometric networks, every path, with its departure: the default where paths are mapped one by one
     Geometric,
     /// The paper's network, the strongest path
     Paper,

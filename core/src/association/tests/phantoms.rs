@@ -282,3 +282,26 @@ fn an_echo_behind_a_strong_path_is_never_a_point() {
         assert!(surfaces.waiting().is_empty());
     }
 }
+
+#[test]
+fn what_may_be_an_artefact_bears_no_surface_without_its_departure() {
+    for (artefact, is_new) in [(0.0, true), (0.05, false)] {
+        let mut surfaces = empty();
+        let mut noise = Noise::seeded(8);
+        let facade = wall([A_M, 10.0, 4.0], [-1.0, 0.0, 0.0]);
+        let link = link(0);
+        let mut path = measured(&link.path(&[facade], 0.95).expect("exists"), &mut noise);
+        path.departure = None;
+        path.probabilities = Some(Probabilities {
+            los: 0.0,
+            first_order: 0.99 - artefact,
+            higher_order: 0.01,
+            artefact,
+        });
+        let paths = Paths::from_slice(&[path]).expect("one");
+        let (association, _) = sweep(&mut surfaces, &link, &link.pose_with(&mut noise), &paths, 0);
+        let decision = association.verdicts[0].decision;
+        assert_eq!(decision == Decision::New, is_new, "{artefact} {decision:?}");
+        assert_eq!(surfaces.len(), usize::from(is_new));
+    }
+}

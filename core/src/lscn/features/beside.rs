@@ -213,6 +213,13 @@ mod tests {
     }
 
     #[test]
+    fn a_path_of_the_same_direction_is_nearer_than_one_of_the_same_length() {
+        let (along, across) = (path(61.0, 1.01, -100.0), path(60.1, 2.0, -98.0));
+        let paths = [along, across, path(60.0, 1.0, -99.0)];
+        assert!((named(&paths, "nearest_by") + 0.1).abs() < 1e-4);
+    }
+
+    #[test]
     fn a_path_alone_has_nothing_beside_it() {
         let paths = [path(60.0, 1.0, -99.0)];
         assert_eq!(named(&paths, "stronger_by"), 0.0);

@@ -304,9 +304,11 @@ fn own_trees(file: &Path) -> Result<PathClassifier<'static>, InputError> {
 
 /// The methods of a mode, with the stages that were asked to differ, beside a GMT that was set up there, if somebody says.
 fn methods(told: &ReceiverConfig, setup: Option<Setup>) -> anyhow::Result<Receiver<'static>> {
-    let of_mode = match told.mode {
-        Mode::Best => LinkStateChoice::Trees,
-        Mode::Paper => LinkStateChoice::Paper,
+    let of_mode = match (told.mode, told.mapped) {
+        (Mode::Paper, _) => LinkStateChoice::Paper,
+        (Mode::Best, None | Some(MappedChoice::Every)) => LinkStateChoice::Trees,
+        // Of a path that is taken alone the departure must be in the probability: no association weighs it.
+        (Mode::Best, Some(MappedChoice::FirstOrder | MappedChoice::Strongest)) => LinkStateChoice::Geometric,
     };
     let network = PaperClassifier::new(models::paper()?)?;
     let link_states = match told.link_state.unwrap_or(of_mode) {
