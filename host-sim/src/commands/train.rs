@@ -103,29 +103,23 @@ struct Report<'a> {
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     args.threads.install(|| match args.kind {
-        KindName::Geometric | KindName::Paper => train(args),
+        KindName::Paper => train(args, Task::Paper { k: args.k }),
+        KindName::Geometric => {
+            let departure = !args.no_aod;
+            train(args, Task::Geometric { departure })
+        }
         KindName::Trees => trees(args),
     })
 }
 
-fn train(args: &Args) -> anyhow::Result<()> {
+fn train(args: &Args, task: Task) -> anyhow::Result<()> {
     let start = Instant::now();
-    let task = match args.kind {
-        KindName::Paper => Task::Paper { k: args.k },
-        KindName::Geometric | KindName::Trees => Task::Geometric {
-            departure: !args.no_aod,
-        },
-    };
     let settings = settings(args, task)?;
     let lists = Lists::of_the_repository()?;
     let read = |places: &[PathBuf]| -> Result<Vec<Links>, InputError> {
         let one = |place: &PathBuf| {
             let (description, links) = dataset::read(place)?;
-            if !args.any_scene {
-                lists
-                    .refuse_training(&description.protocol.scene)
-                    .map_err(|error| error.within(place))?;
-            }
+            allow(args, &lists, &description.protocol.scene, place)?;
             Ok(links)
         };
         places.iter().map(one).collect()
@@ -151,7 +145,7 @@ fn train(args: &Args) -> anyhow::Result<()> {
         .model
         .with_temperature(temperature)
         .map_err(InputError::new)?;
-    write(args, &model, &trained.curve)?;
+    write(args, task, &model, &trained.curve)?;
     let classified = || {
         logits
             .iter()
@@ -176,6 +170,14 @@ fn train(args: &Args) -> anyhow::Result<()> {
     print(args, &report)
 }
 
+/// Whether the scene of a data set may be trained on.
+fn allow(args: &Args, lists: &Lists, scene: &str, place: &Path) -> Result<(), InputError> {
+    if args.any_scene {
+        return Ok(());
+    }
+    lists.refuse_training(scene).map_err(|error| error.within(place))
+}
+
 /// Trains trees on samples of flights.
 fn trees(args: &Args) -> anyhow::Result<()> {
     let start = Instant::now();
@@ -184,11 +186,7 @@ fn trees(args: &Args) -> anyhow::Result<()> {
         let mut all = FlightSamples::default();
         for place in places {
             let (origin, samples) = FlightSamples::read(place)?;
-            if !args.any_scene {
-                lists
-                    .refuse_training(&origin.scene)
-                    .map_err(|error| error.within(place))?;
-            }
+            allow(args, &lists, &origin.scene, place)?;
             all.append(samples);
         }
         Ok(all)
@@ -284,13 +282,12 @@ fn put(file: &Path, bytes: &[u8]) -> Result<(), InputError> {
     std::fs::write(file, bytes).map_err(|e| InputError::unwritable(file, "cannot be written", &e))
 }
 
-fn write(args: &Args, model: &FloatModel, curve: &[Epoch]) -> anyhow::Result<()> {
+fn write(args: &Args, task: Task, model: &FloatModel, curve: &[Epoch]) -> anyhow::Result<()> {
     put(&args.out, &model.to_bytes())?;
-    let title = match args.kind {
-        KindName::Paper => format!("the paper's network, K = {}", args.k),
-        KindName::Trees => "trees".into(),
-        KindName::Geometric if args.no_aod => "geometric network without angle of departure".into(),
-        KindName::Geometric => "geometric network with angle of departure".into(),
+    let title = match task {
+        Task::Paper { k } => format!("the paper's network, K = {k}"),
+        Task::Geometric { departure: true } => "geometric network with angle of departure".into(),
+        Task::Geometric { departure: false } => "geometric network without angle of departure".into(),
     };
     put(
         &args.out.with_extension("svg"),

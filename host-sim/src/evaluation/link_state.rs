@@ -57,11 +57,8 @@ pub(super) fn judge(log: &FlightLog) -> LinkStateFigures {
 fn path_states(log: &FlightLog) -> PathStateFigures {
     let mut states = PathStates::default();
     for sweep in &log.sweeps {
-        let Some(link) = &sweep.truth.link else {
-            continue;
-        };
-        for (index, (path, matched)) in sweep.estimate.paths.iter().zip(&sweep.truth.matches).enumerate() {
-            let class = PathClass::of(matched.and_then(|matched| link.paths.get(matched)));
+        let classes = PathClass::of_sweep(&sweep.truth);
+        for (index, (path, class)) in sweep.estimate.paths.iter().zip(classes).enumerate() {
             if let (Some(probabilities), Some(class)) = (path.probabilities, class) {
                 states.add(probabilities, class, index == 0);
             }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::flight_log::SweepTruth;
 use crate::paths::LinkPath;
 
 /// What a measured path truly was. Numbers as in files.
@@ -31,9 +32,16 @@ impl PathClass {
         all.get(usize::from(number)).copied()
     }
 
+    /// Of each measured path of a sweep whose paths have been matched; nothing when the truth is not known.
+    pub fn of_sweep(truth: &SweepTruth) -> impl Iterator<Item = Option<Self>> {
+        truth.link.iter().flat_map(|link| {
+            let behind = |matched: &Option<usize>| matched.and_then(|path| link.paths.get(path));
+            truth.matches.iter().map(move |matched| Self::of(behind(matched)))
+        })
+    }
+
     /// Of the true path behind a measured one; `None` when the truth does not say its order.
-    #[must_use]
-    pub fn of(truth: Option<&LinkPath>) -> Option<Self> {
+    fn of(truth: Option<&LinkPath>) -> Option<Self> {
         let Some(path) = truth else {
             return Some(Self::Artefact);
         };

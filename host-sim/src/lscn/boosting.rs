@@ -25,8 +25,6 @@ pub struct Settings {
     pub ridge: f64,
     /// Least `H` on either side of a split.
     pub least_weight: f64,
-    /// How often a sample of the strongest path counts: that path decides the link's state.
-    pub strongest_weight: f64,
     /// Share of the samples at either end of an input's range that may lie beyond what an int8 holds.
     pub beyond: f64,
 }
@@ -38,7 +36,6 @@ impl Default for Settings {
             rate: 0.3,
             ridge: 1.0,
             least_weight: 5.0,
-            strongest_weight: 1.0,
             beyond: 0.001,
         }
     }
@@ -126,15 +123,6 @@ pub fn train(
     }
     let scales = scales(samples, settings.beyond);
     let rows = rounded(samples, &scales);
-    let weights: Vec<f64> = (samples.strongest.iter())
-        .map(|strongest| {
-            if *strongest {
-                settings.strongest_weight
-            } else {
-                1.0
-            }
-        })
-        .collect();
     let mut logits = vec![[0.0; CLASSES]; rows.len()];
     let mut trees = Vec::with_capacity(settings.rounds * CLASSES);
     for round in 0..settings.rounds {
@@ -146,17 +134,15 @@ pub fn train(
                     let p = probabilities[index][class];
                     let y = f64::from(u8::from(samples.classes[index] as usize == class));
                     Sums {
-                        gradient: weights[index] * (y - p),
-                        weight: weights[index] * p * (1.0 - p),
+                        gradient: y - p,
+                        weight: p * (1.0 - p),
                     }
                 };
                 grow(&rows, &(0..rows.len()).map(of).collect::<Vec<_>>(), settings)
             })
             .collect();
         for (logits, row) in logits.iter_mut().zip(&rows) {
-            for (logit, tree) in logits.iter_mut().zip(&grown) {
-                *logit += tree.leaf(row);
-            }
+            add(&grown, row, logits);
         }
         trees.extend(grown);
         round_done(round);
@@ -256,23 +242,28 @@ fn softmax(logits: &[f64; CLASSES]) -> [f64; CLASSES] {
     all.map(|e| e / sum)
 }
 
+/// Adds to the logits what trees say of a sample, class by class in each round.
+fn add(trees: &[FloatTree], row: &Row, logits: &mut [f64; CLASSES]) {
+    for round in trees.chunks_exact(CLASSES) {
+        for (logit, tree) in logits.iter_mut().zip(round) {
+            *logit += tree.leaf(row);
+        }
+    }
+}
+
 impl Boosted {
+    /// Logits of a sample before the calibration.
+    fn logits(&self, row: &Row) -> [f64; CLASSES] {
+        let mut logits = [0.0; CLASSES];
+        add(&self.trees, row, &mut logits);
+        logits
+    }
+
     /// Makes its probabilities those of least cross entropy on samples that it was not trained on, with one factor on all logits; gives
     /// the factor.
     pub fn calibrate(&mut self, samples: &FlightSamples) -> f64 {
         let rows = rounded(samples, &self.scales);
-        let logits: Vec<[f64; CLASSES]> = rows
-            .iter()
-            .map(|row| {
-                let mut logits = [0.0; CLASSES];
-                for round in self.trees.chunks_exact(CLASSES) {
-                    for (logit, tree) in logits.iter_mut().zip(round) {
-                        *logit += tree.leaf(row);
-                    }
-                }
-                logits
-            })
-            .collect();
+        let logits: Vec<[f64; CLASSES]> = rows.iter().map(|row| self.logits(row)).collect();
         let loss = |sharpness: f64| -> f64 {
             let of = |(logits, class): (&[f64; CLASSES], &PathClass)| {
                 let p = softmax(&logits.map(|logit| sharpness * logit))[*class as usize];
@@ -406,14 +397,8 @@ mod tests {
             .zip(rounded(&training, &boosted.scales))
             .take(50)
         {
-            let mut logits = [0.0; CLASSES];
-            for round in boosted.trees.chunks_exact(CLASSES) {
-                for (logit, tree) in logits.iter_mut().zip(round) {
-                    *logit += tree.leaf(&row);
-                }
-            }
             let p = trees.classify(inputs).expect("numbers");
-            let expected = softmax(&logits);
+            let expected = softmax(&boosted.logits(&row));
             assert!((f64::from(p.first_order) - expected[1]).abs() < 1e-3);
         }
     }

@@ -84,9 +84,6 @@ impl Collector {
     pub fn samples(&self, log: &FlightLog) -> FlightSamples {
         let mut samples = FlightSamples::default();
         for sweep in &log.sweeps {
-            let Some(link) = &sweep.truth.link else {
-                continue;
-            };
             let Ok(place) = self
                 .sweeps
                 .binary_search_by_key(&sweep.sweep, |(number, _)| *number)
@@ -94,8 +91,8 @@ impl Collector {
                 continue;
             };
             let (_, inputs) = &self.sweeps[place];
-            for (index, (inputs, matched)) in inputs.iter().zip(&sweep.truth.matches).enumerate() {
-                let class = PathClass::of(matched.and_then(|path| link.paths.get(path)));
+            let classes = PathClass::of_sweep(&sweep.truth);
+            for (index, (inputs, class)) in inputs.iter().zip(classes).enumerate() {
                 if let (Some(inputs), Some(class)) = (inputs, class) {
                     samples.inputs.push(*inputs);
                     samples.classes.push(class);
