@@ -14,6 +14,7 @@
 //! Path estimation is chosen by the type `E` ([`crate::ltd::Estimator`] or [`crate::ltd::PaperEstimator`]), everything else by
 //! [`Config`].
 
+mod bend;
 mod clock;
 mod config;
 mod estimated;

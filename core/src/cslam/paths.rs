@@ -2,6 +2,7 @@
 
 use heapless::Vec;
 
+use super::bend::Bend;
 use super::config::LinkStates;
 use super::localizer::left;
 use super::receive::{ends, length_m, to_world};
@@ -194,11 +195,17 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     pub(super) fn line_measurement(
         &self,
         heard: &Heard,
+        bend: &Bend,
         squint: Option<FaceDirection>,
         gmt: &Transmitter,
         time_ns: u64,
     ) -> Option<PathMeasurement> {
         let mut measured = self.measurement(heard, squint, gmt)?;
+        measured.aoa_sigma_rad = libm::hypot(measured.aoa_sigma_rad, bend.angle_rad);
+        measured.c_tau_sigma_m = libm::hypot(measured.c_tau_sigma_m, bend.length_m);
+        if let Some(departure) = &mut measured.departure {
+            departure.sigma = departure.sigma.map(|sigma| libm::hypot(sigma, bend.angle_rad));
+        }
         let ground_z_m = self.config.accept.point.ground_z_m;
         let offset_m = self.clock.offset_m(time_ns);
         if let (Some(ground_z_m), Some(offset_m), Some(departure)) =

@@ -9,6 +9,7 @@
 //! The paper's calibration has a rule of its own ([`Localization::Hpc`]), which asks its network and not the pose: that pose
 //! does not know when it has drifted, and one that has drifted would refuse every fix that could bring it back.
 
+use super::bend::Bend;
 use super::config::Localization;
 use super::localizer::left;
 use super::paths::{Heard, Straight};
@@ -29,7 +30,7 @@ use crate::path::{Departure, Path};
 /// Without a position: a path may have lost this much more than through free space, dB. A reflection costs 8 dB at normal
 /// incidence (docs/signal-model.md, "Waveform and link budget") and less the more it grazes; near the edge of the beams the gain is known to 5 dB.
 /// Nor can it be so much stronger: the ground's bounce adds 6 dB at most.
-const UNREFLECTED_DB: f32 = 7.0;
+pub(super) const UNREFLECTED_DB: f32 = 7.0;
 /// Paths within this of the first one are one with it: images that the arrays' errors make, the ground bounce, m. The
 /// strongest is taken.
 pub(super) const AT_ONCE_M: f64 = 0.45;
@@ -46,15 +47,34 @@ const PROVEN_RAD: f32 = 0.01;
 /// How far from where the pose puts the line of sight beam squint looks for it, direction cosine. Half a beam is 0.125.
 const POSE_RADIUS: f32 = 0.1;
 
+/// The path that is the line of sight.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sight {
+    /// Its index.
+    pub(super) index: usize,
+    /// By how much it may be off the straight way.
+    pub(super) bend: Bend,
+}
+
+impl Sight {
+    /// A path that comes straight.
+    pub(super) fn straight(index: usize) -> Self {
+        Self {
+            index,
+            bend: Bend::default(),
+        }
+    }
+}
+
 impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
     Cslam<'_, E, VOXELS, STATES>
 {
-    /// Index of the path that is the line of sight, if there is one.
-    pub(super) fn line_of_sight(&self, heard: &[Heard], time_ns: u64) -> Option<usize> {
+    /// The path that is the line of sight, or a wave that is bent into the shadow of what stands before it, if there is one.
+    pub(super) fn line_of_sight(&self, heard: &[Heard], time_ns: u64) -> Option<Sight> {
         let pose = self.localizer.expected();
         // Before its first fix nobody knows how the body is turned, which the network must: it begins as ours does.
         if let (Localization::Hpc(_, network), Some(pose)) = (&self.config.localization, &pose) {
-            return self.classified(network, heard, pose);
+            return self.classified(network, heard, pose).map(Sight::straight);
         }
         let gmt = self.transmitter(time_ns).map(|(gmt, _)| gmt);
         match (pose, gmt) {
@@ -62,8 +82,11 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 let received = self.received(heard, &pose);
                 let first = first_of(received.iter().map(|path| f64::from(path.path.c_tau_m)), heard)?;
                 let (path, in_world) = (heard.get(first)?, &received.get(first)?.path);
-                let direct = is_direct(in_world, &pose, &gmt) && !self.is_dimmed(path, in_world, &pose, &gmt);
-                direct.then_some(first)
+                if !is_direct(in_world, &pose, &gmt) {
+                    return None;
+                }
+                let bend = self.bend(path, in_world, &pose, &gmt)?;
+                Some(Sight { index: first, bend })
             }
             (pose, _) => {
                 let first = self.first_unreflected(heard, time_ns)?;
@@ -72,7 +95,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                     let left = path.estimated.path.aod;
                     left.is_some_and(|left| is_straight(path, &left, &pose, ANGLE.0))
                 });
-                direct.then_some(first)
+                direct.then_some(Sight::straight(first))
             }
         }
     }
@@ -106,12 +129,21 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             .is_some_and(|over_db| over_db.abs() < UNREFLECTED_DB)
     }
 
-    /// Whether a path that comes from where the GMT is lost more than a line of sight.
-    fn is_dimmed(&self, path: &Heard, in_world: &Path<World>, pose: &Pose, gmt: &Transmitter) -> bool {
+    /// How a path that comes from where the GMT is was bent, by what it lost; `None` when it lost too much. Beside the GMT's beams nobody knows
+    /// a gain well enough to tell.
+    fn bend(&self, path: &Heard, in_world: &Path<World>, pose: &Pose, gmt: &Transmitter) -> Option<Bend> {
+        let range_m = f64::from(in_world.c_tau_m);
         let way = Direction::<World, f64>::from_vector(pose.position.vector() - gmt.position_m);
-        self.over_free_space_db(path, f64::from(in_world.c_tau_m))
-            .zip(way.ok())
-            .is_some_and(|(over_db, way)| is_bent(over_db, &gmt.attitude, way.vector()))
+        match self.over_free_space_db(path, range_m).zip(way.ok()) {
+            Some((over_db, way)) if leaves_in_beams(&gmt.attitude, way.vector()) => {
+                Bend::of(over_db, range_m, self.wavelength_m())
+            }
+            _ => Some(Bend::default()),
+        }
+    }
+
+    fn wavelength_m(&self) -> f64 {
+        SPEED_OF_LIGHT_M_PER_S / self.config.waveform.carrier_hz
     }
 
     /// How much stronger a path of this length is than through free space, dB; `None` without departure or gain.
@@ -119,8 +151,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let (departure, gain_db) = path.estimated.path.aod.zip(path.gain_db)?;
         let dipoles = half_wave_dipole(departure.direction.vector())
             * half_wave_dipole(path.estimated.path.aoa.vector());
-        let wavelength_m = (SPEED_OF_LIGHT_M_PER_S / self.config.waveform.carrier_hz) as f32;
-        let spread = wavelength_m / (4.0 * core::f32::consts::PI * (length_m as f32).max(1.0));
+        let spread = self.wavelength_m() as f32 / (4.0 * core::f32::consts::PI * (length_m as f32).max(1.0));
         let free_space_db = 20.0 * libm::log10f((spread * dipoles).max(f32::MIN_POSITIVE));
         Some(gain_db - free_space_db)
     }
@@ -194,13 +225,6 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         }
         Some(sighting)
     }
-}
-
-/// Whether an edge bent a wave into the shadow behind it, by a way that is hardly longer than the straight one: it keeps half of its amplitude where
-/// the shadow begins (6 dB) and less in it. `over_db`: against free space; `way`: from the GMT, whose `mast` stands so, straight to the UAV.
-/// Beside the GMT's beams nobody knows a gain well enough to tell.
-fn is_bent(over_db: f32, mast: &Rotation<Gmt, World, f64>, way: &Vector3<f64>) -> bool {
-    leaves_in_beams(mast, way) && over_db < -UNREFLECTED_DB
 }
 
 /// Index of the strongest of the paths that came first.
@@ -324,18 +348,6 @@ mod tests {
             },
             gain_db: Some(-92.0),
         }
-    }
-
-    #[test]
-    fn a_wave_that_an_edge_bent_into_its_shadow_is_no_line_of_sight() {
-        let is_bent = |over_db, upwards: f64| {
-            let along = libm::sqrt(1.0 - upwards * upwards);
-            is_bent(over_db, &Rotation::identity(), &Vector3::new(along, 0.0, upwards))
-        };
-        // Where the shadow begins there are 6 dB; deeper in it more.
-        assert!(!is_bent(0.5, 0.1) && !is_bent(-6.1, 0.1) && is_bent(-8.0, 0.1));
-        // Steeply upwards the GMT is heard through sidelobes.
-        assert!(!is_bent(-8.0, 0.8));
     }
 
     #[test]

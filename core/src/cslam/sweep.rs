@@ -5,11 +5,13 @@
 
 use heapless::Vec;
 
+use super::bend::Bend;
 use super::config::Departures;
 use super::mapping::{Mapping, Station};
 use super::paths::Heard;
 use super::receive::ends;
 use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
+use super::sight::Sight;
 use super::{CHANNELS, Cslam, LinkStates, PATHS, count};
 use crate::bounded::gather;
 use crate::localization::bsm::{Bearing, Refusal};
@@ -82,7 +84,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     pub(super) fn close_with(&mut self, paths: Vec<EstimatedPath, PATHS>) {
         let time_ns = self.open.as_ref().map_or(0, |open| open.time_ns);
         let heard = self.heard(&paths);
-        let sighted = self.line_of_sight(&heard, time_ns);
+        let sighted = self.line_of_sight(&heard, time_ns).map(|sight| sight.index);
         let squint = match sighted.map(|index| self.sighting(&heard, index, time_ns)) {
             Some(Some(sighting)) if self.config.departures != Departures::Beams => {
                 self.memory.squint.begin(&sighting).map(|()| None)
@@ -192,12 +194,14 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         bearing: Option<&Bearing>,
     ) -> Localized {
         let level = self.level_sight(heard, gmt, open.time_ns);
-        let line = self
+        let sight = self
             .line_of_sight(heard, open.time_ns)
-            .or(level.map(|(first, _)| first));
-        let line_of_sight = line.and_then(|index| heard.get(index)).and_then(|path| {
+            .or(level.map(|(first, _)| Sight::straight(first)));
+        let line = sight.map(|sight| sight.index);
+        let line_of_sight = sight.and_then(|sight| {
             let squint = bearing.filter(|_| line == open.sighted).map(face_direction);
-            self.line_measurement(path, squint, gmt, open.time_ns)
+            let path = heard.get(sight.index)?;
+            self.line_measurement(path, &sight.bend, squint, gmt, open.time_ns)
         });
         let contrary = match (line, &self.config.link_states) {
             (Some(_), _) | (_, LinkStates::Paper(_)) => None,
@@ -205,7 +209,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         };
         let contrary = contrary
             .and_then(|index| heard.get(index))
-            .and_then(|path| self.line_measurement(path, None, gmt, open.time_ns));
+            .and_then(|path| self.line_measurement(path, &Bend::default(), None, gmt, open.time_ns));
         let departure = line_of_sight.and_then(|path| path.departure);
         let proven = line
             .and_then(|index| heard.get(index))

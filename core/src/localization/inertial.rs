@@ -29,6 +29,9 @@ pub struct ImuErrors {
     pub accel_bias_m_per_s2: Vector3<f32>,
     /// Scale and misalignment of the gyroscope: its reading per unit of true rate less the identity.
     pub gyro_matrix: Matrix3<f32>,
+    /// How the sensor is turned against the body, whose axes are those of the arrays: the rotation vector that takes its axes into the
+    /// body's, rad. Biases and matrix are in its own axes.
+    pub mounting_rad: Vector3<f32>,
 }
 
 impl Default for ImuErrors {
@@ -38,20 +41,24 @@ impl Default for ImuErrors {
             gyro_bias_rad_per_s: Vector3::zeros(),
             accel_bias_m_per_s2: Vector3::zeros(),
             gyro_matrix: Matrix3::zeros(),
+            mounting_rad: Vector3::zeros(),
         }
     }
 }
 
 impl ImuErrors {
-    /// Angular rate of a sample without the errors: `w = (I - M) (wm - bg)`, rad/s.
+    /// Angular rate of a sample without the errors, body axes: `w = exp[m]x (I - M) (wm - bg)`, rad/s.
     pub fn rate_rad_per_s(&self, sample: &ImuSample) -> Vector3<f32> {
         let rate = sample.rate_rad_per_s - self.gyro_bias_rad_per_s;
-        rate - self.gyro_matrix * rate
+        turned(&self.mounting_rad, &(rate - self.gyro_matrix * rate))
     }
 
-    /// Specific force of a sample without the errors, m/s^2.
+    /// Specific force of a sample without the errors, body axes, m/s^2.
     pub fn specific_force_m_per_s2(&self, sample: &ImuSample) -> Vector3<f32> {
-        sample.specific_force_m_per_s2 - self.accel_bias_m_per_s2
+        turned(
+            &self.mounting_rad,
+            &(sample.specific_force_m_per_s2 - self.accel_bias_m_per_s2),
+        )
     }
 }
 
@@ -91,12 +98,14 @@ impl ImuIncrement {
         let turn = -(biased + matrix * (self.delta_angle_rad - biased));
         // A turn error that grows evenly over the step rotates the force by half of it on average.
         let (half, third) = (turn * 0.5, turn * (1.0 / 3.0));
+        let velocity = self.delta_velocity_m_per_s - force * dt + half.cross(&self.delta_velocity_m_per_s);
+        let position = self.delta_position_m - force * (0.5 * dt * dt) + third.cross(&self.delta_position_m);
+        // A sensor that is turned in the body has the whole step turned.
+        let mounting = errors.mounting_rad - self.removed.mounting_rad;
         Self {
-            delta_angle_rad: self.delta_angle_rad + turn,
-            delta_velocity_m_per_s: self.delta_velocity_m_per_s - force * dt
-                + half.cross(&self.delta_velocity_m_per_s),
-            delta_position_m: self.delta_position_m - force * (0.5 * dt * dt)
-                + third.cross(&self.delta_position_m),
+            delta_angle_rad: turned(&mounting, &(self.delta_angle_rad + turn)),
+            delta_velocity_m_per_s: turned(&mounting, &velocity),
+            delta_position_m: turned(&mounting, &position),
             removed: *errors,
             ..*self
         }
@@ -160,8 +169,9 @@ mod tests {
         let rate = Vector3::new(0.9, -0.5, 1.2f64);
         let force = Vector3::new(2.0, -1.0, 11.0f64);
         let biased = rate - errors.gyro_bias_rad_per_s.map(f64::from);
-        let rate = biased - errors.gyro_matrix.map(f64::from) * biased;
-        let force = force - errors.accel_bias_m_per_s2.map(f64::from);
+        let mounting = Rotation3::new(errors.mounting_rad.map(f64::from));
+        let rate = mounting * (biased - errors.gyro_matrix.map(f64::from) * biased);
+        let force = mounting * (force - errors.accel_bias_m_per_s2.map(f64::from));
         let fine = 20_000;
         let dt = STEP_NS as f64 * 1e-9 * steps as f64 / 2.0 / f64::from(fine);
         let (mut v, mut p) = (Vector3::zeros(), Vector3::zeros());
@@ -203,6 +213,7 @@ mod tests {
             gyro_bias_rad_per_s: Vector3::new(0.01, -0.02, 0.015),
             accel_bias_m_per_s2: Vector3::new(0.2, 0.1, -0.3),
             gyro_matrix: Matrix3::new(0.002, 0.001, 0.003, -0.003, 0.004, -0.002, 0.001, 0.002, 0.004),
+            mounting_rad: Vector3::new(0.008, -0.009, 0.007),
         };
         let (plain, exact) = (integrated(2, &ImuErrors::default()), integrated(2, &errors));
         let corrected = plain.with_errors(&errors);
@@ -221,13 +232,18 @@ mod tests {
             gyro_bias_rad_per_s: Vector3::new(0.1, 0.2, 0.3),
             accel_bias_m_per_s2: Vector3::new(1.0, 2.0, 3.0),
             gyro_matrix: Matrix3::new(0.01, 0.0, 0.01, 0.0, 0.02, 0.02, 0.0, 0.0, 0.03),
+            // A turn to the left about z: what the sensor has ahead lies to the left in the body.
+            mounting_rad: Vector3::new(0.0, 0.0, 0.01),
         };
         let sample = ImuSample {
             time_ns: 0,
             rate_rad_per_s: Vector3::new(1.1, 1.2, 2.3),
             specific_force_m_per_s2: Vector3::new(1.0, 2.0, 12.0),
         };
-        assert!((errors.rate_rad_per_s(&sample) - Vector3::new(0.97, 0.94, 1.94)).norm() < 1e-6);
-        assert!((errors.specific_force_m_per_s2(&sample) - Vector3::new(0.0, 0.0, 9.0)).norm() < 1e-6);
+        let turn = Rotation3::new(errors.mounting_rad);
+        let rate = turn * Vector3::new(0.97, 0.94, 1.94);
+        assert!((errors.rate_rad_per_s(&sample) - rate).norm() < 1e-6 && rate.y > 0.949);
+        let force = turn * Vector3::new(0.0, 0.0, 9.0);
+        assert!((errors.specific_force_m_per_s2(&sample) - force).norm() < 1e-6);
     }
 }

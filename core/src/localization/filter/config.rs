@@ -115,6 +115,8 @@ pub struct Priors {
     pub accel_bias_m_per_s2: f64,
     /// Scale and misalignment of the gyroscope, each element.
     pub gyro_matrix: f64,
+    /// Rotation of the inertial sensor against the arrays that nobody compensates, rad about each axis.
+    pub mounting_rad: f64,
     /// Clock drift, m/s: 300 is one part per million.
     pub clock_drift_m_per_s: f64,
     /// Clock ramp, m/s^2.
@@ -137,6 +139,7 @@ impl Default for Priors {
             gyro_bias_rad_per_s: 0.5 * DEG_RAD,
             accel_bias_m_per_s2: 20e-3 * STANDARD_GRAVITY_M_PER_S2,
             gyro_matrix: 0.003,
+            mounting_rad: 0.5 * DEG_RAD,
             clock_drift_m_per_s: 300.0,
             clock_ramp_m_per_s2: TCXO[2],
             two_way_bias_m: 0.1 * NS_M,

@@ -6,7 +6,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::layout::{
-    ACCEL_BIAS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, GYRO_BIAS, GYRO_MATRIX, VELOCITY,
+    ACCEL_BIAS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, GYRO_BIAS, GYRO_MATRIX, MOUNTING, VELOCITY,
 };
 use super::row::Row;
 use crate::geometry::Real;
@@ -31,14 +31,17 @@ impl<T: Real> Transition<T> {
         let dt = self.dt_s;
         let (velocity, angle) = (at(VELOCITY), at(ATTITUDE));
         let rate = &self.rate_rad_per_s;
+        let mounting = at(MOUNTING);
         let gyro = at(GYRO_BIAS)
             + at(GYRO_MATRIX) * rate.x
             + at(GYRO_MATRIX + 3) * rate.y
-            + at(GYRO_MATRIX + 6) * rate.z;
+            + at(GYRO_MATRIX + 6) * rate.z
+            - mounting.cross(rate);
         let force = self.attitude * at(ACCEL_BIAS);
         let turn = self.attitude * gyro;
-        // -[f]x th = th x f
-        let gained = angle.cross(&self.force_m_per_s2) - force;
+        // -[f]x th = th x f; a force is turned with the body, and with the sensor in it.
+        let turned = angle + self.attitude * mounting;
+        let gained = turned.cross(&self.force_m_per_s2) - force;
         let half = dt * T::of(0.5);
         let moved = velocity + gained * half;
         let ramp = x(CLOCK_RAMP);
@@ -74,7 +77,7 @@ impl<T: Real, const N: usize> Covariance<T, N> {
         const {
             assert!(
                 N >= super::layout::PLANES && (N - super::layout::PLANES).is_multiple_of(3),
-                "46 states and three a plane"
+                "49 states and three a plane"
             );
         }
         Self {

@@ -85,7 +85,12 @@ pub(super) struct Innovation {
     pub(super) offset_m: Vector3<f64>,
     /// Direction of arrival less that from this place to the GMT, world axes.
     pub(super) turn_rad: Vector3<f64>,
+    /// Standard deviations of both by what the path itself claims, m and rad per axis.
+    pub(super) sigma: (f64, f64),
 }
+
+/// Two sweeps that err by as many standard deviations of their difference agree: one in a hundred is further apart.
+const APART_SIGMAS: f64 = 3.0;
 
 impl Innovation {
     /// What an update leaves: a later sweep agrees with it when it agrees with the filter.
@@ -94,19 +99,21 @@ impl Innovation {
             time_ns,
             offset_m: Vector3::zeros(),
             turn_rad: Vector3::zeros(),
+            sigma: (0.0, 0.0),
         }
     }
 
-    /// Whether a later sweep errs in the same way: within 0.35 m, 4 mrad of the range, 0.5 deg, and what an uncertain velocity explains
-    /// (`sigma_m_per_s` at a range of `range_m`). Sweeps more than 3 s apart never agree.
+    /// Whether a later sweep errs in the same way: within 0.35 m, 4 mrad of the range, 0.5 deg, what both claim to err by, and what an uncertain
+    /// velocity explains (`sigma_m_per_s` at a range of `range_m`). Sweeps more than 3 s apart never agree.
     pub(super) fn agrees(&self, later: &Self, sigma_m_per_s: f64, range_m: f64) -> bool {
         let dt = later.time_ns.saturating_sub(self.time_ns) as f64 * 1e-9;
         let moved = (1.0 + 3.0 * sigma_m_per_s) * dt;
         // A place at a distance is as uncertain as its direction.
-        let place = 0.35 + 0.004 * range_m;
+        let place = 0.35 + 0.004 * range_m + APART_SIGMAS * libm::hypot(self.sigma.0, later.sigma.0);
+        let turn = 0.009 + APART_SIGMAS * libm::hypot(self.sigma.1, later.sigma.1);
         dt > 0.0
             && dt < 3.0
             && (self.offset_m - later.offset_m).norm() < place + moved
-            && (self.turn_rad - later.turn_rad).norm() < 0.009 + moved / range_m.max(1.0)
+            && (self.turn_rad - later.turn_rad).norm() < turn + moved / range_m.max(1.0)
     }
 }

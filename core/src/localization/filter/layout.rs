@@ -1,6 +1,6 @@
 //! Where each error stands in the state vector (docs/localization.md, "The model").
 //!
-//! 17 errors of motion, sensors and clock, 27 of calibration, two more of the clock, then three of each mapped plane. Attitude errors are small
+//! 17 errors of motion, sensors and clock, 27 of calibration, two more of the clock, three of the mounting, then three of each mapped plane. Attitude errors are small
 //! rotation vectors in WORLD axes.
 
 /// Position, m, world axes.
@@ -29,8 +29,10 @@ pub const GYRO_MATRIX: usize = 35;
 pub const CLOCK_RAMP: usize = 44;
 /// Constant error of two-way timing, m: unequal delays of the two radios.
 pub const TWO_WAY_BIAS: usize = 45;
+/// Rotation of the inertial sensor's axes into those of the arrays, which are the body's: a small rotation vector, rad, body axes.
+pub const MOUNTING: usize = 46;
 /// First plane: offset (m) and two tilts (rad) each.
-pub const PLANES: usize = 46;
+pub const PLANES: usize = 49;
 
 /// Faces of the GMT's mast.
 pub(super) const FACES: usize = 3;

@@ -7,7 +7,7 @@
 
 use super::Filter;
 use super::gate::Innovation;
-use super::layout::{ACCEL_BIAS, ATTITUDE, CLOCK_OFFSET, POSITION, VELOCITY};
+use super::layout::{ACCEL_BIAS, ATTITUDE, CLOCK_OFFSET, MOUNTING, POSITION, VELOCITY};
 use super::measurement::{PathMeasurement, Transmitter};
 use super::nominal::{range_of_delay_m, rotation};
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
@@ -97,7 +97,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
         true
     }
 
-    /// The covariance of that start. The accelerometer's bias hides in the tilt: `R dba = g (th_y, -th_x, 0)`. The place errs by
+    /// The covariance of that start. The accelerometer's bias hides in the tilt, `R dba = g (th_y, -th_x, 0)`, and so does what the sensor is
+    /// turned by in the body, `R m = -th` about the horizontal axes. The place errs by
     /// `J th` with `J th = rho l x th`, along the way by the clock's error, and by what the path itself does not know.
     fn set_level_covariance(
         &mut self,
@@ -114,7 +115,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         let square = |x: f64| x * x;
         let tilt = square(level.tilt_sigma_rad);
-        let leant = tilt + square(CARRIED_SIGMA_RAD);
+        let mounting = square(self.config.priors.mounting_rad);
+        let leant = tilt + mounting + square(CARRIED_SIGMA_RAD);
         let turned = Matrix3::from_diagonal(&Vector3::new(leant, leant, square(yaw_sigma_rad)));
         self.covariance.reset_block(ATTITUDE, &turned.map(T::of));
         let bias = tilt * square(STANDARD_GRAVITY_M_PER_S2);
@@ -129,6 +131,16 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 let shared = with_bias.get((i, j)).copied().unwrap_or(0.0);
                 self.covariance
                     .correlate(ATTITUDE + i, ACCEL_BIAS + j, T::of(shared));
+            }
+        }
+        for i in 0..3 {
+            self.covariance.reset(MOUNTING + i, T::of(mounting));
+        }
+        for i in 0..2 {
+            for j in 0..3 {
+                let shared = -mounting * self.nominal.attitude.get((i, j)).copied().unwrap_or(0.0);
+                self.covariance
+                    .correlate(ATTITUDE + i, MOUNTING + j, T::of(shared));
             }
         }
         let lever = towards.cross_matrix() * range_m;

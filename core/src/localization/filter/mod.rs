@@ -44,7 +44,7 @@ pub use covariance::{Covariance, Transition};
 pub use health::{Counters, Health, TestRatios};
 pub use layout::{
     ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, FACE_BIAS,
-    GYRO_BIAS, GYRO_MATRIX, PLANES, POSITION, TWO_WAY_BIAS, VELOCITY, planes, states,
+    GYRO_BIAS, GYRO_MATRIX, MOUNTING, PLANES, POSITION, TWO_WAY_BIAS, VELOCITY, planes, states,
 };
 pub use level::LevelYaw;
 pub use measurement::{
@@ -72,9 +72,9 @@ pub const HISTORY: usize = 64;
 pub const MAX_PLANES: usize = 4;
 
 /// A filter without planes.
-pub type Filter46 = Filter<f32, { states(0) }>;
+pub type Filter49 = Filter<f32, { states(0) }>;
 /// The default: four mapped planes at a time.
-pub type Filter58 = Filter<f32, { states(MAX_PLANES) }>;
+pub type Filter61 = Filter<f32, { states(MAX_PLANES) }>;
 
 #[cfg(test)]
 mod tests;
@@ -86,7 +86,7 @@ struct Slot {
     used_ns: u64,
 }
 
-/// Error-state filter of `N` states (46, and three for each plane that is held at a time), its covariance in `T`.
+/// Error-state filter of `N` states (49, and three for each plane that is held at a time), its covariance in `T`.
 #[derive(Clone, Debug)]
 pub struct Filter<T: Real, const N: usize> {
     config: FilterConfig,
@@ -119,6 +119,8 @@ pub struct Filter<T: Real, const N: usize> {
     /// Sweeps held back in a row.
     held: u32,
     sure: bool,
+    /// Whether the contradiction began with the first sight after an outage.
+    astray: bool,
     /// Whether the contradiction began in sight, and small: sweeps and inertial data part from each other, as they do when ranges
     /// are wrong. A pose that was captured, or led astray without sight, is contradicted at once.
     parted: bool,
@@ -165,6 +167,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             contested: 0,
             held: 0,
             sure: false,
+            astray: false,
             parted: false,
             last_sight_ns: time_ns,
             last_line_ns: time_ns,

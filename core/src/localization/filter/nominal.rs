@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::layout::{
     ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ARRAYS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, FACE_BIAS,
-    FACES, GYRO_BIAS, GYRO_MATRIX, POSITION, TWO_WAY_BIAS, VELOCITY,
+    FACES, GYRO_BIAS, GYRO_MATRIX, MOUNTING, POSITION, TWO_WAY_BIAS, VELOCITY,
 };
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::localization::{ImuErrors, ImuIncrement};
@@ -128,6 +128,7 @@ impl Nominal {
         self.imu.accel_bias_m_per_s2 += narrow(vector(ACCEL_BIAS));
         let [x, y, z] = [0, 3, 6].map(|k| narrow(vector(GYRO_MATRIX + k)));
         self.imu.gyro_matrix += Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z);
+        self.imu.mounting_rad += narrow(vector(MOUNTING));
         self.clock_offset_m = wrap_delay_m(self.clock_offset_m + at(CLOCK_OFFSET));
         self.clock_drift_m_per_s += at(CLOCK_DRIFT);
         self.clock_ramp_m_per_s2 += at(CLOCK_RAMP);

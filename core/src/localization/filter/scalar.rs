@@ -1,8 +1,10 @@
 //! Scalar measurements: two-way timing, magnetic heading. They wait until the horizon passes their time stamps.
 
 use super::layout::{ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, POSITION, TWO_WAY_BIAS, VELOCITY};
+use super::measurement::Transmitter;
 use super::nominal::wrap_delay_m;
 use super::row::Row;
+use super::sweep::BLIND_AFTER_NS;
 use super::window::Departure;
 use super::{Filter, Gates};
 use crate::geometry::Real;
@@ -11,6 +13,11 @@ use crate::geometry::Real;
 const STEP_AGREEMENT_M: f64 = 1.0;
 /// A constant error of timing beyond this is a lie: ten times what radios have, m.
 const TIMING_OFF_M: f64 = 0.3;
+/// Share of the exchanges in which another path than the first was stamped, in sight of the transmitter and without, and the standard
+/// deviation of the error that this makes, m. Over the air and without sight one exchange in six errs by more than 0.36 m and one in ten by
+/// more than 1 m; in sight three and one in a hundred (docs/localization.md, "What it believes").
+const STRAY: [f64; 2] = [0.03, 0.2];
+const STRAY_M: f64 = 1.5;
 /// Exchanges further apart than this do not confirm each other, s.
 const SUSPECT_S: f64 = 3.0;
 /// As many exchanges in agreement contradict the clock. A single one may be right after an outlier that a silence has let pass
@@ -18,6 +25,8 @@ const SUSPECT_S: f64 = 3.0;
 const CONTRADICTION: u32 = 2;
 /// Exchanges in agreement that a start stands on: two tell offset and rate, the third that they are right.
 const ACQUIRED: u32 = 3;
+/// Standard deviation of a clock that a start may stand on, in those of an exchange.
+const SETTLED: f64 = 2.0;
 /// A step that timing alone has told leaves the clock no less sure than it is long, up to this, m: single precision holds no more
 /// beside the centimetres of an exchange.
 const MOST_DOUBT_M: f64 = 100.0;
@@ -160,7 +169,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             }
             self.suspect_clock = None;
             self.acquired = self.acquired.saturating_add(1);
-            self.apply(&row);
+            self.apply_or_stray(&row);
             self.health.clock_contested = self.timing_is_off();
             return;
         }
@@ -262,14 +271,29 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.window.clear();
     }
 
-    /// Whether enough exchanges agree for a start to stand on them.
+    /// Whether enough exchanges agree for a start to stand on them, and the clock is as sure as these make it: its error becomes one of the
+    /// place.
     pub(super) fn has_clock(&self) -> bool {
-        self.acquired >= ACQUIRED
+        let limit_m = SETTLED * self.config.radio.two_way_m;
+        self.acquired >= ACQUIRED && self.variance(CLOCK_OFFSET) < limit_m * limit_m
     }
 
-    /// A line of sight agrees with the clock: if timing contradicts it, it is the timing that is wrong.
-    pub(super) fn refute_timing(&mut self) {
-        if let Some(suspect) = &mut self.suspect_clock {
+    /// Whether exchanges that agree with each other contradict the clock.
+    pub(super) fn timing_contradicts(&self) -> bool {
+        (self.suspect_clock.as_ref()).is_some_and(|suspect| suspect.exchanges >= CONTRADICTION)
+    }
+
+    /// A line of sight agrees with the clock: if timing contradicts it, it is the timing that is wrong. A pose that is unsure of its range by a
+    /// good part of the contradiction agrees with anything: clock and range have erred together.
+    pub(super) fn refute_timing(&mut self, gmt: &Transmitter) {
+        let way = (self.nominal.position_m - gmt.position_m).try_normalize(0.1);
+        let variance = way.map_or(0.0, |way| {
+            way.dot(&(self.covariance.block(POSITION, POSITION).map(T::to_f64) * way))
+        });
+        let gate = self.config.gates.one;
+        if let Some(suspect) = &mut self.suspect_clock
+            && gate * variance < suspect.contradicts_m * suspect.contradicts_m
+        {
             suspect.refuted = true;
             self.counters.timing_refuted = self.counters.timing_refuted.saturating_add(1);
         }
@@ -350,6 +374,38 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let innovation = row.dot(&self.covariance.product(row)) + row.variance;
         let residual = row.residual.to_f64();
         residual * residual / innovation.to_f64() / gate
+    }
+
+    /// Takes in an exchange that may be of another path than the first. Of the two posteriors, as an exchange and as a stray one, the filter
+    /// keeps mean and covariance (Bar-Shalom and Tse 1975): it is the less sure of its clock the less it can tell which of both this is.
+    fn apply_or_stray(&mut self, row: &Row<T>) {
+        let along = self.covariance.product(row);
+        let shared = row.dot(&along).to_f64();
+        let residual = row.residual.to_f64();
+        let innovation = shared + row.variance.to_f64();
+        let wide = innovation + STRAY_M * STRAY_M;
+        let blind = self.nominal.time_ns.saturating_sub(self.last_line_ns) > BLIND_AFTER_NS;
+        let [seen, unseen] = STRAY;
+        let share = if blind { unseen } else { seen };
+        let density = |variance: f64| libm::exp(-0.5 * residual * residual / variance) / libm::sqrt(variance);
+        let (own, stray) = ((1.0 - share) * density(innovation), share * density(wide));
+        let own = own / (own + stray);
+        // The gain is `along` times the mean of both inverses; their scatter is what not knowing costs.
+        let inverse = own / innovation + (1.0 - own) / wide;
+        let apart = residual * (1.0 / innovation - 1.0 / wide);
+        let learnt = inverse - own * (1.0 - own) * apart * apart;
+        if learnt > 0.0 {
+            let mut merged = *row;
+            merged.variance = T::of(1.0 / learnt - shared);
+            if self.covariance.update(&merged).is_none() {
+                return;
+            }
+        } else {
+            let unsure = T::of(libm::sqrt(-learnt));
+            self.covariance.spread(&along.map(|p| p * unsure));
+        }
+        let step = T::of(inverse * residual);
+        self.correct(&along.map(|p| p * step));
     }
 
     /// Takes in one row.

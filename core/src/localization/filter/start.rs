@@ -3,7 +3,7 @@
 use super::gate::Innovation;
 use super::layout::{
     ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ARRAYS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, FACE_BIAS,
-    FACES, GYRO_BIAS, GYRO_MATRIX, POSITION, TWO_WAY_BIAS, VELOCITY,
+    FACES, GYRO_BIAS, GYRO_MATRIX, MOUNTING, POSITION, TWO_WAY_BIAS, VELOCITY,
 };
 use super::measurement::{PathMeasurement, Transmitter};
 use super::nominal::{DELAY_PERIOD_M, Nominal};
@@ -64,8 +64,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
         };
         let seen = self.model.corrected(&path.aoa, &self.nominal);
         let [x, z] = departure.sigma;
-        let sigma_rad = x.max(z);
-        let sigma_m = (place - gmt.position_m).norm() * sigma_rad;
+        let sigma_m = (place - gmt.position_m).norm() * x.max(z);
+        let sigma_rad = libm::hypot(x.max(z), path.aoa_sigma_rad);
         self.window.push(place, (sigma_m, sigma_rad), -departed, seen);
     }
 
@@ -203,6 +203,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         for i in 0..9 {
             set(GYRO_MATRIX + i, priors.gyro_matrix);
+        }
+        for i in 0..3 {
+            set(MOUNTING + i, priors.mounting_rad);
         }
         set(CLOCK_OFFSET, DELAY_PERIOD_M);
         set(CLOCK_DRIFT, priors.clock_drift_m_per_s);

@@ -18,7 +18,12 @@ const MOST_INFLATED: f64 = 4.0;
 /// The same of a path that proves itself.
 const MOST_INFLATED_PROVEN: f64 = 16.0;
 /// Without a line of sight, believed or not, for this long, the filter lives on reflections and inertial data, ns.
-const BLIND_AFTER_NS: u64 = 1_200_000_000;
+pub(super) const BLIND_AFTER_NS: u64 = 1_200_000_000;
+
+/// Rows of delay and arrival, before those of departure.
+const ARRIVAL_ROWS: usize = 3;
+/// Half of what lies between two beams of the GMT's rows of eight elements, direction cosine.
+const HALF_BEAM: f64 = 0.125;
 
 /// What a sweep brought.
 #[derive(Clone, Copy, Debug)]
@@ -90,6 +95,15 @@ impl SweepVerdict {
             Self::Accepted | Self::Inflated | Self::Refixed | Self::Started
         )
     }
+}
+
+/// Whether a departure is half a beam off or more. No position error of a pose that is sure of its place does that, a sidelobe of another beam
+/// does: arrival and delay then stand without it.
+fn is_of_another_beam<T: Real>(rows: &[Row<T>]) -> bool {
+    let departure = rows.get(ARRIVAL_ROWS..).unwrap_or(&[]);
+    departure
+        .iter()
+        .any(|row| row.residual.to_f64().abs() > HALF_BEAM)
 }
 
 impl<T: Real, const N: usize> Filter<T, N> {
@@ -164,7 +178,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if self.sigma(ATTITUDE) > gates.attitude_lost_rad && self.try_refix(gmt) {
             return SweepVerdict::Refixed;
         }
-        let Some((mut rows, gate, mut chi2)) = weighed else {
+        let Some((mut rows, mut gate, mut chi2)) = weighed else {
             return SweepVerdict::Rejected;
         };
         if chi2 > gate
@@ -173,6 +187,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
         {
             rows = again;
             chi2 = chi_square(&self.covariance, &rows);
+        }
+        if chi2 > gate && self.sigma(POSITION) < gates.trusted_m && is_of_another_beam(&rows) {
+            rows.truncate(ARRIVAL_ROWS);
+            (gate, chi2) = (gates.three, chi_square(&self.covariance, &rows));
         }
         self.ratios.line_of_sight = (chi2 / gate) as f32;
         let Some(innovation) = self.innovation(gmt, path) else {
@@ -184,16 +202,17 @@ impl<T: Real, const N: usize> Filter<T, N> {
             .is_some_and(|before| before.agrees(&innovation, self.sigma(VELOCITY), range));
         let sigma = self.sigma(POSITION);
         // Whether the filter was sure of itself when the contradiction began: what grows while it rejects does not count.
+        let blind = sweep.time_ns.saturating_sub(self.last_line_ns) > BLIND_AFTER_NS;
         if self.contested == 0 {
             self.sure = sigma < gates.trusted_m;
+            self.astray = blind;
             let in_sight = sweep.time_ns.saturating_sub(self.last_sight_ns) <= BLIND_AFTER_NS;
-            self.parted = self.sure && in_sight && chi2 < MOST_INFLATED * gate;
+            self.parted = self.sure && in_sight && self.is_confirmed() && chi2 < MOST_INFLATED * gate;
         }
         let trusted = self.sure;
         self.last_innovation = Some(innovation);
         // After an outage the filter may have been led astray, by a wrong reflection even while it seems sure. The first path then
-        // needs no second one if it proves itself.
-        let blind = sweep.time_ns.saturating_sub(self.last_line_ns) > BLIND_AFTER_NS;
+        // needs no second one if it proves itself, and no more than a second one if it does not.
         let proven = sweep.proven && blind;
         let most = if proven {
             MOST_INFLATED_PROVEN
@@ -209,7 +228,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
             self.held = self.held.saturating_add(1);
             self.contested = 0;
             return SweepVerdict::Held;
-        } else if chi2 > gate && chi2 < most * gate && (proven || (!trusted && agrees)) {
+        } else if chi2 > gate
+            && chi2 < most * gate
+            && (proven || (agrees && (!trusted || self.astray && self.contested > 0)))
+        {
             // The filter was too sure: its uncertainty of pose and motion is raised to what the sweep says. Only a little:
             // beyond, a linear step would land anywhere, and the window does better.
             let factor = libm::sqrt(chi2.min(1e6) / rows.len() as f64);
@@ -221,7 +243,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         };
         if verdict != SweepVerdict::Rejected {
             if verdict == SweepVerdict::Accepted {
-                self.refute_timing();
+                self.refute_timing(gmt);
             }
             self.take_rows(&rows);
             (self.contested, self.held) = (0, 0);
@@ -246,10 +268,22 @@ impl<T: Real, const N: usize> Filter<T, N> {
             let seen = self.nominal.attitude * self.model.corrected(&path.aoa, &self.nominal);
             seen - (gmt.position_m - place).try_normalize(0.1)?
         };
+        let range_m = (gmt.position_m - place).norm();
+        let (across_rad, turn_sigma_rad) = match &path.departure {
+            Some(departure) => {
+                let [x, z] = departure.sigma;
+                (x.max(z), libm::hypot(path.aoa_sigma_rad, x.max(z)))
+            }
+            None => (path.aoa_sigma_rad, 0.0),
+        };
         Some(Innovation {
             time_ns: self.nominal.time_ns,
             offset_m: place - self.nominal.position_m,
             turn_rad,
+            sigma: (
+                libm::hypot(range_m * across_rad, path.c_tau_sigma_m),
+                turn_sigma_rad,
+            ),
         })
     }
 
@@ -265,6 +299,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let refixed = self.try_refix_contested(gmt, (fixes as usize).min(WINDOW));
         if refixed
             && self.parted
+            && !self.timing_contradicts()
             && let Some(departure) = self.window.departure()
         {
             self.doubt_timing(&departure);

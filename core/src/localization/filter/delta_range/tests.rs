@@ -1,5 +1,5 @@
 use super::super::layout::VELOCITY;
-use super::super::{Filter46, FilterConfig};
+use super::super::{Filter49, FilterConfig};
 use super::*;
 
 const DT_NS: u64 = 500_000_000;
@@ -23,8 +23,8 @@ fn between(moved_m: Vector3<f64>, shifted_m: Vector3<f64>) -> Between {
 }
 
 /// A running filter that has gone east by 2.5 m since the last sweep, its clock drift known, its velocity to 1 m/s.
-fn flying() -> Filter46 {
-    let mut filter = Filter46::new(FilterConfig::default(), DT_NS);
+fn flying() -> Filter49 {
+    let mut filter = Filter49::new(FilterConfig::default(), DT_NS);
     filter.running = true;
     filter.nominal.velocity_m_per_s = Vector3::new(5.0, 0.0, 0.0);
     filter.covariance.reset(CLOCK_DRIFT, 1e-6);

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::*;
 use crate::geometry::{Direction, Gmt, Plane, Position, Rotation, World};
 use crate::localization::filter::layout::{ATTITUDE, CLOCK_OFFSET, POSITION};
-use crate::localization::filter::{Bounces, Filter58, FilterConfig, PathMeasurement};
+use crate::localization::filter::{Bounces, Filter61, FilterConfig, PathMeasurement};
 
 fn wall(id: u32, x_m: f32, normal: Vector3<f32>) -> MappedPlane {
     MappedPlane {
@@ -27,8 +27,8 @@ fn gmt() -> Transmitter {
 }
 
 /// A filter at a place that it knows to 0.1 m an axis, and the path that these walls make there, longer by `late_m`.
-fn flight(walls: &[MappedPlane], late_m: f64) -> (Filter58, ReflectedPath) {
-    let mut filter = Filter58::new(FilterConfig::default(), 0);
+fn flight(walls: &[MappedPlane], late_m: f64) -> (Filter61, ReflectedPath) {
+    let mut filter = Filter61::new(FilterConfig::default(), 0);
     filter.nominal.position_m = Vector3::new(4.0, 12.0, 6.0);
     for axis in 0..3 {
         filter.covariance.reset(POSITION + axis, 0.01);

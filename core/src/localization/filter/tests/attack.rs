@@ -17,8 +17,8 @@ fn timed(
     end_ns: u64,
     timing: impl Fn(u64) -> f64,
     sight: impl Fn(u64) -> bool,
-    seen: impl FnMut(u64, &Filter46),
-) -> Filter46 {
+    seen: impl FnMut(u64, &Filter49),
+) -> Filter49 {
     exchanged(end_ns, |now| Some(timing(now)), sight, seen)
 }
 
@@ -27,9 +27,9 @@ fn exchanged(
     end_ns: u64,
     timing: impl Fn(u64) -> Option<f64>,
     sight: impl Fn(u64) -> bool,
-    mut seen: impl FnMut(u64, &Filter46),
-) -> Filter46 {
-    let mut filter = Filter46::new(FilterConfig::default(), 0);
+    mut seen: impl FnMut(u64, &Filter49),
+) -> Filter49 {
+    let mut filter = Filter49::new(FilterConfig::default(), 0);
     for now in (STEP_NS..=end_ns).step_by(STEP_NS as usize) {
         filter.increment(&increment(now - STEP_NS));
         if now % SWEEP_NS == SWEEP_NS / 2
@@ -50,7 +50,7 @@ fn exchanged(
 }
 
 /// Error of the clock, m.
-fn clock_m(filter: &Filter46) -> f64 {
+fn clock_m(filter: &Filter49) -> f64 {
     wrap_delay_m(filter.nominal().clock_offset_m - truth(filter.nominal().time_ns).clock_offset_m)
 }
 
@@ -146,7 +146,7 @@ fn a_first_exchange_that_lies_starts_nothing() {
 }
 
 /// Position error in standard deviations.
-fn sigmas(filter: &Filter46) -> f64 {
+fn sigmas(filter: &Filter49) -> f64 {
     let pose = filter.pose().expect("running");
     let error = filter.nominal().position_m - truth(filter.nominal().time_ns).position_m;
     let inverse = pose
@@ -215,7 +215,7 @@ fn a_beacon_that_is_wrong_from_the_start_is_seen_by_whoever_set_the_gmt_up() {
             position_m: Vector3::new(1.3, -2.2, 1.5),
             within_m,
         });
-        let mut filter = Filter46::new(config, 0);
+        let mut filter = Filter49::new(config, 0);
         let (mut worst, mut flagged) = (0.0_f64, 0);
         fly(&mut filter, 60 * SECOND_NS, 0, |_, filter, sweep| {
             sweep.gmt.position_m += lie;
@@ -275,7 +275,7 @@ fn a_beacon_that_creeps_by_2_cm_a_second_is_flagged_and_shows_in_sigma() {
 
 #[test]
 fn one_wrong_exchange_after_a_silence_does_not_make_timing_doubted() {
-    // Out of sight, after a silence, a wrong exchange passes: the clock is unsure. The next, which is right, is refused.
+    // Out of sight, after a silence, a wrong exchange passes: the clock is unsure, and stays unsure enough for the next, which is right.
     let silent = 12 * SECOND_NS..15 * SECOND_NS;
     let timing = |now: u64| {
         let wrong = (15 * SECOND_NS..15 * SECOND_NS + SWEEP_NS).contains(&now);
@@ -292,7 +292,7 @@ fn one_wrong_exchange_after_a_silence_does_not_make_timing_doubted() {
             filter.counters().timing_rejected
         );
     });
-    assert_eq!(filter.counters().timing_rejected, 1);
+    assert_eq!(filter.counters().timing_rejected, 0);
     assert!(!filter.health().clock_contested);
     assert!(clock_m(&filter).abs() < 0.1, "{:.2} m", clock_m(&filter));
 }

@@ -51,6 +51,10 @@ fn transition() -> (Transition<f64>, Dense) {
         f.fixed_view_mut::<3, 3>(ATTITUDE, GYRO_MATRIX + 3 * k)
             .copy_from(&(-attitude * rate));
     }
+    f.fixed_view_mut::<3, 3>(VELOCITY, MOUNTING)
+        .copy_from(&(-force * attitude));
+    f.fixed_view_mut::<3, 3>(ATTITUDE, MOUNTING)
+        .copy_from(&(-attitude * transition.rate_rad_per_s.cross_matrix()));
     f[(CLOCK_OFFSET, CLOCK_DRIFT)] = 1.0;
     f[(CLOCK_DRIFT, CLOCK_RAMP)] = 1.0;
     (transition, f)

@@ -78,30 +78,30 @@ pub(super) fn measurement(time_ns: u64, path: PathMeasurement) -> SweepMeasureme
 pub(super) fn flown(
     end_ns: u64,
     late_ns: u64,
-    change: impl FnMut(u64, &mut Filter46, &mut SweepMeasurement<'static>),
-) -> Filter46 {
-    let mut filter = Filter46::new(FilterConfig::default(), 0);
+    change: impl FnMut(u64, &mut Filter49, &mut SweepMeasurement<'static>),
+) -> Filter49 {
+    let mut filter = Filter49::new(FilterConfig::default(), 0);
     fly(&mut filter, end_ns, late_ns, change);
     filter
 }
 
 /// The same with a filter that is given.
 pub(super) fn fly(
-    filter: &mut Filter46,
+    filter: &mut Filter49,
     end_ns: u64,
     late_ns: u64,
-    change: impl FnMut(u64, &mut Filter46, &mut SweepMeasurement<'static>),
+    change: impl FnMut(u64, &mut Filter49, &mut SweepMeasurement<'static>),
 ) {
     fly_from(filter, 0, end_ns, late_ns, change);
 }
 
 /// The same from a time on.
 pub(super) fn fly_from(
-    filter: &mut Filter46,
+    filter: &mut Filter49,
     start_ns: u64,
     end_ns: u64,
     late_ns: u64,
-    mut change: impl FnMut(u64, &mut Filter46, &mut SweepMeasurement<'static>),
+    mut change: impl FnMut(u64, &mut Filter49, &mut SweepMeasurement<'static>),
 ) {
     for now in (start_ns + STEP_NS..=end_ns).step_by(STEP_NS as usize) {
         filter.increment(&increment(now - STEP_NS));
@@ -117,7 +117,7 @@ pub(super) fn fly_from(
     }
 }
 
-pub(super) fn error_m(filter: &Filter46) -> f64 {
+pub(super) fn error_m(filter: &Filter49) -> f64 {
     (filter.nominal().position_m - truth(filter.nominal().time_ns).position_m).norm()
 }
 
@@ -141,7 +141,7 @@ pub(super) fn seen_from(aside: Vector3<f64>, time_ns: u64) -> PathMeasurement {
 #[test]
 fn it_starts_from_nothing_within_five_sweeps() {
     let mut verdicts = heapless::Vec::<SweepVerdict, 8>::new();
-    let mut filter = Filter46::new(FilterConfig::default(), 0);
+    let mut filter = Filter49::new(FilterConfig::default(), 0);
     assert!(filter.pose().is_none() && filter.health().starting);
     for now in (STEP_NS..=4_000_000_000).step_by(STEP_NS as usize) {
         filter.increment(&increment(now - STEP_NS));
@@ -218,7 +218,7 @@ fn a_single_wrong_path_is_rejected_and_a_run_of_five_is_ridden_out() {
 fn a_clock_step_is_taken_over_and_flagged() {
     for late in [0u64, 260_000_000] {
         let mut flagged_ns = None;
-        let mut filter = Filter46::new(FilterConfig::default(), 0);
+        let mut filter = Filter49::new(FilterConfig::default(), 0);
         let stepped = |now: u64| if now > 10_100_000_000 { 29.98 } else { 0.0 };
         for now in (STEP_NS..=14_000_000_000).step_by(STEP_NS as usize) {
             filter.increment(&increment(now - STEP_NS));
@@ -249,7 +249,7 @@ fn a_clock_step_is_taken_over_and_flagged() {
 fn a_clock_that_runs_at_another_rate_is_caught() {
     // From 10 s on the clock gains 1.5 m/s more, out of sight of the GMT: a change that no ramp explains.
     let gained = |now: u64| 1.5e-9 * now.saturating_sub(10_000_000_000) as f64;
-    let mut filter = Filter46::new(FilterConfig::default(), 0);
+    let mut filter = Filter49::new(FilterConfig::default(), 0);
     for now in (STEP_NS..=16_000_000_000).step_by(STEP_NS as usize) {
         filter.increment(&increment(now - STEP_NS));
         if now % SWEEP_NS == SWEEP_NS / 2 {
@@ -277,7 +277,7 @@ fn a_clock_that_runs_at_another_rate_is_caught() {
 
 #[test]
 fn missing_inertial_data_are_bridged_and_flagged() {
-    let mut filter = Filter46::new(FilterConfig::default(), 0);
+    let mut filter = Filter49::new(FilterConfig::default(), 0);
     let mut flagged = false;
     for now in (STEP_NS..=20_000_000_000).step_by(STEP_NS as usize) {
         let stopped = (10_000_000_000..13_000_000_000).contains(&now);
@@ -442,7 +442,7 @@ fn numbers_that_are_none_are_refused() {
 fn the_heading_is_used_only_without_sight() {
     let mut filter = flown(6_000_000_000, 0, |_, _, _| ());
     let wrong_yaw = 0.5 * 6.0 + 0.3;
-    let sigma = |filter: &Filter46| filter.covariance().at(ATTITUDE + 2, ATTITUDE + 2);
+    let sigma = |filter: &Filter49| filter.covariance().at(ATTITUDE + 2, ATTITUDE + 2);
     let _ = filter.heading(6_000_000_000, wrong_yaw, 0.1);
     let before = sigma(&filter);
     filter.advance_to(6_000_000_001);

@@ -67,7 +67,7 @@ fn sweep(time_ns: u64, with_departure: bool, yaw: bool) -> SweepMeasurement<'sta
 }
 
 /// Moves on to a time, at rest; two-way timing comes on the way.
-fn rest(filter: &mut Filter46, from_ns: u64, until_ns: u64) {
+fn rest(filter: &mut Filter49, from_ns: u64, until_ns: u64) {
     let force = Vector3::new(0.0, 0.0, STANDARD_GRAVITY_M_PER_S2 as f32) + Vector3::from(BIAS);
     for start_ns in (from_ns..until_ns).step_by(STEP_NS as usize) {
         filter.increment(&ImuIncrement {
@@ -85,8 +85,8 @@ fn rest(filter: &mut Filter46, from_ns: u64, until_ns: u64) {
 }
 
 /// A filter that has rested for three seconds and may start at the fourth.
-fn rested() -> Filter46 {
-    let mut filter = Filter46::new(FilterConfig::default(), 0);
+fn rested() -> Filter49 {
+    let mut filter = Filter49::new(FilterConfig::default(), 0);
     rest(&mut filter, 0, 3_000_000_000);
     let up = Vector3::new(0.0, 0.0, STANDARD_GRAVITY_M_PER_S2 as f32) + Vector3::from(BIAS);
     filter.aligned(&Alignment {
@@ -100,12 +100,12 @@ fn rested() -> Filter46 {
     filter
 }
 
-fn error_m(filter: &Filter46) -> Vector3<f64> {
+fn error_m(filter: &Filter49) -> Vector3<f64> {
     filter.nominal().position_m - place()
 }
 
 /// Rotation vector from the true attitude to the estimated one, small, world axes, rad.
-fn turn_rad(filter: &Filter46) -> Vector3<f64> {
+fn turn_rad(filter: &Filter49) -> Vector3<f64> {
     let off = filter.nominal().attitude * attitude_wb().transpose();
     Vector3::new(off.m32 - off.m23, off.m13 - off.m31, off.m21 - off.m12) * 0.5
 }
