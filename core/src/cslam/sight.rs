@@ -80,13 +80,13 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         match (pose, gmt) {
             (Some(pose), Some(gmt)) if sigma(&pose.position_covariance_m2) < PLACED_M => {
                 let received = self.received(heard, &pose);
-                let first = first_of(received.iter().map(|path| f64::from(path.path.c_tau_m)), heard)?;
-                let (path, in_world) = (heard.get(first)?, &received.get(first)?.path);
-                if !is_direct(in_world, &pose, &gmt) {
-                    return None;
-                }
+                // The strongest of those that may be: artefacts of it come before it as well as after.
+                let (index, path, in_world) = (heard.iter().zip(&received).enumerate())
+                    .map(|(index, (path, received))| (index, path, &received.path))
+                    .filter(|(_, _, in_world)| is_direct(in_world, &pose, &gmt))
+                    .max_by(|(_, a, _), (_, b, _)| a.estimated.energy.total_cmp(&b.estimated.energy))?;
                 let bend = self.bend(path, in_world, &pose, &gmt)?;
-                Some(Sight { index: first, bend })
+                Some(Sight { index, bend })
             }
             (pose, _) => {
                 let first = self.first_unreflected(heard, time_ns)?;

@@ -11,6 +11,10 @@ use crate::geometry::Real;
 
 /// Measurements that agree on a new offset within this may set the clock anew, m (besides what its drift explains).
 const STEP_AGREEMENT_M: f64 = 1.0;
+/// The same of exchanges that have told a rate of their own: four standard deviations of the difference of two.
+const LINE_AGREEMENT_M: f64 = 0.5;
+/// Exchanges stray as long as one has strayed within this, ns: what the strays of a shadow have done to the clock shows in that time.
+const STRAYING_NS: u64 = 10_000_000_000;
 /// A constant error of timing beyond this is a lie: ten times what radios have, m.
 const TIMING_OFF_M: f64 = 0.3;
 /// Share of the exchanges in which another path than the first was stamped, in sight of the transmitter and without, and the standard
@@ -25,6 +29,9 @@ const SUSPECT_S: f64 = 3.0;
 const CONTRADICTION: u32 = 2;
 /// Exchanges in agreement that a start stands on: two tell offset and rate, the third that they are right.
 const ACQUIRED: u32 = 3;
+/// Lines of sight among the exchanges of a contradiction that refute them where exchanges stray: half of the sweeps. There, sights are poor,
+/// too, and one that passes by chance says nothing.
+const REFUTED_STRAYING: u32 = 3;
 /// Standard deviation of a clock that a start may stand on, in those of an exchange.
 const SETTLED: f64 = 2.0;
 /// A step that timing alone has told leaves the clock no less sure than it is long, up to this, m: single precision holds no more
@@ -78,8 +85,12 @@ pub(super) struct Suspect {
     contradicts_m: f64,
     /// How many.
     exchanges: u32,
-    /// A line of sight in between has agreed with the clock.
-    refuted: bool,
+    /// Time and offset of the first of them.
+    first: (u64, f64),
+    /// Rate of the last two, m/s.
+    rate_m_per_s: Option<f64>,
+    /// Lines of sight in between that have agreed with the clock.
+    refuted: u32,
 }
 
 impl Suspect {
@@ -167,7 +178,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
             if let Some(doubt_m) = self.unresolved_m(time_ns, offset_m, row.residual.to_f64()) {
                 self.doubt_timing_by(doubt_m);
             }
-            self.suspect_clock = None;
+            if self.suspect_clock.take().is_some() {
+                self.last_stray_ns = Some(time_ns);
+            }
             self.acquired = self.acquired.saturating_add(1);
             self.apply_or_stray(&row);
             self.health.clock_contested = self.timing_is_off();
@@ -182,15 +195,26 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         let agreeing = self.suspect_clock.and_then(|before| {
             let (apart_m, dt_s) = before.apart(time_ns, offset_m, self.nominal.clock_drift_m_per_s);
-            let agrees = dt_s < SUSPECT_S && apart_m.abs() < STEP_AGREEMENT_M;
+            // A clock that has changed its rate runs on at the new one.
+            let (off_m, limit_m) = match before.rate_m_per_s {
+                Some(rate) => (before.apart(time_ns, offset_m, rate).0, LINE_AGREEMENT_M),
+                None => (apart_m, STEP_AGREEMENT_M),
+            };
+            let agrees = dt_s < SUSPECT_S && off_m.abs() < limit_m;
             agrees.then_some((before, (apart_m, dt_s)))
         });
         let exchanges = agreeing.map_or(1, |(before, _)| before.exchanges.saturating_add(1));
-        let refuted = agreeing.is_some_and(|(before, _)| before.refuted);
+        let refuted = agreeing.map_or(0, |(before, _)| before.refuted);
         match agreeing {
             // As many as a pose that is contradicted rides out. Either the clock has stepped or the timing's own error has.
-            Some((_, apart)) if exchanges >= self.gates().refix_after => {
-                self.doubt_timing_by(row.residual.to_f64());
+            Some((before, _)) if exchanges >= self.gates().refix_after => {
+                // Where exchanges stray, those have led the clock off that the gate let pass.
+                let strayed = (self.last_stray_ns)
+                    .is_some_and(|stray_ns| time_ns.saturating_sub(stray_ns) < STRAYING_NS);
+                let refuted = refuted >= if strayed { REFUTED_STRAYING } else { 1 };
+                if refuted || !strayed {
+                    self.doubt_timing_by(row.residual.to_f64());
+                }
                 if refuted {
                     // Lines of sight have said which: they know the clock.
                     self.suspect_clock = None;
@@ -198,15 +222,27 @@ impl<T: Real, const N: usize> Filter<T, N> {
                     self.health.clock_contested = self.timing_is_off();
                 } else {
                     // The next one will tell.
-                    self.clock_step(offset_m, variance, apart);
+                    let (first_ns, first_m) = before.first;
+                    let run_s = time_ns.saturating_sub(first_ns) as f64 * 1e-9;
+                    let drift = self.nominal.clock_drift_m_per_s;
+                    let ran_m = wrap_delay_m(offset_m - first_m - drift * run_s);
+                    self.nominal.clock_drift_m_per_s += ran_m / run_s.max(SHORTEST_STEP_S);
+                    self.clock_step(offset_m, variance, (0.0, run_s));
                 }
             }
             _ => {
+                if agreeing.is_none() && self.suspect_clock.is_some() {
+                    self.last_stray_ns = Some(time_ns);
+                }
                 self.suspect_clock = Some(Suspect {
                     time_ns,
                     offset_m,
                     contradicts_m: row.residual.to_f64(),
                     exchanges,
+                    first: agreeing.map_or((time_ns, offset_m), |(before, _)| before.first),
+                    rate_m_per_s: agreeing.map(|(_, (apart_m, dt_s))| {
+                        self.nominal.clock_drift_m_per_s + apart_m / dt_s.max(SHORTEST_STEP_S)
+                    }),
                     refuted,
                 });
             }
@@ -294,13 +330,13 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if let Some(suspect) = &mut self.suspect_clock
             && gate * variance < suspect.contradicts_m * suspect.contradicts_m
         {
-            suspect.refuted = true;
+            suspect.refuted = suspect.refuted.saturating_add(1);
             self.counters.timing_refuted = self.counters.timing_refuted.saturating_add(1);
         }
     }
 
-    /// The clock has jumped, or runs at another rate than was believed: independent measurements say so, the last two `apart` (m) of
-    /// each other after what the drift explains, in a time (s). What they are apart by is all that is known of a change of rate.
+    /// The clock has jumped, or runs at another rate than was believed: independent measurements say so, `apart` (m) of each other after what
+    /// the drift explains, in a time (s). What they are apart by is all that is known of a change of rate.
     /// With a wrong rate and no doubt of it, the clock would run off again and again.
     fn clock_step(&mut self, offset_m: f64, variance: f64, (apart_m, dt_s): (f64, f64)) {
         self.set_clock(offset_m, variance);
@@ -390,6 +426,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let density = |variance: f64| libm::exp(-0.5 * residual * residual / variance) / libm::sqrt(variance);
         let (own, stray) = ((1.0 - share) * density(innovation), share * density(wide));
         let own = own / (own + stray);
+        if own < 0.5 {
+            self.last_stray_ns = Some(self.nominal.time_ns);
+        }
         // The gain is `along` times the mean of both inverses; their scatter is what not knowing costs.
         let inverse = own / innovation + (1.0 - own) / wide;
         let apart = residual * (1.0 / innovation - 1.0 / wide);

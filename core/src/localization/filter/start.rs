@@ -143,6 +143,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             self.covariance.reset(VELOCITY + i, T::of(velocity));
         }
         (self.contested, self.held) = (0, 0);
+        self.last_set_ns = self.nominal.time_ns;
         self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
     }
 
@@ -180,6 +181,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.level = None;
         self.clock_known = false;
         self.suspect_clock = None;
+        self.last_stray_ns = None;
         self.acquired = 0;
         self.last_innovation = None;
         (self.contested, self.held) = (0, 0);
