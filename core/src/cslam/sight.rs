@@ -19,7 +19,7 @@ use crate::array::{GmtArrays, half_wave_dipole};
 use crate::association::leaves_in_beams;
 use crate::bounded::gather;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
-use crate::geometry::{Direction, Gmt, Rotation, Vector3, World};
+use crate::geometry::{Direction, Gmt, Vector3, World};
 use crate::localization::Pose;
 use crate::localization::bsm::{Expected, Sighting};
 use crate::localization::filter::{FaceDirection, Transmitter};
@@ -298,7 +298,7 @@ mod tests {
     use nalgebra::Matrix3;
 
     use super::*;
-    use crate::geometry::{Body, Position};
+    use crate::geometry::{Body, Position, Rotation};
     use crate::localization::ClockEstimate;
     use crate::ltd::EstimatedPath;
 

@@ -183,22 +183,24 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if self.sigma(ATTITUDE) > gates.attitude_lost_rad && self.try_refix(gmt) {
             return SweepVerdict::Refixed;
         }
+        let mut path = *path;
         let Some((mut rows, mut gate, mut chi2)) = weighed else {
             return SweepVerdict::Rejected;
         };
         if chi2 > gate
             && self.delay_stepped(&rows)
-            && let Some(again) = self.rows(gmt, path, &[])
+            && let Some(again) = self.rows(gmt, &path, &[])
         {
             rows = again;
             chi2 = chi_square(&self.covariance, &rows);
         }
         if chi2 > gate && self.sigma(POSITION) < gates.trusted_m && is_of_another_beam(&rows) {
             rows.truncate(ARRIVAL_ROWS);
+            path.departure = None;
             (gate, chi2) = (gates.three, chi_square(&self.covariance, &rows));
         }
         self.ratios.line_of_sight = (chi2 / gate) as f32;
-        let Some(innovation) = self.innovation(gmt, path) else {
+        let Some(innovation) = self.innovation(gmt, &path) else {
             return SweepVerdict::Rejected;
         };
         let range = (gmt.position_m - self.nominal.position_m - innovation.offset_m).norm();

@@ -296,3 +296,30 @@ fn one_wrong_exchange_after_a_silence_does_not_make_timing_doubted() {
     assert!(!filter.health().clock_contested);
     assert!(clock_m(&filter).abs() < 0.1, "{:.2} m", clock_m(&filter));
 }
+
+#[test]
+fn strays_that_the_gate_lets_pass_do_not_run_the_clock_off() {
+    // Out of sight two exchanges in a row are of a longer path; the next ones are right.
+    let timing = |now: u64| {
+        let stray = match now / SWEEP_NS {
+            24 => 0.36,
+            25 => 0.56,
+            _ => 0.0,
+        };
+        Some(stray)
+    };
+    let sight = |now: u64| !(9 * SECOND_NS..18 * SECOND_NS).contains(&now);
+    let mut worst_m = 0.0f64;
+    let filter = exchanged(17 * SECOND_NS, timing, sight, |now, filter| {
+        if now > 14 * SECOND_NS {
+            worst_m = worst_m.max(clock_m(filter).abs());
+        }
+    });
+    assert!(worst_m < 0.4, "{worst_m:.2} m");
+    assert!(
+        filter.nominal().two_way_bias_m.abs() < 0.05,
+        "{:.2} m",
+        filter.nominal().two_way_bias_m
+    );
+    assert!(clock_m(&filter).abs() < 0.15, "{:.2} m", clock_m(&filter));
+}

@@ -224,3 +224,44 @@ fn after_an_outage_a_run_of_five_is_ridden_out_and_six_are_believed() {
         );
     }
 }
+
+#[test]
+fn the_first_sight_after_an_outage_needs_one_second_sweep_to_move_a_filter_that_seems_sure() {
+    let mut verdicts = heapless::Vec::<SweepVerdict, 8>::new();
+    let mut filter = flown(12_000_000_000 - SWEEP_NS, 0, |time_ns, _, sweep| {
+        if time_ns > 10_000_000_000 {
+            sweep.line_of_sight = None;
+        }
+    });
+    filter.nominal.position_m += Vector3::new(1.0, 0.0, 0.0);
+    for now in (12_000_000_000 - SWEEP_NS + STEP_NS..=12_500_000_000).step_by(STEP_NS as usize) {
+        filter.increment(&increment(now - STEP_NS));
+        if now.is_multiple_of(SWEEP_NS) {
+            let _ = verdicts.push(filter.sweep(&measurement(now, path(now))));
+        }
+    }
+    assert_eq!(verdicts, [SweepVerdict::Rejected, SweepVerdict::Inflated]);
+    assert!(error_m(&filter) < 0.3, "{}", error_m(&filter));
+}
+
+#[test]
+fn a_departure_of_another_beam_is_left_out() {
+    for (off, expected) in [
+        (0.3, SweepVerdict::Accepted),
+        // Not half a beam: the path itself is in doubt.
+        (0.05, SweepVerdict::Rejected),
+    ] {
+        let mut filter = flown(12_000_000_000, 0, |_, _, _| ());
+        for now in (12_000_000_000 + STEP_NS..=12_500_000_000).step_by(STEP_NS as usize) {
+            filter.increment(&increment(now - STEP_NS));
+        }
+        let mut sweep = measurement(12_500_000_000, path(12_500_000_000));
+        let departure = sweep
+            .line_of_sight
+            .as_mut()
+            .and_then(|path| path.departure.as_mut());
+        departure.expect("measured").cosines[0] += off;
+        assert_eq!(filter.sweep(&sweep), expected, "{off}");
+        assert!(error_m(&filter) < 0.05, "{}", error_m(&filter));
+    }
+}
