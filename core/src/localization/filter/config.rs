@@ -97,7 +97,7 @@ impl Default for RadioNoise {
     fn default() -> Self {
         Self {
             aoa_rad: 0.054 * DEG_RAD,
-            delay_m: 0.035,
+            delay_m: 0.02,
             departure: 0.9e-3,
             two_way_m: 0.3 * NS_M,
             heading_rad: 8.0 * DEG_RAD,

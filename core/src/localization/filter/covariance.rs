@@ -151,6 +151,7 @@ impl<T: Real, const N: usize> Covariance<T, N> {
     }
 
     /// Adds the covariance of one unknown: a standard deviation of it changes the state by `along`.
+    #[inline(never)]
     pub fn spread(&mut self, along: &[T; N]) {
         for (row, a) in self.p.iter_mut().zip(along) {
             for (value, b) in row.iter_mut().zip(along) {
@@ -159,13 +160,19 @@ impl<T: Real, const N: usize> Covariance<T, N> {
         }
     }
 
-    /// Multiplies the standard deviations of the first `states` states by `factor`; correlations stay.
+    /// Multiplies the standard deviations of the first `states` states by `factor`; correlations stay. One pass over all: loops over the few were
+    /// unrolled into six kilobytes.
+    #[inline(never)]
     pub fn inflate(&mut self, states: usize, factor: T) {
-        for row in self.p.iter_mut().take(states) {
-            row.iter_mut().for_each(|value| *value *= factor);
-        }
-        for row in &mut self.p {
-            row.iter_mut().take(states).for_each(|value| *value *= factor);
+        for (i, row) in self.p.iter_mut().enumerate() {
+            for (j, value) in row.iter_mut().enumerate() {
+                if i < states {
+                    *value *= factor;
+                }
+                if j < states {
+                    *value *= factor;
+                }
+            }
         }
     }
 
@@ -228,6 +235,7 @@ impl<T: Real, const N: usize> Covariance<T, N> {
     ///
     /// `A = (I - K H) P`, `P = A (I - K H)^T + K R K^T`. Of A's product with `H^T` only the few columns that H touches
     /// are needed, and the result is symmetric: half of it is computed, from the same numbers as the full form.
+    #[inline(never)]
     pub fn update(&mut self, row: &Row<T>) -> Option<[T; N]> {
         let s = self.product(row);
         let innovation = row.dot(&s) + row.variance;

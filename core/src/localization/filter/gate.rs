@@ -12,6 +12,7 @@ use nalgebra::Vector3;
 
 /// Joint chi-square of the rows about the prediction: `r^T (H P H^T + R)^-1 r`. Infinite when the innovation covariance
 /// is not positive definite or a residual is not finite.
+#[inline(never)]
 pub(super) fn chi_square<T: Real, const N: usize>(covariance: &Covariance<T, N>, rows: &[Row<T>]) -> f64 {
     let mut whitened = Whitened::new(rows);
     if (0..rows.len().min(PATH_ROWS)).all(|k| whitened.take(covariance, k)) {

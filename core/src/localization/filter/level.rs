@@ -91,7 +91,6 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.set_level_covariance(&towards, range_m, path, &level, yaw.sigma_rad);
         self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
         (self.contested, self.held) = (0, 0);
-        self.last_set_ns = self.nominal.time_ns;
         self.doubt_anew();
         self.level = None;
         self.running = true;

@@ -205,6 +205,7 @@ impl Model {
 
     /// The rows of a path, straight from the GMT or off the given planes in the order in which the wave met them; with each
     /// comes the state where its errors begin. `None` when UAV and (image of the) GMT coincide.
+    #[inline(never)]
     pub fn rows<T: Real>(
         &self,
         nominal: &Nominal,

@@ -125,8 +125,6 @@ pub struct Filter<T: Real, const N: usize> {
     /// are wrong. A pose that was captured, or led astray without sight, is contradicted at once.
     parted: bool,
     last_sight_ns: u64,
-    /// When the pose was last set, or moved by a vote.
-    last_set_ns: u64,
     /// Last line of sight that was heard, whatever became of it.
     last_line_ns: u64,
     last_aid_ns: u64,
@@ -174,7 +172,6 @@ impl<T: Real, const N: usize> Filter<T, N> {
             astray: false,
             parted: false,
             last_sight_ns: time_ns,
-            last_set_ns: time_ns,
             last_line_ns: time_ns,
             last_aid_ns: time_ns,
             suspect_clock: None,

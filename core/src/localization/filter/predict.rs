@@ -251,6 +251,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     /// Adds estimated errors to the state and the planes.
+    #[inline(never)]
     pub(super) fn correct(&mut self, dx: &[T; N]) {
         let dx = dx.map(T::to_f64);
         self.nominal.correct(&dx);

@@ -143,7 +143,6 @@ impl<T: Real, const N: usize> Filter<T, N> {
             self.covariance.reset(VELOCITY + i, T::of(velocity));
         }
         (self.contested, self.held) = (0, 0);
-        self.last_set_ns = self.nominal.time_ns;
         self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
     }
 

@@ -20,14 +20,12 @@ const MOST_INFLATED_PROVEN: f64 = 16.0;
 /// Without a line of sight, believed or not, for this long, the filter lives on reflections and inertial data, ns.
 pub(super) const BLIND_AFTER_NS: u64 = 1_200_000_000;
 
-/// A pose that was set so long ago has its velocity and attitude from many sweeps, ns.
-const SETTLED_AFTER_NS: u64 = 10_000_000_000;
 /// Rows of delay and arrival, before those of departure.
 const ARRIVAL_ROWS: usize = 3;
 /// Half of what lies between two beams of the GMT's rows of eight elements, direction cosine.
 const HALF_BEAM: f64 = 0.125;
 
-/// Chi-square of three and of five rows that one sight in twenty is beyond. One that is counts as much less as it is.
+/// Chi-square of three and of five rows that one sight in twenty is beyond.
 const USUAL: (f64, f64) = (7.81, 11.07);
 
 /// What a sweep brought.
@@ -214,9 +212,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             self.sure = sigma < gates.trusted_m;
             self.astray = blind;
             let in_sight = sweep.time_ns.saturating_sub(self.last_sight_ns) <= BLIND_AFTER_NS;
-            // A pose that was set or moved a moment ago is the first suspect itself.
-            let settled = sweep.time_ns.saturating_sub(self.last_set_ns) > SETTLED_AFTER_NS;
-            self.parted = self.sure && in_sight && settled && chi2 < MOST_INFLATED * gate;
+            self.parted = self.sure && in_sight && chi2 < MOST_INFLATED * gate;
         }
         let trusted = self.sure;
         self.last_innovation = Some(innovation);
@@ -246,7 +242,6 @@ impl<T: Real, const N: usize> Filter<T, N> {
             let factor = libm::sqrt(chi2.min(1e6) / rows.len() as f64);
             self.covariance.inflate(ATTITUDE + 3, T::of(factor));
             self.counters.inflations = self.counters.inflations.saturating_add(1);
-            self.last_set_ns = sweep.time_ns;
             SweepVerdict::Inflated
         } else {
             SweepVerdict::Rejected
@@ -257,8 +252,6 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 if chi2 < usual {
                     self.refute_timing(gmt);
                 }
-                let beyond = T::of((chi2 / usual).max(1.0));
-                rows.iter_mut().for_each(|row| row.variance *= beyond);
             }
             self.take_rows(&rows);
             (self.contested, self.held) = (0, 0);
