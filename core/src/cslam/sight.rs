@@ -1,15 +1,14 @@
 //! Which path is the line of sight, and what beam squint must know of it.
 //!
-//! Nothing comes before the line of sight, so it is always the first path; the question is only whether the first path is
-//! one. A pose that knows where the UAV is answers it by length and direction, whatever the angle of departure says:
-//! above and below its beams the GMT is heard through sidelobes of any of them. Without such a pose the path must have
-//! come nearly as strong as through free space and, as soon as the attitude is known, from the direction opposite to
+//! A pose that knows where the UAV is tells it by length and direction, whatever the angle of departure says: above and below its beams
+//! the GMT is heard through sidelobes of any of them. Of the paths that fit the strongest is taken: artefacts stand before and behind it.
+//! Without such a pose it is the first path, since nothing else comes before the line of sight, if that is one: the path must have come nearly as strong as through free space and, as soon as the attitude is known, from the direction opposite to
 //! its departure; a start or a re-fix then takes several that agree.
 //!
 //! The paper's calibration has a rule of its own ([`Localization::Hpc`]), which asks its network and not the pose: that pose
 //! does not know when it has drifted, and one that has drifted would refuse every fix that could bring it back.
 
-use super::bend::Bend;
+use super::bend::{Bend, UNREFLECTED_DB};
 use super::config::Localization;
 use super::localizer::left;
 use super::paths::{Heard, Straight};
@@ -27,10 +26,6 @@ use crate::lscn::{LinkState, PaperClassifier};
 use crate::ltd::PathEstimator;
 use crate::path::{Departure, Path};
 
-/// Without a position: a path may have lost this much more than through free space, dB. A reflection costs 8 dB at normal
-/// incidence (docs/signal-model.md, "Waveform and link budget") and less the more it grazes; near the edge of the beams the gain is known to 5 dB.
-/// Nor can it be so much stronger: the ground's bounce adds 6 dB at most.
-pub(super) const UNREFLECTED_DB: f32 = 7.0;
 /// Paths within this of the first one are one with it: images that the arrays' errors make, the ground bounce, m. The
 /// strongest is taken.
 pub(super) const AT_ONCE_M: f64 = 0.45;
@@ -134,12 +129,11 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     fn bend(&self, path: &Heard, in_world: &Path<World>, pose: &Pose, gmt: &Transmitter) -> Option<Bend> {
         let range_m = f64::from(in_world.c_tau_m);
         let way = Direction::<World, f64>::from_vector(pose.position.vector() - gmt.position_m);
-        match self.over_free_space_db(path, range_m).zip(way.ok()) {
-            Some((over_db, way)) if leaves_in_beams(&gmt.attitude, way.vector()) => {
-                Bend::of(over_db, range_m, self.wavelength_m())
-            }
-            _ => Some(Bend::default()),
-        }
+        let in_beams = way.is_ok_and(|way| leaves_in_beams(&gmt.attitude, way.vector()));
+        let known_db = self.over_free_space_db(path, range_m).filter(|_| in_beams);
+        known_db.map_or(Some(Bend::default()), |over_db| {
+            Bend::of(over_db, range_m, self.wavelength_m())
+        })
     }
 
     fn wavelength_m(&self) -> f64 {
@@ -348,6 +342,16 @@ mod tests {
             },
             gain_db: Some(-92.0),
         }
+    }
+
+    #[test]
+    fn a_wave_is_judged_by_its_loss_only_within_the_beams() {
+        let in_beams = |upwards: f64| {
+            let along = libm::sqrt(1.0 - upwards * upwards);
+            leaves_in_beams(&Rotation::identity(), &Vector3::new(along, 0.0, upwards))
+        };
+        // Steeply upwards the GMT is heard through sidelobes.
+        assert!(in_beams(0.1) && !in_beams(0.8));
     }
 
     #[test]

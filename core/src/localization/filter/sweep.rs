@@ -206,8 +206,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
             .last_innovation
             .is_some_and(|before| before.agrees(&innovation, self.sigma(VELOCITY), range));
         let sigma = self.sigma(POSITION);
-        // Whether the filter was sure of itself when the contradiction began: what grows while it rejects does not count.
         let blind = sweep.time_ns.saturating_sub(self.last_line_ns) > BLIND_AFTER_NS;
+        // Whether the filter was sure of itself when the contradiction began: what grows while it rejects does not count.
         if self.contested == 0 {
             self.sure = sigma < gates.trusted_m;
             self.astray = blind;
