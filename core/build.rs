@@ -1,4 +1,4 @@
-//! Finds out whether the target runs the kernels in assembly (`src/simd`). Stable compilers tell neither `cfg` nor build
+//! Finds out whether the target runs the kernels in assembly (`src/kernels/simd`). Stable compilers tell neither `cfg` nor build
 //! scripts what an ARM processor has (`target_feature` is empty for every thumb target), so what the kernels need is
 //! assembled once, with the target and the flags of this build.
 

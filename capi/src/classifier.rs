@@ -1,6 +1,6 @@
 //! Line of sight, one reflection or more.
 
-use cslam_core::lscn::{Classifier, LinkGeometry, Received, models};
+use cslam_core::link_state::{Classifier, LinkGeometry, Received, models};
 use heapless::Vec;
 
 use crate::pointer::{self, Sized32};

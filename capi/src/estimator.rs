@@ -2,11 +2,10 @@
 
 use core::ffi::{CStr, c_char, c_void};
 
-use cslam_core::block::BeamBlock;
-use cslam_core::ltd::PathEstimator;
+use cslam_core::paths::PathEstimator;
 use cslam_core::profile::quad_4x8_gmt_72::{BEAMS, CHANNELS, PATHS};
 use cslam_core::profile::{FlightConfig, FlightEstimator, Samples};
-use cslam_core::waveform::SAMPLES;
+use cslam_core::signal::{BeamBlock, SAMPLES};
 use heapless::Vec;
 
 use crate::estimator_values::{CslamBeamReport, CslamEstimatorConfig, CslamPath};
@@ -329,7 +328,7 @@ pub unsafe extern "C" fn cslam_estimator_sweep(
 
 #[cfg(test)]
 mod tests {
-    use cslam_core::ltd::Iq;
+    use cslam_core::signal::Iq;
 
     use super::*;
 

@@ -3,10 +3,10 @@
 use core::ffi::CStr;
 
 use cslam_core::geometry::{Gmt, Rotation, World};
-use cslam_core::ltd::{ElementErrors, EstimatedPath, EstimatorConfigError, WorkLimit};
+use cslam_core::paths::{ElementErrors, EstimatedPath, EstimatorConfigError, WorkLimit};
 use cslam_core::profile::FlightConfig;
 use cslam_core::profile::quad_4x8_gmt_72::BEAMS;
-use cslam_core::waveform::WaveformError;
+use cslam_core::signal::WaveformError;
 
 use crate::pointer::Sized32;
 use crate::values::flag;

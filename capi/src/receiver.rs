@@ -2,15 +2,14 @@
 
 use core::ffi::c_void;
 
-use cslam_core::cslam::{Beacon, Config, Cslam, LinkStates, Memory};
+use cslam_core::beam_squint::BeamSquint;
+use cslam_core::estimator::states;
 use cslam_core::geometry::{Gmt, Rotation, Vector3, World};
-use cslam_core::localization::ImuSample;
-use cslam_core::localization::bsm::BeamSquint;
-use cslam_core::localization::filter::states;
-use cslam_core::localization::imu::MagneticField;
-use cslam_core::lscn::models;
+use cslam_core::inertial::{ImuSample, MagneticField};
+use cslam_core::link_state::models;
 use cslam_core::profile::quad_4x8_gmt_72::BEAMS;
 use cslam_core::profile::{FlightConfig, FlightEstimator};
+use cslam_core::receiver::{Beacon, Config, LinkStates, Memory, Receiver};
 use cslam_core::telemetry::{Decoder, Key};
 use cslam_firmware::app::{AppConfig, Application, Capture, Downlink, Ground, Map, Symbol, VOXELS};
 use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
@@ -136,7 +135,7 @@ unsafe fn build(
             AppConfig::default(),
             FrontEnd::new(SoftwareCrc, SESSION),
             ground,
-            Cslam::new(config, memory),
+            Receiver::new(config, memory),
         ));
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! Values that more than one function takes.
 
 use cslam_core::geometry::{Direction, Matrix3, Position, Vector3, World};
-use cslam_core::lscn::Received;
+use cslam_core::link_state::Received;
 use cslam_core::path::{Departure, Path};
 use cslam_core::reflection::Ends;
 

@@ -5,9 +5,8 @@ use std::ptr::null_mut;
 use std::sync::atomic::AtomicBool;
 
 use cslam_c::*;
-use cslam_core::ltd::Iq;
+use cslam_core::signal::{Iq, SAMPLES};
 use cslam_core::telemetry::Key;
-use cslam_core::waveform::SAMPLES;
 use cslam_firmware::sensor_stream::{Content, UAV};
 use cslam_host_sim::channel::Block;
 use cslam_host_sim::flight::FlightConfig;

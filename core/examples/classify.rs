@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use cslam_core::geometry::{Direction, Matrix3, Position, Vector3};
-use cslam_core::lscn::{Classifier, LinkGeometry, Received, models};
+use cslam_core::link_state::{Classifier, LinkGeometry, Received, models};
 use cslam_core::path::{Departure, Path, diagonal_covariance};
 use cslam_core::reflection::Ends;
 

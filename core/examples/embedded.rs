@@ -5,8 +5,9 @@
 use std::error::Error;
 use std::sync::Mutex;
 
-use cslam_core::ltd::{Iq, PathEstimator};
+use cslam_core::paths::PathEstimator;
 use cslam_core::profile::{Block, FlightConfig, FlightEstimator, Samples};
+use cslam_core::signal::Iq;
 
 /// All that path estimation works in.
 struct Memory {

@@ -6,7 +6,7 @@ mod recording;
 
 use std::error::Error;
 
-use cslam_core::ltd::{ElementErrors, EstimatedPath, PathEstimator};
+use cslam_core::paths::{ElementErrors, EstimatedPath, PathEstimator};
 use cslam_core::profile::{Block, FlightConfig, FlightEstimator};
 
 fn main() -> Result<(), Box<dyn Error>> {

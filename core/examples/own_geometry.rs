@@ -3,8 +3,8 @@
 use std::error::Error;
 
 use cslam_core::array::{Codebook, CodebookConfig, GmtArrays, UavArrayConfig, UavArrays};
-use cslam_core::block::BeamBlock;
-use cslam_core::ltd::{Estimator, EstimatorConfig, Iq, PathEstimator};
+use cslam_core::paths::{Estimator, EstimatorConfig, PathEstimator};
+use cslam_core::signal::{BeamBlock, Iq};
 
 /// Arrays, elements, channels, beams, faces, columns, rows, detections, paths.
 type Own = Estimator<3, 6, 18, 24, 2, 4, 4, 120, 5>;

@@ -2,10 +2,24 @@
 //!
 //! A UAV hears a ground mobile transmitter (GMT) at 30 GHz. From the strongest propagation paths of that link this
 //! crate solves where the wave was reflected and collects the reflection points into a bounded point cloud map.
-//! Data falls through floors and never climbs back:
+//! Data goes one way, and modules import downwards only (`tests/floors.toml` is the list, from the ground up):
 //!
-//! [`path`] (a measured propagation path) -> [`reflection`] (closed form, gates, covariance) -> [`map`] (bounded
-//! point cloud) -> [`telemetry`] (packets). [`geometry`] and [`constants`] stand on the ground floor.
+//! | module | what it does |
+//! |---|---|
+//! | [`kernels`], [`constants`] | integer kernels, portable and in DSP instructions; constants of nature |
+//! | [`geometry`], [`path`], [`array`](mod@array) | frames, directions, planes; a propagation path; elements, codebook, beam squint of arrays |
+//! | [`signal`] | int16 samples of a beam -> taps and power-delay profile |
+//! | [`reflection`] | where a path was reflected: closed form, gates, covariance |
+//! | [`link_state`] | the networks: line of sight, one reflection, or else (the paper's LSCN) |
+//! | [`paths`] | taps -> delays, angles, powers of the paths, and their covariance (the paper's LTD) |
+//! | [`surfaces`] | planes that reflect: tentative, confirmed, with what was seen of them |
+//! | [`inertial`] | inertial sensor, magnetometer -> increments, attitude at rest |
+//! | [`beam_squint`] | bearing of the line of sight from beam squint symbols (the paper's BSM) |
+//! | [`estimator`] | pose, clock, calibration: error-state filter; the paper's HPC as the baseline |
+//! | [`association`] | which surfaces made a path |
+//! | [`map`] | bounded point cloud |
+//! | [`receiver`] | all of it, once a sweep (the paper's Algorithm 1) |
+//! | [`telemetry`] | packets to and from the ground |
 //!
 //! The method is that of Z. Mou and F. Gao, "Millimeter Wave Wireless Communication Assisted Three-Dimensional
 //! Simultaneous Localization and Mapping"; `docs/signal-model.md` of the repository has the formulas and where this crate
@@ -16,7 +30,7 @@
 //! paths of the sweep. **Each beam has an exponent of its own** (amplitude = integer x 2^exponent): one for all gives paths that look
 //! right and are wrong.
 //! ```
-//! use cslam_core::ltd::{EstimatedPath, Iq, PathEstimator};
+//! use cslam_core::paths::{EstimatedPath, Iq, PathEstimator};
 //! use cslam_core::profile::{Block, FlightConfig, FlightEstimator};
 //!
 //! let mut estimator = FlightEstimator::checked(&FlightConfig::default())?;
@@ -28,7 +42,7 @@
 //! for path in &estimator.finish() {
 //!     println!("{path}");
 //! }
-//! # Ok::<(), cslam_core::ltd::EstimatorConfigError>(())
+//! # Ok::<(), cslam_core::paths::EstimatorConfigError>(())
 //! ```
 //! Where a path was reflected, if it was reflected once:
 //! ```
@@ -73,23 +87,20 @@
 
 pub mod array;
 pub mod association;
-pub mod block;
-mod bounded;
-mod checksum;
+pub mod beam_squint;
 pub mod constants;
-pub mod cslam;
+pub mod estimator;
 pub mod geometry;
-pub mod localization;
-pub mod lscn;
-pub mod ltd;
+pub mod inertial;
+pub mod kernels;
+pub mod link_state;
 pub mod map;
+mod numeric;
 pub mod path;
 pub mod paths;
 pub mod profile;
+pub mod receiver;
 pub mod reflection;
-#[cfg(dsp_kernels)]
-mod simd;
-mod sqrt;
+pub mod signal;
 pub mod surfaces;
 pub mod telemetry;
-pub mod waveform;

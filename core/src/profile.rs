@@ -11,10 +11,9 @@ pub use quad_4x8_gmt_72::{
 /// The default: four tilted arrays of eight elements on the UAV (`quad-tilted-4x8` in recordings), three faces of 8 x 8 elements with
 /// 72 beams at the GMT (`gmt-72`), nine paths a sweep.
 pub mod quad_4x8_gmt_72 {
-    use crate::block::BeamBlock;
-    use crate::cslam::{CHANNELS as FLIGHT_CHANNELS, Cslam, Memory, PATHS as FLIGHT_PATHS};
-    use crate::ltd::{EstimatedPath, Estimator, EstimatorConfig, Iq, PaperEstimator};
-    use crate::waveform::SAMPLES;
+    use crate::paths::{EstimatedPath, Estimator, EstimatorConfig, PaperEstimator};
+    use crate::receiver::{self, CHANNELS as FLIGHT_CHANNELS, Memory, PATHS as FLIGHT_PATHS};
+    use crate::signal::{BeamBlock, Iq, SAMPLES};
 
     /// Receive arrays on the UAV.
     pub const ARRAYS: usize = 4;
@@ -52,7 +51,7 @@ pub mod quad_4x8_gmt_72 {
     /// Paths of a sweep, strongest first.
     pub type SweepPaths = heapless::Vec<EstimatedPath, PATHS>;
     /// The whole receiver, with a map of `VOXELS` voxels.
-    pub type Receiver<'m, const VOXELS: usize> = Cslam<'m, FlightEstimator, VOXELS>;
+    pub type Receiver<'m, const VOXELS: usize> = receiver::Receiver<'m, FlightEstimator, VOXELS>;
     /// Its large parts.
     pub type ReceiverMemory<'m, const VOXELS: usize> = Memory<'m, FlightEstimator, VOXELS>;
 }

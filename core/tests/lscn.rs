@@ -6,8 +6,8 @@
     reason = "a helper of a test fails by panicking"
 )]
 
-use cslam_core::lscn::format::{HEADER, VERSION, length};
-use cslam_core::lscn::{
+use cslam_core::link_state::format::{HEADER, VERSION, length};
+use cslam_core::link_state::{
     Activations, Description, InferenceError, InputScale, Kind, Model, ModelError, Network, Outputs, Rows,
     Shape, WriteError, write,
 };

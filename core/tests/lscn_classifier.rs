@@ -5,7 +5,7 @@
 use nalgebra::Matrix3;
 
 use cslam_core::geometry::{Direction, Position};
-use cslam_core::lscn::{
+use cslam_core::link_state::{
     Classifier, ClassifyError, Description, GEOMETRIC_INPUTS, GEOMETRIC_WITH_DEPARTURE_INPUTS,
     InferenceError, InputScale, Kind, LinkGeometry, LinkState, Model, Outputs, PaperClassifier,
     Probabilities, Received, Rows, STATES, Shape, write,

@@ -2,8 +2,8 @@
 
 use std::mem::size_of;
 
-use cslam_core::block::BeamBlock;
-use cslam_core::ltd::{Estimator, EstimatorConfig, Iq, PaperEstimator, PathEstimator, TapDelays};
+use cslam_core::paths::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays};
+use cslam_core::signal::{BeamBlock, Iq};
 
 type Block = [[Iq; 512]; 32];
 type Best = Estimator<4, 8, 32, 72, 3, 8, 8, 360, 9>;

@@ -8,11 +8,11 @@ use cslam_core::association::chain::Chain;
 use cslam_core::association::{
     Association, AssociationConfig, PoseEstimate, ReceivedPath, SweepPaths, associate,
 };
-use cslam_core::cslam::{PATHS, SURFACES};
+use cslam_core::estimator::Transmitter;
 use cslam_core::geometry::{Body, Direction, Gmt, Matrix3, Plane, Position, Rotation, Vector3, World};
-use cslam_core::localization::filter::Transmitter;
-use cslam_core::lscn::Probabilities;
+use cslam_core::link_state::Probabilities;
 use cslam_core::path::Departure;
+use cslam_core::receiver::{PATHS, SURFACES};
 use cslam_core::surfaces::{SurfaceConfig, Surfaces};
 use heapless::Vec;
 

@@ -3,10 +3,8 @@
 
 use core::fmt;
 
-use cslam_core::block::BeamBlock;
-use cslam_core::ltd::kernels::Kernels;
-use cslam_core::ltd::{Channel, Correlator, Iq, Workspace};
-use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_core::kernels::{Channel, Kernels};
+use cslam_core::signal::{BeamBlock, Correlator, Iq, SAMPLES, Waveform, Workspace};
 use libm::{cos, floor, sin, sqrt};
 
 use crate::digest::Digest;

@@ -3,8 +3,8 @@
 //! bits.
 
 use cslam_core::geometry::{Direction, GeometryError, Matrix3, Position, World};
-use cslam_core::lscn::kernels::{Kernels, Native};
-use cslam_core::lscn::{
+use cslam_core::kernels::{Kernels, Native};
+use cslam_core::link_state::{
     Activations, Description, GEOMETRIC_INPUTS, GEOMETRIC_WITH_DEPARTURE_INPUTS, InferenceError, InputScale,
     Kind, LinkGeometry, Model, ModelError, Network, Outputs, PathClassifier, Received, Rows, Shape,
     WriteError, models, paper_inputs, write,

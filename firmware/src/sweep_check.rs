@@ -6,9 +6,8 @@
 
 use core::fmt;
 
-use cslam_core::block::BeamBlock;
-use cslam_core::ltd::{BeamReport, EstimatedPath, Iq, PathEstimator};
-use cslam_core::waveform::SAMPLES;
+use cslam_core::paths::{BeamReport, EstimatedPath, PathEstimator};
+use cslam_core::signal::{BeamBlock, Iq, SAMPLES};
 use embedded_io::{Read, ReadExactError};
 
 use crate::front_end_check::{Block, CHANNELS};

@@ -1,6 +1,6 @@
 //! Frames of the capture front end: what is sound comes through in place, what is not is named and counted.
 
-use cslam_core::ltd::Iq;
+use cslam_core::signal::Iq;
 use cslam_firmware::front_end::{
     Arrival, BEAMS, Block, Checksum, Content, Counters, FRAMES_PER_SWEEP, FrameError, FrontEnd,
     HEADER_LENGTH, Header, Kind, POWER_BYTES, Powers, SAMPLE_BYTES, SQUINT_SYMBOLS, SoftwareCrc, Status,

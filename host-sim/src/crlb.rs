@@ -11,7 +11,7 @@
 use cslam_core::array::{UavArrays, phasor};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction};
-use cslam_core::waveform::Waveform;
+use cslam_core::signal::Waveform;
 use nalgebra::{Complex, DMatrix, Matrix3, Vector3};
 
 /// Receiver whose bound is asked for.

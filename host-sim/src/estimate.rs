@@ -7,10 +7,10 @@
 use cslam_core::array::{Codebook, UavArrays};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction, Frame, Gmt, Matrix3, Rotation, World};
-use cslam_core::ltd::{
+use cslam_core::path::Path;
+use cslam_core::paths::{
     ElementErrors, EstimatedPath, Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays,
 };
-use cslam_core::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::channel;
@@ -84,7 +84,7 @@ pub struct Estimate {
     pub mode: Mode,
     /// Beams in the recording, of 72.
     pub beams: usize,
-    /// Samples that clipped in the transforms, see [`cslam_core::ltd::BeamReport::clips`].
+    /// Samples that clipped in the transforms, see [`cslam_core::paths::BeamReport::clips`].
     pub clips: u32,
     /// Paths, strongest first.
     pub paths: Vec<Estimated>,

@@ -3,7 +3,7 @@
 //! `cslam accuracy` prints the same cases with more trials; docs/path-estimation.md holds its table.
 
 use cslam_core::geometry::{Direction, Frame};
-use cslam_core::ltd::{EstimatedPath, PathEstimator};
+use cslam_core::paths::{EstimatedPath, PathEstimator};
 use cslam_host_sim::accuracy::{
     Mode, Range, Truth, bounce, corner, departures, detection, estimator, false_alarms, loss, pairs, scenes,
     single,

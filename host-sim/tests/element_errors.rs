@@ -1,7 +1,7 @@
 //! Arrays that are not as the receiver believes them: what their errors leave of a strong path is no path, and the claim on its place holds them.
 
 use cslam_core::geometry::{Body, Direction, Frame};
-use cslam_core::ltd::{ElementErrors, EstimatedPath, EstimatorConfig, PathEstimator};
+use cslam_core::paths::{ElementErrors, EstimatedPath, EstimatorConfig, PathEstimator};
 use cslam_host_sim::accuracy::{Mode, Range, Truth};
 use cslam_host_sim::channel::{ChannelConfig, Impairments};
 use cslam_host_sim::estimate;

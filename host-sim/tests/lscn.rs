@@ -416,7 +416,7 @@ fn trees_are_trained_on_flights_and_fly() {
     let flown: Value = serde_json::from_slice(&flown).expect("JSON");
     assert!(flown["link_state"]["measured"]["paths"].is_u64());
     // A network is no tree.
-    fs::write(&model, cslam_core::lscn::models::geometric_file()).expect("written");
+    fs::write(&model, cslam_core::link_state::models::geometric_file()).expect("written");
     let message = fly(bad);
     assert!(
         message.contains("mine.lscn") && message.contains("no known kind"),

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use cslam_core::lscn::{Kind, models};
+use cslam_core::link_state::{Kind, models};
 use cslam_host_sim::lscn::model_file::ModelFile;
 use serde_json::Value;
 

@@ -94,7 +94,7 @@ fn recordings_are_complete_and_the_same_for_one_and_two_threads() {
     // Gain control: the strongest channel of each block within one step under -12 dB of full scale (and what 1 % of noise
     // and rounding may add).
     for block in &recording.blocks {
-        let rms = |c: &[cslam_core::ltd::Iq; 512]| {
+        let rms = |c: &[cslam_core::signal::Iq; 512]| {
             (c.iter().map(|x| f64::from(x.power())).sum::<f64>() / 512.0).sqrt() / 32_768.0
         };
         let strongest = block.samples.iter().map(rms).fold(0.0, f64::max);

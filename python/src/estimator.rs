@@ -3,10 +3,10 @@
 use std::sync::{Mutex, PoisonError, TryLockError};
 
 use cslam_core::geometry::Rotation;
-use cslam_core::ltd::{ElementErrors, EstimatedPath, Iq, PathEstimator};
+use cslam_core::paths::{ElementErrors, EstimatedPath, PathEstimator};
 use cslam_core::profile::quad_4x8_gmt_72::{BEAMS, CHANNELS};
 use cslam_core::profile::{FlightConfig, FlightEstimator};
-use cslam_core::waveform::SAMPLES;
+use cslam_core::signal::{Iq, SAMPLES};
 use cslam_host_sim::channel::{Block, strongest_first};
 use cslam_host_sim::estimate::{Mode, estimator};
 use numpy::{

@@ -3,12 +3,11 @@
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard};
 
-use cslam_core::cslam::{Localization, MappedPoint, PATHS, SweepReport};
+use cslam_core::estimator::{Pose, Setup};
 use cslam_core::geometry::Vector3;
-use cslam_core::localization::filter::Setup;
-use cslam_core::localization::imu::MagneticField;
-use cslam_core::localization::{ImuSample, Pose};
-use cslam_core::ltd::EstimatedPath;
+use cslam_core::inertial::{ImuSample, MagneticField};
+use cslam_core::paths::EstimatedPath;
+use cslam_core::receiver::{Localization, MappedPoint, PATHS, SweepReport};
 use cslam_core::telemetry::{BeaconReport, Decoder, Key, MAX_FRAME, Sender, Uplink};
 use cslam_firmware::app::{Downlink, Ground, Observer};
 use cslam_host_sim::channel::Sweep;

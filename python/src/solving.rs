@@ -1,7 +1,7 @@
 //! Reflection points and link states of columns of paths.
 
 use cslam_core::geometry::{Body, Direction, Matrix3, Position, Real, Rotation, Vector3, World};
-use cslam_core::lscn::{Classifier, LinkGeometry, Received, models};
+use cslam_core::link_state::{Classifier, LinkGeometry, Received, models};
 use cslam_core::path::{Departure, Path};
 use cslam_core::reflection::{Bounds, Ends, Form, Gates, InputError, Verdict};
 use numpy::{

@@ -4,10 +4,10 @@
 use std::sync::OnceLock;
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
-use cslam_core::cslam::{PATHS, SweepReport};
 use cslam_core::geometry::{Body, Direction};
-use cslam_core::ltd::{EstimatedPath, Iq};
-use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_core::paths::EstimatedPath;
+use cslam_core::receiver::{PATHS, SweepReport};
+use cslam_core::signal::{Iq, SAMPLES, Waveform};
 use cslam_firmware::app::{Counters, Observer};
 use cslam_firmware::front_end::{
     FRAME_LENGTH, HEADER_LENGTH, Header, Kind, Powers, powers_checksum, read_samples, write_powers,

@@ -3,11 +3,9 @@
 
 use std::process::Command;
 
-use cslam_core::lscn::Activations;
-use cslam_core::lscn::kernels::Native as NativeLayers;
-use cslam_core::ltd::kernels::Native;
-use cslam_core::ltd::{Correlator, Iq, Workspace};
-use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_core::kernels::{Native, Native as NativeLayers};
+use cslam_core::link_state::Activations;
+use cslam_core::signal::{Correlator, Iq, SAMPLES, Waveform, Workspace};
 use cslam_firmware::front_end_check::{BLOCKS, Block, CHANNELS, run};
 use cslam_firmware::lscn_check::{LINKS, Link, Networks};
 use cslam_tests::{printed, root};

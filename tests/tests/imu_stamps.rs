@@ -4,7 +4,7 @@
 //! samples up. The board captures its edges to 100 ns and reads packets one by one and in bursts. A turn that swings slowly goes in;
 //! what comes out is fitted to it in time.
 
-use cslam_core::localization::ImuSample;
+use cslam_core::inertial::ImuSample;
 use cslam_firmware::icm42688::packet::RATE_PER_CODE_RAD_PER_S;
 use cslam_firmware::icm42688::{Fifo, Next, PACKET_LEN, RawSample, Samples, TRANSFER};
 use cslam_host_sim::sensors::{ImuChip, ImuChipConfig};

@@ -3,9 +3,8 @@
 
 use std::sync::OnceLock;
 
-use cslam_core::ltd::kernels::Native;
-use cslam_core::ltd::{Correlator, Iq, Workspace};
-use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_core::kernels::Native;
+use cslam_core::signal::{Correlator, Iq, SAMPLES, Waveform, Workspace};
 use cslam_firmware::front_end_check::{BLOCKS, Block, CHANNELS, run};
 use cslam_tests::cost::{costs_no_more_than_committed, counts};
 use cslam_tests::counted_on_the_chip;

@@ -1,6 +1,6 @@
 //! A two-way exchange that the front end has measured comes with its frame and reaches the clock, once.
 
-use cslam_core::ltd::Iq;
+use cslam_core::signal::Iq;
 use cslam_firmware::front_end::{Exchange, Header, Kind, Status};
 use cslam_firmware::sensor_stream::SESSION;
 use cslam_host_sim::raw_flight::with_board_receiver;

@@ -4,8 +4,8 @@
 
 use std::collections::BTreeSet;
 
-use cslam_core::cslam::{PATHS, SweepReport};
-use cslam_core::ltd::Iq;
+use cslam_core::receiver::{PATHS, SweepReport};
+use cslam_core::signal::Iq;
 use cslam_core::telemetry::Key;
 use cslam_firmware::app::Observer;
 use cslam_firmware::front_end::{HEADER_LENGTH, Header, POWER_BYTES, read_samples};

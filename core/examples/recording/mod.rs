@@ -2,8 +2,8 @@
 
 use std::error::Error;
 
-use cslam_core::ltd::Iq;
 use cslam_core::profile::Samples;
+use cslam_core::signal::Iq;
 
 /// What was heard of one transmit beam.
 pub(crate) struct Beam {

@@ -13,7 +13,7 @@ use super::likelihood::LOG_TWO_PI;
 use super::measurement::Measurement;
 use super::part::part;
 use super::prior::{is_blocked, log_open, probability_of_order};
-use crate::lscn::Probabilities;
+use crate::link_state::Probabilities;
 use crate::paths::departure_outliers;
 use crate::reflection::{Jacobians, point_covariance, vector_point};
 

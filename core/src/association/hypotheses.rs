@@ -13,7 +13,7 @@ use super::measurement::{Measurement, leaves_in_beams};
 use super::pose::PoseEstimate;
 use super::prior::{Known, is_blocked, log_offered, log_open, log_surfaces, probability_of_order};
 use crate::geometry::{Gmt, Plane, Rotation, World};
-use crate::lscn::Probabilities;
+use crate::link_state::Probabilities;
 use crate::paths::departure_outliers;
 use crate::surfaces::SurfaceIds;
 
@@ -296,7 +296,7 @@ impl<const N: usize> Search<'_, N> {
         let all = u32::try_from(confirmed.clone().count()).unwrap_or(u32::MAX);
         let most = u32::try_from(SURFACES_OF_THREES).unwrap_or(u32::MAX);
         self.left_out.beyond_threes = all.saturating_sub(most);
-        let threes: Vec<Known<'_>, SURFACES_OF_THREES> = crate::bounded::gather(confirmed.copied());
+        let threes: Vec<Known<'_>, SURFACES_OF_THREES> = crate::numeric::gather(confirmed.copied());
         for candidate in candidates.iter_mut() {
             self.threes(candidate, &threes, &transmitter);
         }
@@ -322,7 +322,7 @@ impl<const N: usize> Search<'_, N> {
     /// Three confirmed surfaces: the pair of the first two, and the source as the last one shows it to the UAV.
     fn threes(&mut self, candidate: &mut Candidate<'_>, known: &[Known<'_>], transmitter: &Image) {
         let uav = self.scene.pose.position_m;
-        let lasts: Vec<(&Known<'_>, Source), SURFACES_OF_THREES> = crate::bounded::gather(
+        let lasts: Vec<(&Known<'_>, Source), SURFACES_OF_THREES> = crate::numeric::gather(
             known
                 .iter()
                 .filter(|last| last.plane.height_m(&uav) > 0.0)
@@ -354,7 +354,7 @@ pub(super) fn weigh_all<'m, const N: usize, const K: usize>(
     paths: &'m Vec<(Measurement, Option<Probabilities>), K>,
 ) -> (Vec<Weighed, K>, LeftOut) {
     let mut candidates: Vec<Candidate<'m>, K> =
-        crate::bounded::gather(paths.iter().map(|(measured, probabilities)| Candidate {
+        crate::numeric::gather(paths.iter().map(|(measured, probabilities)| Candidate {
             measured,
             probabilities: probabilities.as_ref(),
             source: Source::of(scene, measured),
@@ -367,6 +367,6 @@ pub(super) fn weigh_all<'m, const N: usize, const K: usize>(
     };
     search.run(&mut candidates);
     let left_out = search.left_out;
-    let weighed = crate::bounded::gather(candidates.iter().map(|candidate| candidate.weighed.clone()));
+    let weighed = crate::numeric::gather(candidates.iter().map(|candidate| candidate.weighed.clone()));
     (weighed, left_out)
 }

@@ -5,10 +5,11 @@ use nalgebra::{SMatrix, Vector3};
 use super::chain::{ROWS, Tangents};
 use super::part::part;
 use super::pose::PoseEstimate;
+use crate::estimator::range_of_delay_m;
 use crate::geometry::{Gmt, Rotation, World};
-use crate::localization::filter::{range_of_delay_m, wrap_delay_m};
 use crate::path::Path;
 use crate::paths::{Neighbourhood, PathErrors, ReceivedPath, covariance};
+use crate::signal::wrap_delay_m;
 
 /// Departures are known no better than this, rad: keeps densities finite.
 const LEAST_DEPARTURE_RAD: f64 = 1e-4;

@@ -46,8 +46,8 @@ use self::hypotheses::{Scene, weigh_all};
 use self::joint::Joint;
 use self::prior::known;
 use self::verdict::claim_once;
-use crate::localization::filter::Transmitter;
-use crate::lscn::Probabilities;
+use crate::estimator::Transmitter;
+use crate::link_state::Probabilities;
 use crate::paths::neighbourhood;
 use crate::surfaces::Surfaces;
 
@@ -100,7 +100,7 @@ fn measurements<const N: usize, const K: usize>(
     scene: &Scene<'_, N>,
 ) -> Vec<(Measurement, Option<Probabilities>), K> {
     let errors = &scene.config.errors;
-    crate::bounded::gather(paths.iter().enumerate().map(|(index, path)| {
+    crate::numeric::gather(paths.iter().enumerate().map(|(index, path)| {
         let around = neighbourhood(paths, index, errors);
         (
             Measurement::of(path, around, &scene.pose, errors),

@@ -109,7 +109,7 @@ fn covariances(path: &Waiting, planes: &[Plane<f64>]) -> Option<Vec<Matrix3<f64>
         let of = path.chain.iter().zip(planes).find(|(other, _)| **other == id)?;
         add(&differences(&moved)?, &of.1.covariance);
     }
-    Some(crate::bounded::gather(covariances.into_iter().take(planes.len())))
+    Some(crate::numeric::gather(covariances.into_iter().take(planes.len())))
 }
 
 /// The surfaces of a chain, each once.

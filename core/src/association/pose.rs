@@ -3,8 +3,8 @@
 use nalgebra::{SMatrix, Vector3};
 
 use super::chain::POSE_STATES;
+use crate::estimator::Pose;
 use crate::geometry::{Body, Rotation, World};
-use crate::localization::Pose;
 
 /// Position, attitude and clock with their joint covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,8 +75,8 @@ impl PoseEstimate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimator::ClockEstimate;
     use crate::geometry::{Matrix3, Position};
-    use crate::localization::ClockEstimate;
 
     #[test]
     fn a_pose_of_the_filter_keeps_its_cross_terms() {

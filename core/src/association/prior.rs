@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 use super::chain::ChainPoints;
 use super::config::AssociationConfig;
 use crate::geometry::Plane;
-use crate::lscn::Probabilities;
+use crate::link_state::Probabilities;
 use crate::surfaces::{Surface, Surfaces};
 
 /// A surface with its plane in double precision, made once a sweep.
@@ -26,7 +26,7 @@ pub(super) struct Known<'s> {
 
 /// All surfaces of a store.
 pub(super) fn known<const N: usize>(surfaces: &Surfaces<N>) -> Vec<Known<'_>, N> {
-    crate::bounded::gather(surfaces.iter().map(|surface| {
+    crate::numeric::gather(surfaces.iter().map(|surface| {
         let plane = surface.plane.to_f64();
         let covariance = &plane.covariance;
         let variances = [covariance.m11, covariance.m22 + covariance.m33];

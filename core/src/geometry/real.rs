@@ -71,7 +71,7 @@ real!(
     libm::atan2f,
     libm::asinf,
     libm::exp10f,
-    crate::sqrt::sqrt
+    crate::kernels::sqrt
 );
 real!(
     f64,

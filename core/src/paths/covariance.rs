@@ -127,14 +127,7 @@ mod tests {
     fn neighbours_are_near_in_delay_and_angle_and_not_much_weaker() {
         let near = of(path(51.4, 0.5, -21.0));
         assert!(near.has_neighbour && !near.may_be_artefact);
-        assert!(
-            of(path(
-                50.0 + crate::localization::filter::DELAY_PERIOD_M,
-                0.3,
-                -10.0
-            ))
-            .has_neighbour
-        );
+        assert!(of(path(50.0 + crate::signal::DELAY_PERIOD_M, 0.3, -10.0)).has_neighbour);
         for other in [
             path(51.6, 0.3, -10.0),
             path(50.2, 0.7, -10.0),

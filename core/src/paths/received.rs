@@ -1,10 +1,10 @@
 //! A path of a sweep as it leaves path estimation: what was measured, and what the estimator and the network say of it.
 
 use crate::geometry::{Body, Direction, Matrix3};
-use crate::localization::filter::wrap_delay_m;
-use crate::lscn::Probabilities;
-use crate::ltd::EstimatedPath;
+use crate::link_state::Probabilities;
 use crate::path::Departure;
+use crate::paths::EstimatedPath;
+use crate::signal::wrap_delay_m;
 
 /// A path of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,7 +5,7 @@ use super::{
     CRC_LENGTH, Content, Direction, HEADER_LENGTH, Key, MAX_FRAME, MAX_PACKET, Message, Opener, TAG_LENGTH,
     TelemetryError, VERSION, cobs,
 };
-use crate::checksum::CRC;
+use crate::numeric::CRC;
 
 /// A packet as it came: undamaged and of this version, but of any link, and not yet known to be genuine.
 #[derive(Clone, Copy, Debug)]

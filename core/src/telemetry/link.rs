@@ -3,9 +3,9 @@
 use super::bits::{BitReader, BitWriter};
 use super::pose::{put_health, put_time, take_health, take_time};
 use crate::association::Decision;
-use crate::cslam::{Outcome, SweepReport};
-use crate::localization::filter::{Health, SweepVerdict};
-use crate::lscn::LinkState;
+use crate::estimator::{Health, SweepVerdict};
+use crate::link_state::LinkState;
+use crate::receiver::{Outcome, SweepReport};
 use crate::reflection::{InputError, Rejection};
 
 /// Most paths of a report; the rest go into another one of the same sweep.

@@ -3,9 +3,8 @@
 use super::bits::{BitReader, BitWriter};
 use super::scale::CLOCK_OFFSET;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
+use crate::estimator::{Health, Pose};
 use crate::geometry::{Body, Matrix3, Rotation, World};
-use crate::localization::Pose;
-use crate::localization::filter::Health;
 
 /// A symmetric 3 x 3 covariance as standard deviations and correlations.
 ///
@@ -116,7 +115,7 @@ const POSITION: (f64, u32) = (1000.0, 32);
 const VELOCITY: (f64, u32) = (100.0, 16);
 
 impl PoseReport {
-    /// Of a pose. `clock_offset_m` has the whole delay periods ([`crate::cslam::Cslam::clock_offset_m`]).
+    /// Of a pose. `clock_offset_m` has the whole delay periods ([`crate::receiver::Receiver::clock_offset_m`]).
     #[must_use]
     pub fn new(pose: &Pose, clock_offset_m: Option<f64>, health: Health, line_of_sight: bool) -> Self {
         Self {

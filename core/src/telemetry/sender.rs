@@ -7,7 +7,7 @@ use super::header::{Header, put};
 use super::{
     CRC_LENGTH, Content, HEADER_LENGTH, Key, MAX_FRAME, MAX_PACKET, Message, TAG_LENGTH, TelemetryError, cobs,
 };
-use crate::checksum::CRC;
+use crate::numeric::CRC;
 
 /// One end of a link, sending: numbers, signs and frames messages of one direction, [`Message`] from a UAV or
 /// [`super::Uplink`] to it.

@@ -4,8 +4,8 @@ use core::f64::consts::PI;
 
 use super::bits::{BitReader, BitWriter};
 use super::scale::CLOCK_OFFSET;
-use crate::cslam::Beacon;
 use crate::geometry::Rotation;
+use crate::receiver::Beacon;
 
 /// What the GMT says about itself after a sweep. Everything that the UAV computes with comes out of whole numbers, so host and
 /// chip compute with the same bits.

@@ -1,8 +1,7 @@
 //! Spectrum, taps, profiles and exponents against the definition.
 
-use cslam_core::block::BeamBlock;
-use cslam_core::ltd::{Channel, Iq, Workspace};
-use cslam_core::waveform::SAMPLES;
+use cslam_core::kernels::Channel;
+use cslam_core::signal::{BeamBlock, Iq, SAMPLES, Workspace};
 
 use crate::oracle::*;
 

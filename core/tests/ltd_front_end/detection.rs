@@ -1,7 +1,7 @@
 //! The detector: its threshold, its false alarms, its sensitivity.
 
-use cslam_core::ltd::{Channel, Detector, Iq, Workspace};
-use cslam_core::waveform::SAMPLES;
+use cslam_core::kernels::Channel;
+use cslam_core::signal::{Detector, Iq, SAMPLES, Workspace};
 use proptest::prelude::*;
 
 use crate::oracle::*;

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use cslam_core::ltd::{Channel, Iq, Workspace};
-use cslam_core::waveform::SAMPLES;
+use cslam_core::kernels::Channel;
+use cslam_core::signal::{Iq, SAMPLES, Workspace};
 
 use crate::oracle::*;
 

@@ -2,9 +2,8 @@
 
 use std::f64::consts::PI;
 
-use cslam_core::block::BeamBlock;
-use cslam_core::ltd::{BeamTaps, Channel, Correlator, Iq, Workspace, bin_at};
-use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_core::kernels::Channel;
+use cslam_core::signal::{BeamBlock, BeamTaps, Correlator, Iq, SAMPLES, Waveform, Workspace, bin_at};
 use nalgebra::Complex;
 
 pub(crate) type C64 = Complex<f64>;

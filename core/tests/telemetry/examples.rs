@@ -1,7 +1,7 @@
 //! A message of every kind, with numbers at rest, in use and at their limits.
 
-use cslam_core::localization::filter::{Health, SweepVerdict};
-use cslam_core::lscn::LinkState;
+use cslam_core::estimator::{Health, SweepVerdict};
+use cslam_core::link_state::LinkState;
 use cslam_core::reflection::{InputError, Rejection};
 use cslam_core::telemetry::{
     BeaconReport, ClockReport, Command, ConfigReport, DownlinkRates, Event, EventReport, FaultRecord,

@@ -1,7 +1,7 @@
 //! How much a board has room for: every capacity in one place.
 
-use cslam_core::ltd::{Estimator, EstimatorConfig};
 use cslam_core::map::PointCloud;
+use cslam_core::paths::{Estimator, EstimatorConfig};
 
 /// Voxels of the map, 30 bytes each.
 pub const VOXELS: usize = 3072;

@@ -1,8 +1,8 @@
 //! Sweeps whose paths were estimated elsewhere: a flight that is flown again without its samples.
 
-use cslam_core::cslam::{CHANNELS, PATHS};
-use cslam_core::localization::bsm::{Bearing, Refusal};
-use cslam_core::ltd::{EstimatedPath, PathEstimator};
+use cslam_core::beam_squint::{Bearing, Refusal};
+use cslam_core::paths::{EstimatedPath, PathEstimator};
+use cslam_core::receiver::{CHANNELS, PATHS};
 
 use super::{Application, Observer, Stage, counters};
 use crate::front_end::Checksum;

@@ -1,7 +1,7 @@
 //! Records of the sensor stream into the application.
 
-use cslam_core::cslam::{CHANNELS, PATHS};
-use cslam_core::ltd::PathEstimator;
+use cslam_core::paths::PathEstimator;
+use cslam_core::receiver::{CHANNELS, PATHS};
 
 use super::{Application, Observer, counters};
 use crate::front_end::Checksum;

@@ -3,8 +3,8 @@
 use core::fmt;
 
 use cslam_core::association::Decision;
-use cslam_core::cslam::{Outcome, PATHS, SweepReport};
 use cslam_core::map::MapPoint;
+use cslam_core::receiver::{Outcome, PATHS, SweepReport};
 
 /// A sweep: number, verdict, what became of each path, and the pose after it.
 #[derive(Clone, Copy, Debug)]

@@ -1,11 +1,11 @@
 //! The receiver as it flies: what the board's drivers deliver goes in, packets for the ground come out.
 //!
-//! [`Application`] joins [`Cslam`] with the two ends of a link. It knows no device and no clock: every call has its time stamp by the
+//! [`Application`] joins [`Receiver`] with the two ends of a link. It knows no device and no clock: every call has its time stamp by the
 //! UAV clock, and what is to be sent waits in a bounded queue. So it is the same code, fed by interrupts on a board, by shared
 //! memory under emulation, and by the simulation on a host, and the same calls give the same bytes everywhere.
 //!
 //! ```text
-//! inertial samples, magnetometer, timing --> Application --> Cslam
+//! inertial samples, magnetometer, timing --> Application --> Receiver
 //! blocks of beams and squint symbols ----/        |            | report of a sweep, pose
 //! beacons, commands --------------------/         `<-----------'
 //!                                                 `--> queue of frames --> downlink
@@ -25,11 +25,11 @@ mod reports;
 mod surface_news;
 mod uplink;
 
-use cslam_core::block::BeamBlock;
-use cslam_core::cslam::{Beacon, CHANNELS, Cslam, PATHS};
 use cslam_core::geometry::Vector3;
-use cslam_core::localization::ImuSample;
-use cslam_core::ltd::PathEstimator;
+use cslam_core::inertial::ImuSample;
+use cslam_core::paths::PathEstimator;
+use cslam_core::receiver::{Beacon, CHANNELS, PATHS, Receiver};
+use cslam_core::signal::BeamBlock;
 use cslam_core::telemetry::{ConfigReport, Decoder, ResetCause, Uplink};
 
 use announced::Announced;
@@ -133,12 +133,12 @@ struct Open {
     beacon: bool,
 }
 
-/// The receiver of a board, see the module. The large parts of [`Cslam`] lie where its owner has put them.
+/// The receiver of a board, see the module. The large parts of [`Receiver`] lie where its owner has put them.
 #[derive(Debug)]
 pub struct Application<'m, E, const VOXELS: usize, const STATES: usize, C = SoftwareCrc> {
     config: AppConfig,
     front_end: FrontEnd<C>,
-    cslam: Cslam<'m, E, VOXELS, STATES>,
+    cslam: Receiver<'m, E, VOXELS, STATES>,
     downlink: Downlink,
     uplink: Decoder<Uplink>,
     schedule: Schedule,
@@ -163,7 +163,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         config: AppConfig,
         front_end: FrontEnd<C>,
         ground: Ground,
-        cslam: Cslam<'m, E, VOXELS, STATES>,
+        cslam: Receiver<'m, E, VOXELS, STATES>,
     ) -> Self {
         Self {
             config,
@@ -185,7 +185,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     }
 
     /// The receiver.
-    pub fn cslam(&self) -> &Cslam<'m, E, VOXELS, STATES> {
+    pub fn cslam(&self) -> &Receiver<'m, E, VOXELS, STATES> {
         &self.cslam
     }
 

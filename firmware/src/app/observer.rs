@@ -1,7 +1,7 @@
 //! What someone beside the application sees of its work: to count it, to log it, to know where it hangs.
 
-use cslam_core::cslam::{PATHS, SweepReport};
-use cslam_core::ltd::EstimatedPath;
+use cslam_core::paths::EstimatedPath;
+use cslam_core::receiver::{PATHS, SweepReport};
 
 /// A kind of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

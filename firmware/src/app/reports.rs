@@ -1,8 +1,8 @@
 //! What the ground is told, and how often.
 
-use cslam_core::cslam::{CHANNELS, Outcome, PATHS, SweepReport};
-use cslam_core::localization::filter::SweepVerdict;
-use cslam_core::ltd::PathEstimator;
+use cslam_core::estimator::SweepVerdict;
+use cslam_core::paths::PathEstimator;
+use cslam_core::receiver::{CHANNELS, Outcome, PATHS, SweepReport};
 use cslam_core::telemetry::{
     DownlinkRates, Event, EventReport, HealthCounters, HealthReport, LinkReport, Message, PointReport,
     PoseReport,

@@ -1,8 +1,8 @@
 //! What the ground says: frames to beacons, timing and commands. What is not signed by the key of this link, or was heard before, is
 //! counted and forgotten.
 
-use cslam_core::cslam::{CHANNELS, PATHS};
-use cslam_core::ltd::PathEstimator;
+use cslam_core::paths::PathEstimator;
+use cslam_core::receiver::{CHANNELS, PATHS};
 use cslam_core::telemetry::{Command, Event, TelemetryError, Uplink};
 
 use super::counters::count;

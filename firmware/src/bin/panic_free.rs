@@ -20,14 +20,13 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use cortex_m_rt::entry;
-use cslam_core::block::BeamBlock;
 use cslam_core::geometry::{Body, Direction, GeometryError, Matrix3, Rotation, World};
-use cslam_core::lscn::{AcceptGate, Classifier, LinkGeometry, Model, PaperClassifier, Received};
-use cslam_core::ltd::{Correlator, Detector, EstimatorConfig, Iq, PaperEstimator, PathEstimator, Workspace};
+use cslam_core::link_state::{AcceptGate, Classifier, LinkGeometry, Model, PaperClassifier, Received};
 use cslam_core::path::Path;
+use cslam_core::paths::{EstimatorConfig, PaperEstimator, PathEstimator};
 use cslam_core::reflection::{Ends, Form, solve};
+use cslam_core::signal::{BeamBlock, Correlator, Detector, Iq, SAMPLES, Waveform, Workspace};
 use cslam_core::telemetry::{Decoder, Key, MAX_FRAME, Opener, Sender, Uplink};
-use cslam_core::waveform::{SAMPLES, Waveform};
 use cslam_firmware::front_end_check::{Block, CHANNELS, SUBSET};
 use cslam_firmware::ring::{AccessError, Consumer, Producer, SharedMemory};
 use cslam_firmware::sensor_stream;

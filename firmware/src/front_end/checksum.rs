@@ -3,7 +3,7 @@
 //! 64 KiB a frame are too much to take byte by byte, so the checksum is a trait: an STM32H743 has a unit for it, fed by
 //! DMA; everyone else takes [`SoftwareCrc`], four bytes a turn with one table of 256 words for each.
 
-use cslam_core::ltd::Iq;
+use cslam_core::signal::Iq;
 
 use super::Block;
 
@@ -90,8 +90,8 @@ mod tests {
     use super::*;
     use crate::front_end::{SAMPLE_BYTES, write_samples};
     use crate::random::Random;
-    use cslam_core::cslam::CHANNELS;
-    use cslam_core::waveform::SAMPLES;
+    use cslam_core::receiver::CHANNELS;
+    use cslam_core::signal::SAMPLES;
 
     #[test]
     fn the_check_value_is_that_of_the_catalogue() {

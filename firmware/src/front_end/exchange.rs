@@ -63,7 +63,7 @@ impl Exchange {
 
 #[cfg(test)]
 mod tests {
-    use cslam_core::waveform::Waveform;
+    use cslam_core::signal::Waveform;
 
     use super::super::{Header, Kind, Status};
     use super::*;

@@ -34,9 +34,8 @@ pub use powers::{POWER_BYTES, Powers, powers_checksum, write_powers};
 pub use receive::{Content, Frame, FrontEnd, read_samples, write_samples};
 pub use sequence::{Arrival, WINDOW};
 
-use cslam_core::cslam::CHANNELS;
-use cslam_core::ltd::Iq;
-use cslam_core::waveform::SAMPLES;
+use cslam_core::receiver::CHANNELS;
+use cslam_core::signal::{Iq, SAMPLES};
 
 /// Samples of a frame, channel after channel: 8 j + i is element i of array j.
 pub type Block = [[Iq; SAMPLES]; CHANNELS];

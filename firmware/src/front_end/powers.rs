@@ -6,7 +6,7 @@
 //! [`BEAMS`] numbers, `f32`, little endian, beam 0 first: the mean over the samples of `|x|^2`, all channels added, W. 0 for a beam
 //! that is not sent.
 
-use cslam_core::ltd::Iq;
+use cslam_core::signal::Iq;
 
 use super::checksum::SoftwareCrc;
 use super::{BEAMS, Block};

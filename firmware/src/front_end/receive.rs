@@ -1,7 +1,6 @@
 //! Frames in, blocks out.
 
-use cslam_core::block::BeamBlock;
-use cslam_core::ltd::Iq;
+use cslam_core::signal::{BeamBlock, Iq};
 
 use super::checksum::{Checksum, SoftwareCrc};
 use super::counters::Counters;

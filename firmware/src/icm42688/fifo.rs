@@ -1,6 +1,6 @@
 //! What the FIFO answers, without the bus: packets to samples, every loss counted.
 
-use cslam_core::localization::ImuSample;
+use cslam_core::inertial::ImuSample;
 use heapless::Vec;
 
 use super::packet::{PACKET_LEN, PacketError, RawSample};

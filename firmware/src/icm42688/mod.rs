@@ -1,7 +1,7 @@
 //! The inertial sensor: TDK InvenSense ICM-42688-P (data sheet DS-000347).
 //!
 //! [`Icm42688`] starts the sensor and reads its FIFO after every edge of the data-ready line; what comes out are
-//! [`ImuSample`](cslam_core::localization::ImuSample)s by the UAV clock, and exact counts of what did not. [`packet`] is the
+//! [`ImuSample`](cslam_core::inertial::ImuSample)s by the UAV clock, and exact counts of what did not. [`packet`] is the
 //! format of the FIFO, which the simulated sensor writes and this driver reads.
 
 mod driver;

@@ -10,7 +10,7 @@ use core::f64::consts::PI;
 use core::fmt;
 
 use cslam_core::constants::STANDARD_GRAVITY_M_PER_S2;
-use cslam_core::localization::ImuSample;
+use cslam_core::inertial::ImuSample;
 use nalgebra::Vector3;
 
 /// Acceleration of one accelerometer code, m/s^2: 8192 codes a g.

@@ -2,7 +2,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
 use cslam_core::geometry::Vector3;
-use cslam_core::localization::ImuSample;
+use cslam_core::inertial::ImuSample;
 
 use super::RecordError;
 use crate::icm42688::{PACKET_LEN, RawSample};

@@ -2,8 +2,8 @@
 
 use core::fmt;
 
-use cslam_core::cslam::{Config, Localization};
-use cslam_core::localization::ImuSample;
+use cslam_core::inertial::ImuSample;
+use cslam_core::receiver::{Config, Localization};
 use nalgebra::Vector3;
 
 use super::error::RecordError;
@@ -250,9 +250,9 @@ mod tests {
 
     #[test]
     fn a_receiver_is_told_where_it_flies() {
-        let model = cslam_core::lscn::models::paper().expect("sound");
-        let network = cslam_core::lscn::PaperClassifier::new(model).expect("fits");
-        let config = || Config::best(cslam_core::cslam::LinkStates::Paper(network));
+        let model = cslam_core::link_state::models::paper().expect("sound");
+        let network = cslam_core::link_state::PaperClassifier::new(model).expect("fits");
+        let config = || Config::best(cslam_core::receiver::LinkStates::Paper(network));
         let mut told = config();
         Settings::default().configure(&mut told);
         assert!(told.magnetic_field.is_none());

@@ -2,8 +2,8 @@
 //!
 //! In whole thousandths of the units, so that settings compare exactly and no bytes can make a number that is none.
 
-use cslam_core::localization::filter::Setup;
-use cslam_core::localization::imu::MagneticField;
+use cslam_core::estimator::Setup;
+use cslam_core::inertial::MagneticField;
 use nalgebra::Vector3;
 
 /// Where whoever set the GMT up says that its antenna is.

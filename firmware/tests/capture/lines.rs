@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use cslam_core::ltd::Iq;
+use cslam_core::signal::Iq;
 use cslam_firmware::front_end::Header;
 
 /// Clocks of a microsecond: PIXCLK is 40 MHz.

@@ -12,7 +12,7 @@ use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
-use cslam_core::ltd::Iq;
+use cslam_core::signal::Iq;
 use cslam_firmware::front_end::{
     BEAMS, Block, Checksum, Counters, Cut, FRAME_LENGTH, FRAME_WORDS, FRAMES_PER_SWEEP, Header, Kind, Port,
     SQUINT_SYMBOLS, SoftwareCrc, Status,

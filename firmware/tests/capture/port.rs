@@ -13,7 +13,7 @@
 
 use std::collections::VecDeque;
 
-use cslam_core::ltd::Iq;
+use cslam_core::signal::Iq;
 use cslam_firmware::front_end::{Block, FRAME_WORDS, HEADER_LENGTH, Look, Port};
 
 use crate::lines::Driver;

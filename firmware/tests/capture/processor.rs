@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use cslam_core::ltd::Iq;
+use cslam_core::signal::Iq;
 use cslam_firmware::front_end::{
     Block, Capture, Checksum, Content, Cut, FrameError, FrontEnd, Header, SoftwareCrc, Step,
 };

@@ -23,7 +23,7 @@ pub use twin::{Fitted, Twin};
 
 use cslam_core::array::Codebook;
 use cslam_core::geometry::{Body, Direction, Gmt, Vector3};
-use cslam_core::ltd::{ElementErrors, EstimatedPath, EstimatorConfig, PathEstimator};
+use cslam_core::paths::{ElementErrors, EstimatedPath, EstimatorConfig, PathEstimator};
 
 pub use crate::estimate::Mode;
 

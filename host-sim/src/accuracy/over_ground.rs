@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use cslam_core::geometry::{Direction, Gmt, Vector3};
-use cslam_core::ltd::EstimatedPath;
+use cslam_core::paths::EstimatedPath;
 
 use super::{Mode, Range, Truth, angle_rad, estimator};
 use crate::crlb::{self, Receiver};

@@ -97,7 +97,7 @@ pub fn pairs(mode: Mode, apart_m: f64, apart_deg: f64, second_db: f64, trials: u
     }
 }
 
-fn near_any(path: &cslam_core::ltd::EstimatedPath, truths: &[Truth; 2]) -> bool {
+fn near_any(path: &cslam_core::paths::EstimatedPath, truths: &[Truth; 2]) -> bool {
     truths
         .iter()
         .any(|t| (f64::from(path.path.c_tau_m) - t.c_tau_m).abs() < GATE_M && angle_rad(path, t) < GATE_RAD)

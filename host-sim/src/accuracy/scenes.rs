@@ -50,7 +50,7 @@ pub fn scenes(mode: Mode, snr_db: f64, scenes: usize, seed: u64) -> Scenes {
             |estimator, index| {
                 let truths = draw(&mut Stream::new(seed, u64::from(index)), snr_db);
                 let paths = range.sweep(&truths, index, estimator.as_mut());
-                let near = |p: &cslam_core::ltd::EstimatedPath, t: &Truth| {
+                let near = |p: &cslam_core::paths::EstimatedPath, t: &Truth| {
                     (f64::from(p.path.c_tau_m) - t.c_tau_m).abs() < GATE_M && angle_rad(p, t) < GATE_RAD
                 };
                 // Found and all, by power.

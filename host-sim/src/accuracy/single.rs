@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use cslam_core::ltd::EstimatedPath;
+use cslam_core::paths::EstimatedPath;
 
 use super::{Mode, Range, Truth, angle_rad, direction, error, estimator};
 use crate::crlb::{self, Receiver};

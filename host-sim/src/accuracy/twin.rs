@@ -2,12 +2,12 @@
 //!
 //! From the same samples, everything in `f64`: transform and correlation by definition, peak of the power-delay profile,
 //! grid of directions with exact steering, Fisher scoring with the kernel in closed form. Grid step, window and step limits
-//! are those of the flying estimator ([`cslam_core::ltd`]), so that only its number formats and table look-ups are measured,
+//! are those of the flying estimator ([`cslam_core::paths`]), so that only its number formats and table look-ups are measured,
 //! not a different method. Nothing of the flying estimator's code is used.
 
 use cslam_core::array::{UavArrays, phasor};
 use cslam_core::geometry::{Body, Direction, Vector3};
-use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_core::signal::{SAMPLES, Waveform};
 use nalgebra::{Complex, Matrix3};
 
 use crate::channel::Block;
@@ -107,7 +107,7 @@ impl Twin {
         }
     }
 
-    fn correlate(&self, channel: &[cslam_core::ltd::Iq; SAMPLES]) -> Samples {
+    fn correlate(&self, channel: &[cslam_core::signal::Iq; SAMPLES]) -> Samples {
         let mut data: Samples = channel.map(|x| C64::new(f64::from(x.re()), f64::from(x.im())));
         self.transform.forward(&mut data);
         for (x, reference) in data.iter_mut().zip(&self.reference) {

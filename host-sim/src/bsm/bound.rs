@@ -7,7 +7,7 @@
 
 use cslam_core::array::{SquintSymbol, centred, phasor};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
-use cslam_core::waveform::Waveform;
+use cslam_core::signal::Waveform;
 use nalgebra::{Complex, DMatrix, Matrix3, Vector3};
 
 /// What is heard of a sweep.

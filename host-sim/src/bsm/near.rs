@@ -1,12 +1,11 @@
 //! Trials of near-field range: a long row of elements sweeps its focus from 5 to 100 m at the UAV's azimuth.
 
 use cslam_core::array::{GmtArrays, UavArrays, phasor};
+use cslam_core::beam_squint::near_field::{Focus, FocusSweep, Range, RangeSquint};
+use cslam_core::beam_squint::{Refusal, Sighting};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Direction, Vector3};
-use cslam_core::localization::bsm::near_field::{Focus, FocusSweep, Range, RangeSquint};
-use cslam_core::localization::bsm::{Refusal, Sighting};
-use cslam_core::ltd::{Correlator, Workspace};
-use cslam_core::waveform::Waveform;
+use cslam_core::signal::{Correlator, Waveform, Workspace};
 use nalgebra::{Complex, Matrix2, Vector2};
 use rayon::prelude::*;
 

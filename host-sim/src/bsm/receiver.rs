@@ -1,9 +1,9 @@
 //! What hears the symbols of a trial: path estimation and beam squint as they fly, one set for each thread.
 
 use cslam_core::array::{GmtArrays, SquintConfig, SquintScheme, UavArrays};
-use cslam_core::localization::bsm::{BeamSquint, Bearing, BsmConfig, Joined, Refusal, Sighting};
-use cslam_core::ltd::{Correlator, ElementErrors, Estimator, EstimatorConfig, PathEstimator, Workspace};
-use cslam_core::waveform::Waveform;
+use cslam_core::beam_squint::{BeamSquint, Bearing, BsmConfig, Joined, Refusal, Sighting};
+use cslam_core::paths::{ElementErrors, Estimator, EstimatorConfig, PathEstimator};
+use cslam_core::signal::{Correlator, Waveform, Workspace};
 
 use super::trial::Case;
 use crate::channel::{Instant, Ray, Simulator};

@@ -1,11 +1,11 @@
 //! Trials over the 8 x 8 faces.
 
 use cslam_core::array::{Codebook, GmtArrays, SquintConfig, SquintSymbol, UavArrays, phasor};
+use cslam_core::beam_squint::{FACE_BIAS_SIGMA, Sighting};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction, Gmt};
-use cslam_core::localization::bsm::{FACE_BIAS_SIGMA, Sighting};
-use cslam_core::ltd::EstimatedPath;
-use cslam_core::waveform::Waveform;
+use cslam_core::paths::EstimatedPath;
+use cslam_core::signal::Waveform;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 

@@ -1,7 +1,6 @@
 //! Gain control and converter.
 
-use cslam_core::ltd::Iq;
-use cslam_core::waveform::SAMPLES;
+use cslam_core::signal::{Iq, SAMPLES};
 
 use super::CHANNELS;
 use super::waves::Plane;

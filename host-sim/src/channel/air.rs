@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use cslam_core::waveform::SAMPLES;
+use cslam_core::signal::SAMPLES;
 
 use super::antenna::{phasor, phasor_of_turns};
 use super::body::{Body, TurningRotors};

@@ -204,7 +204,7 @@ fn assert_turned(sweep: &Sweep, shift_hz: f64) {
                 .map(|x| f64::from(x.power()).sqrt())
                 .fold(0.0, f64::max);
             for (n, (x, y)) in a.samples[c].iter().zip(&b.samples[c]).enumerate() {
-                let complex = |x: &cslam_core::ltd::Iq| C64::new(f64::from(x.re()), f64::from(x.im()));
+                let complex = |x: &cslam_core::signal::Iq| C64::new(f64::from(x.re()), f64::from(x.im()));
                 let time_s = (f64::from(beam) * 1024.0 + n as f64) / 245.76e6;
                 let turned = complex(y) * cslam_core::array::phasor(TAU * shift_hz * time_s);
                 worst = worst.max((complex(x) * scale - turned).norm() / peak);
@@ -303,7 +303,7 @@ fn a_jammer_adds_a_tone_of_its_power_from_its_direction() {
         ..Impairments::none()
     });
     let ideal = ideal();
-    let waveform = cslam_core::waveform::Waveform::default();
+    let waveform = cslam_core::signal::Waveform::default();
     let [a, b] = [&jammed, &ideal].map(|s| (0..8).map(|c| response(block(s, BEAM), c)).collect::<Vec<_>>());
     let at = 208 + 24;
     let difference = |c: usize, k: usize| a[c][k] - b[c][k];

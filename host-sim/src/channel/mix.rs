@@ -1,6 +1,6 @@
 //! The hot product: rays through gains and steering to the samples of an array.
 
-use cslam_core::waveform::SAMPLES;
+use cslam_core::signal::SAMPLES;
 
 use super::waves::{Plane, Wave};
 use super::{C64, ELEMENTS};

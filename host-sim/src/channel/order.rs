@@ -43,7 +43,7 @@ impl Sweep {
 
 #[cfg(test)]
 mod tests {
-    use cslam_core::ltd::Iq;
+    use cslam_core::signal::Iq;
 
     use super::*;
 

@@ -5,7 +5,7 @@
 //! whole blocks, and beams that see it 25 dB weaker than its best do not hear it. The UAV's body and rotors do nothing to it. Beam squint
 //! symbols hear the strongest pieces alone, as rays.
 
-use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_core::signal::{SAMPLES, Waveform};
 
 use super::rays::Ray;
 use super::reception::{ElementErrors, Reception};

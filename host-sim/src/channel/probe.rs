@@ -1,6 +1,6 @@
 //! What tests measure on a block: a matched filter in `f64`, apart from the receiver's own.
 
-use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_core::signal::{SAMPLES, Waveform};
 
 use super::antenna::phasor;
 use super::spectrum::Transform;

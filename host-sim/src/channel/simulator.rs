@@ -1,9 +1,7 @@
 //! A sweep of all transmit beams through channel and front end.
 
-use cslam_core::block::BeamBlock;
 use cslam_core::constants::{BOLTZMANN_J_PER_K, NOISE_TEMPERATURE_K};
-use cslam_core::ltd::Iq;
-use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_core::signal::{BeamBlock, Iq, SAMPLES, Waveform};
 
 use super::air::{CONVERTER, NOISE, SweepState, stream};
 use super::config::ChannelConfig;

@@ -4,7 +4,7 @@
 
 use std::array::from_fn;
 
-use cslam_core::waveform::SAMPLES;
+use cslam_core::signal::SAMPLES;
 
 use super::C64;
 use super::antenna::phasor;

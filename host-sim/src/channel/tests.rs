@@ -288,13 +288,13 @@ fn an_incomplete_path_is_named() {
 
 #[test]
 fn the_receiver_loses_no_bits_and_finds_the_path() {
-    use cslam_core::ltd::{Correlator, Detector, Workspace};
+    use cslam_core::signal::{Correlator, Detector, Workspace};
     let simulator = Simulator::new(ChannelConfig::default(), 2);
     let length_m = 100.0 * 299_792_458.0 / 245.76e6;
     let link = one_path(length_m, [1.4, 0.5], [1.45, 0.15]);
     let mut sweep = simulator.sweep(&link, &Instant::at_rest(), 0).expect("path");
     let correlator =
-        Correlator::<cslam_core::ltd::kernels::Portable>::new(&cslam_core::waveform::Waveform::default());
+        Correlator::<cslam_core::kernels::Portable>::new(&cslam_core::signal::Waveform::default());
     let mut work = Box::new(Workspace::new());
     let detector = Detector::new(32, 1e-2, 72 * 512);
     let mut strongest = (0.0, 0);

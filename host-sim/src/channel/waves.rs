@@ -4,7 +4,7 @@
 
 use std::array::from_fn;
 
-use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_core::signal::{SAMPLES, Waveform};
 
 use super::antenna::phasor;
 use super::effects::amplifier::Amplifier;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use cslam_core::geometry::Position;
-use cslam_core::lscn::{AcceptGate, Classifier, LinkState, PaperClassifier, Probabilities, Received};
+use cslam_core::link_state::{AcceptGate, Classifier, LinkState, PaperClassifier, Probabilities, Received};
 use cslam_core::reflection::{Bounds, Ends, Form, Gates, Verdict, solve};
 use serde::Serialize;
 

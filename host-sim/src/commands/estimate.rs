@@ -4,15 +4,14 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
-use cslam_core::ltd::EstimatedPath;
+use cslam_core::paths::EstimatedPath;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::estimate::{Axes, Estimate, Mode, estimate};
 use crate::input::InputError;
-use crate::progress;
-use crate::sigmf;
 use crate::table::Table;
+use crate::{progress, sigmf};
 
 /// Arguments of `cslam estimate`.
 #[derive(clap::Args, Debug)]

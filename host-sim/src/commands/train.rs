@@ -5,23 +5,21 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::ValueEnum;
-use cslam_core::lscn::Trees;
+use cslam_core::link_state::Trees;
 use serde::Serialize;
 
 use crate::campaign::Lists;
 use crate::commands::threads::Threads;
 use crate::evaluation::PathStateFigures;
 use crate::input::InputError;
-use crate::lscn::boosting;
 use crate::lscn::calibration::{self, CalibrationError, most_likely};
-use crate::lscn::curves;
-use crate::lscn::dataset;
 use crate::lscn::errors::Errors;
 use crate::lscn::flight_samples::FlightSamples;
 use crate::lscn::float_model::{FloatModel, MAX_K};
 use crate::lscn::links::Links;
 use crate::lscn::samples::{Samples, Task};
 use crate::lscn::training::{self, Epoch, Settings};
+use crate::lscn::{boosting, curves, dataset};
 use crate::progress;
 
 /// Arguments of `cslam train`.

@@ -2,11 +2,10 @@
 //!
 //! The structures below only tell the names. Were one of the flight code's fields missing here, this would not compile.
 
-use cslam_core::cslam::{HpcConfig, Residuals};
-use cslam_core::localization::filter::{
-    BeaconLimits, FilterConfig, Gates, Priors, ProcessNoise, RadioNoise, Setup,
+use cslam_core::estimator::{
+    BeaconLimits, FilterConfig, Gates, Priors, ProcessNoise, RadioNoise, Setup, baseline,
 };
-use cslam_core::localization::hpc;
+use cslam_core::receiver::{HpcConfig, Residuals};
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 
@@ -108,7 +107,7 @@ pub struct HpcFigures(#[serde(with = "HpcConfigKeys")] HpcConfig);
 
 impl HpcFigures {
     /// For the flight code, in a mode.
-    pub fn config(&self, mode: hpc::Mode) -> HpcConfig {
+    pub fn config(&self, mode: baseline::Mode) -> HpcConfig {
         HpcConfig { mode, ..self.0 }
     }
 
@@ -221,7 +220,7 @@ struct BeaconLimitsKeys {
 struct HpcConfigKeys {
     // The choice of a localization says it.
     #[serde(skip)]
-    mode: hpc::Mode,
+    mode: baseline::Mode,
     interval_sweeps: NonZeroU32,
     position_sigma_m: f32,
     attitude_sigma_rad: f32,

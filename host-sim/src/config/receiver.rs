@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use cslam_core::localization::filter::Setup;
-use cslam_core::localization::imu::MagneticField;
+use cslam_core::estimator::Setup;
+use cslam_core::inertial::MagneticField;
 use cslam_firmware::storage::{self, GmtPlace};
 use serde::{Deserialize, Serialize};
 

@@ -4,8 +4,8 @@
 //! path, not to be resolved from one at least half as strong in amplitude, left out of a full list, or none of these.
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
-use cslam_core::cslam::PATHS;
-use cslam_core::ltd::EstimatorConfig;
+use cslam_core::paths::EstimatorConfig;
+use cslam_core::receiver::PATHS;
 use serde::Serialize;
 
 use super::matching::unit;

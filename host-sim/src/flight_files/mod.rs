@@ -16,7 +16,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use clap::ValueEnum;
-use cslam_core::localization::ImuSample;
+use cslam_core::inertial::ImuSample;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 

@@ -1,8 +1,8 @@
 //! Made-up UAVs that send as much as their radio can carry, to load a station with: real packets of the real wire format, about
 //! flights that nobody flew.
 
-use cslam_core::localization::filter::{Health, SweepVerdict};
-use cslam_core::lscn::LinkState;
+use cslam_core::estimator::{Health, SweepVerdict};
+use cslam_core::link_state::LinkState;
 use cslam_core::telemetry::{
     ClockReport, Event, EventReport, HealthCounters, HealthReport, Key, LinkReport, MAX_FRAME, MAX_POINTS,
     Message, PathOutcome, PointBatch, PointReport, PoseReport, ResetCause, Sender, Spread,

@@ -1,8 +1,8 @@
 //! How far a pose is from the truth.
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
-use cslam_core::localization::Pose;
-use cslam_core::localization::filter::wrap_delay_m;
+use cslam_core::estimator::Pose;
+use cslam_core::signal::wrap_delay_m;
 use nalgebra::Rotation3;
 
 use crate::sensors::Truth;

@@ -3,8 +3,8 @@
 use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 
-use cslam_core::cslam::Config;
-use cslam_core::localization::filter::DELAY_PERIOD_M;
+use cslam_core::receiver::Config;
+use cslam_core::signal::DELAY_PERIOD_M;
 use cslam_firmware::app::Estimated;
 
 use super::again::Again;

@@ -1,8 +1,8 @@
 //! Flights in which the GMT lies: a beacon that tells another place, two-way timing that tells another offset. Both are signed, so
 //! nothing but the measurements themselves can tell.
 
-use cslam_core::cslam::{Config, Localization};
-use cslam_core::localization::filter::Setup;
+use cslam_core::estimator::Setup;
+use cslam_core::receiver::{Config, Localization};
 
 use super::{Changes, KeptFlight, pose_errors};
 use crate::sensors::FaultsConfig;

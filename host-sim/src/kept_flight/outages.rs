@@ -1,6 +1,6 @@
 //! Planned outages: the line of sight is taken out of a flight that has it.
 
-use cslam_core::cslam::Config;
+use cslam_core::receiver::Config;
 
 use super::{Changes, KeptFlight, pose_errors};
 use crate::recording::Span;

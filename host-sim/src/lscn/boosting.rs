@@ -5,7 +5,7 @@
 //! (Friedman 2001; Chen and Guestrin 2016, section 2). Inputs have 255 values, so a split is looked for in a histogram. Sums run in the
 //! order of the samples: the same trees on every machine and for any number of threads.
 
-use cslam_core::lscn::{
+use cslam_core::link_state::{
     CLASSES, InputScale, LEAVES, MAX_ROUNDS, NODES, TREE_INPUTS, Tree, Trees, TreesDescription, tree_names,
 };
 use rayon::prelude::*;

@@ -1,7 +1,7 @@
 //! From true links to measured ones: errors of the stated sizes, drawn from one stream a link.
 
 use cslam_core::geometry::{Direction, Matrix3, Position, World};
-use cslam_core::lscn::Received;
+use cslam_core::link_state::Received;
 use cslam_core::path::{Departure, Path, diagonal_covariance};
 use cslam_core::reflection::{Ends, InputError};
 use nalgebra::Vector3;

@@ -5,8 +5,8 @@
 
 use std::path::Path;
 
-use cslam_core::cslam::{PATHS, SweepReport};
-use cslam_core::lscn::{LinkGeometry, Received, TREE_INPUTS, tree_names};
+use cslam_core::link_state::{LinkGeometry, Received, TREE_INPUTS, tree_names};
+use cslam_core::receiver::{PATHS, SweepReport};
 use serde::{Deserialize, Serialize};
 
 use crate::evaluation::PathClass;

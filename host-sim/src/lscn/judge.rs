@@ -1,6 +1,6 @@
 //! What the links of a path list are: either classifier over all paths of a link.
 
-use cslam_core::lscn::{Classifier, LinkGeometry, PaperClassifier, Probabilities, Received};
+use cslam_core::link_state::{Classifier, LinkGeometry, PaperClassifier, Probabilities, Received};
 use cslam_core::path::Path;
 use cslam_core::reflection::Ends;
 

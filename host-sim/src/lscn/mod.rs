@@ -1,6 +1,6 @@
 //! The life of the link-state classifier on the host: data set, measurement errors, training, evaluation.
 //!
-//! The flight code in `cslam_core::lscn` computes features and runs the integer network. What leads there is here: the
+//! The flight code in `cslam_core::link_state` computes features and runs the integer network. What leads there is here: the
 //! ray tracer makes links ([`protocol`], [`dataset`]), errors of the stated size ([`errors`]) make measurements of them,
 //! the flight code's own feature functions make samples ([`samples`]), a small deterministic trainer ([`training`]) makes
 //! a float model ([`float_model`]), and that is rounded to the flight code's integers ([`quantise`], [`model_file`]).

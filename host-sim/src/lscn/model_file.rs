@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use cslam_core::lscn::format::{ALIGNMENT, length};
-use cslam_core::lscn::{Description, Model, ModelError, WriteError, write};
+use cslam_core::link_state::format::{ALIGNMENT, length};
+use cslam_core::link_state::{Description, Model, ModelError, WriteError, write};
 
 use crate::input::limits::MODEL;
 use crate::input::{InputError, read_bytes};

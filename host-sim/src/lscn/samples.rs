@@ -1,6 +1,6 @@
 //! From measured links to what a network trains on: the flight code's own features, and the true class beside them.
 
-use cslam_core::lscn::{
+use cslam_core::link_state::{
     GEOMETRIC_INPUTS, GEOMETRIC_NAMES, GEOMETRIC_WITH_DEPARTURE_INPUTS, LinkGeometry, PAPER_INPUTS_PER_PATH,
     PAPER_NAMES, paper_inputs,
 };

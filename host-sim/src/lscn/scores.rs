@@ -1,7 +1,7 @@
 //! How well links and paths are classified, and what a map made of the accepted ones would be worth.
 
 use cslam_core::geometry::Position;
-use cslam_core::lscn::{AcceptGate, Classifier, LinkGeometry};
+use cslam_core::link_state::{AcceptGate, Classifier, LinkGeometry};
 use cslam_core::reflection::{Form, Verdict, solve};
 use rayon::prelude::*;
 
@@ -146,7 +146,7 @@ impl Subject<'_> {
     fn float_probabilities(
         &self,
         geometry: &LinkGeometry<'_>,
-        received: &cslam_core::lscn::Received,
+        received: &cslam_core::link_state::Received,
     ) -> Option<[f32; STATES]> {
         let features = geometry.features(received).ok()?;
         Some(match features.with_departure() {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use cslam_core::lscn::models;
+use cslam_core::link_state::models;
 
 use super::float_model::FloatModel;
 use super::model_file::ModelFile;

@@ -2,7 +2,7 @@
 //! measured one is known without matching.
 
 use cslam_core::geometry::{Body, Direction, Rotation, World};
-use cslam_core::lscn::LinkState;
+use cslam_core::link_state::LinkState;
 use cslam_core::path::Path;
 
 use super::receiver::{Answer, Answered, ListMap};

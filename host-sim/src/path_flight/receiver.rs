@@ -1,8 +1,8 @@
 //! The receiver of a path list: poses are given and paths measured, so what is left of a flight is link state, reflection point,
 //! map and packets, each as it flies.
 
-use cslam_core::localization::filter::{Health, SweepVerdict};
-use cslam_core::lscn::{AcceptGate, LinkState, Probabilities};
+use cslam_core::estimator::{Health, SweepVerdict};
+use cslam_core::link_state::{AcceptGate, LinkState, Probabilities};
 use cslam_core::map::PointCloud;
 use cslam_core::reflection::{Form, ReflectionPoint, Rejection, Verdict, solve};
 use cslam_core::telemetry::{

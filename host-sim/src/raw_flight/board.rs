@@ -1,10 +1,10 @@
 //! The application as a board has it, on the host.
 
-use cslam_core::cslam::{Config, Cslam, LinkStates, Memory};
-use cslam_core::localization::bsm::BeamSquint;
-use cslam_core::localization::filter::states;
-use cslam_core::lscn::models;
-use cslam_core::ltd::EstimatorConfig;
+use cslam_core::beam_squint::BeamSquint;
+use cslam_core::estimator::states;
+use cslam_core::link_state::models;
+use cslam_core::paths::EstimatorConfig;
+use cslam_core::receiver::{Config, LinkStates, Memory, Receiver};
 use cslam_core::telemetry::{Decoder, Key};
 use cslam_firmware::app::{AppConfig, Application, Best, Downlink, Ground, Map, VOXELS};
 use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
@@ -84,7 +84,7 @@ impl BoardMemory {
             AppConfig::default(),
             front_end,
             ground,
-            Cslam::new(config, memory),
+            Receiver::new(config, memory),
         )
     }
 }

@@ -1,6 +1,6 @@
 //! The front end's end of its link: sweeps as frames.
 
-use cslam_core::ltd::Iq;
+use cslam_core::signal::Iq;
 use cslam_firmware::front_end::{
     Block, Checksum, FRAME_LENGTH, FRAMES_PER_SWEEP, HEADER_LENGTH, Header, Kind, SAMPLE_BYTES, SoftwareCrc,
     Status, powers_checksum, write_powers, write_samples,

@@ -2,10 +2,10 @@
 
 use cslam_core::association::{Decision, Verdict};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
-use cslam_core::cslam::{self, MappedPoint, Outcome, PATHS, PathReport, SurfaceChanges, SweepReport};
+use cslam_core::estimator::Pose;
 use cslam_core::geometry::Matrix3;
-use cslam_core::localization::Pose;
 use cslam_core::map::PointCloud;
+use cslam_core::receiver::{self, MappedPoint, Outcome, PATHS, PathReport, SurfaceChanges, SweepReport};
 use cslam_core::telemetry::Key;
 use cslam_firmware::sensor_stream::UAV;
 use nalgebra::{Rotation3, UnitQuaternion};
@@ -220,12 +220,12 @@ fn seconds(time_ns: u64) -> f64 {
     time_ns as f64 * 1e-9
 }
 
-fn innovation(of: &cslam::Innovation) -> Innovation {
+fn innovation(of: &receiver::Innovation) -> Innovation {
     Innovation {
         measurement: match of.measured {
-            cslam::Measured::LineOfSight => Measurement::Los,
-            cslam::Measured::TwoWayTiming => Measurement::Timing,
-            cslam::Measured::Reflection => Measurement::Reflection,
+            receiver::Measured::LineOfSight => Measurement::Los,
+            receiver::Measured::TwoWayTiming => Measurement::Timing,
+            receiver::Measured::Reflection => Measurement::Reflection,
         },
         dof: u32::from(of.dof),
         nis: f64::from(of.test_ratio) * f64::from(of.gate),
@@ -275,7 +275,7 @@ fn rows(matrix: &Matrix3<f32>) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| f64::from(matrix[(i, j)])))
 }
 
-/// A pose with the clock offset that the receiver makes of it, m ([`Cslam::clock_offset_m`](cslam_core::cslam::Cslam::clock_offset_m)), in SI units.
+/// A pose with the clock offset that the receiver makes of it, m ([`Receiver::clock_offset_m`](cslam_core::receiver::Receiver::clock_offset_m)), in SI units.
 pub fn pose_estimate(pose: &Pose, clock_offset_m: Option<f64>) -> PoseEstimate {
     let matrix = Rotation3::from_matrix_unchecked(pose.attitude.matrix().map(f64::from));
     let q = UnitQuaternion::from_rotation_matrix(&matrix);

@@ -16,8 +16,8 @@ mod source;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use cslam_core::cslam::{CHANNELS, PATHS, SweepReport};
-use cslam_core::ltd::{EstimatedPath, PathEstimator};
+use cslam_core::paths::{EstimatedPath, PathEstimator};
+use cslam_core::receiver::{CHANNELS, PATHS, SweepReport};
 use cslam_firmware::app::{Application, Capture, Downlink, Observer, Symbol, VOXELS};
 
 use crate::flight_log::{FlightLog, Header};

@@ -4,10 +4,10 @@
 
 use std::path::Path;
 
+use cslam_core::beam_squint::{Bearing, Delay, Refusal};
 use cslam_core::geometry::{Direction, Frame, Matrix3, Vector3};
-use cslam_core::localization::bsm::{Bearing, Delay, Refusal};
-use cslam_core::ltd::EstimatedPath;
 use cslam_core::path::{self, Departure};
+use cslam_core::paths::EstimatedPath;
 use cslam_firmware::app::Estimated;
 use nalgebra::Matrix2;
 use serde::{Deserialize, Serialize};

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::str::FromStr;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use cslam_core::localization::filter::DELAY_PERIOD_M;
-use cslam_core::ltd::EstimatedPath;
+use cslam_core::paths::EstimatedPath;
+use cslam_core::signal::DELAY_PERIOD_M;
 use cslam_firmware::app::Estimated;
 
 use crate::evaluation::matching::{MatchGates, matches};
@@ -193,10 +193,10 @@ impl<S: Source> Source for Thinned<'_, S> {
 
 #[cfg(test)]
 mod tests {
+    use cslam_core::beam_squint::Refusal;
     use cslam_core::geometry::{Direction, Matrix3};
-    use cslam_core::localization::bsm::Refusal;
-    use cslam_core::ltd::EstimatedPath;
     use cslam_core::path::Path;
+    use cslam_core::paths::EstimatedPath;
 
     use super::*;
     use crate::test_flight::true_path;

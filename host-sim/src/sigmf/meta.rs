@@ -1,6 +1,6 @@
 //! The metadata file, and what a recording's must say.
 
-use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_core::signal::{SAMPLES, Waveform};
 use serde::{Deserialize, Serialize};
 
 use crate::channel::CHANNELS;

@@ -9,8 +9,7 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use cslam_core::ltd::Iq;
-use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_core::signal::{Iq, SAMPLES, Waveform};
 
 mod meta;
 

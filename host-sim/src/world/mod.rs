@@ -16,7 +16,7 @@ mod words;
 use cslam_core::array::half_wave_dipole;
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{GeometryError, Rotation};
-use cslam_core::waveform::Waveform;
+use cslam_core::signal::Waveform;
 use nalgebra::Vector3;
 
 use crate::channel::{Instant, Simulator, SquintScheme, Sweep};

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use cslam_core::localization::filter::Health;
+use cslam_core::estimator::Health;
 use cslam_core::telemetry::HealthCounters;
 use cslam_host_sim::kept_flight::{Changes, KeptFlight, PoseErrors, pose_errors};
 use cslam_host_sim::raw_flight::board_config;

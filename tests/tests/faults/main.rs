@@ -6,7 +6,7 @@
 
 mod flown;
 
-use cslam_core::localization::filter::Health;
+use cslam_core::estimator::Health;
 
 use flown::{Flown, fly, fly_wrong_fixes};
 

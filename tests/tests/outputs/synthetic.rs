@@ -3,7 +3,7 @@
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction, Matrix3, Position, Rotation, Vector3};
-use cslam_core::localization::ImuSample;
+use cslam_core::inertial::ImuSample;
 use cslam_core::map::PointCloud;
 use cslam_core::path::{Departure, Path, diagonal_covariance};
 use cslam_core::reflection::{Ends, Form, Gates, Verdict, solve};

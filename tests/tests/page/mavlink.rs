@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader};
 use std::net::{SocketAddr, UdpSocket};
 use std::process::{Command, Stdio};
 
-use cslam_core::localization::filter::Health;
+use cslam_core::estimator::Health;
 use cslam_core::telemetry::{Key, MAX_FRAME, Message, PoseReport, Sender, Spread};
 use cslam_host_sim::ground::mavlink::Frame;
 use serde_json::{Value, json};

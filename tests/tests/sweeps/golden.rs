@@ -1,11 +1,9 @@
 //! Golden sweeps: what the emulated chip makes of recorded sweeps is, bit for bit, what this machine makes of them.
 
-use cslam_core::block::BeamBlock;
-use cslam_core::ltd::{
-    BeamReport, Correlator, EstimatedPath, Estimator, EstimatorConfig, Iq, PaperEstimator, PathEstimator,
-    Workspace,
+use cslam_core::paths::{
+    BeamReport, EstimatedPath, Estimator, EstimatorConfig, PaperEstimator, PathEstimator,
 };
-use cslam_core::waveform::SAMPLES;
+use cslam_core::signal::{BeamBlock, Correlator, Iq, SAMPLES, Workspace};
 use cslam_firmware::front_end_check::{Block, CHANNELS};
 use cslam_firmware::sweep_check::{PATHS, run};
 

@@ -1,6 +1,6 @@
 //! The cheap stage of detection loses no path that is reported without it.
 
-use cslam_core::ltd::{EstimatedPath, Estimator, EstimatorConfig, PathEstimator};
+use cslam_core::paths::{EstimatedPath, Estimator, EstimatorConfig, PathEstimator};
 use cslam_host_sim::channel::{Impairments, Ray};
 
 use crate::recorder::Recorder;

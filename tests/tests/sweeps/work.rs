@@ -1,6 +1,6 @@
 //! The limit on a sweep's work: it ends the search at the weakest beams, and never before the strongest path is found.
 
-use cslam_core::ltd::{EstimatedPath, Estimator, EstimatorConfig, PathEstimator, WorkLimit};
+use cslam_core::paths::{EstimatedPath, Estimator, EstimatorConfig, PathEstimator, WorkLimit};
 use cslam_host_sim::channel::{Impairments, Sweep};
 
 use crate::recorder::Recorder;

@@ -9,7 +9,7 @@ use super::world::{Link, Noise, Paths, confirmed, measured, sweep, wall};
 use crate::association::ReceivedPath;
 use crate::association::chain::Chain;
 use crate::geometry::{Plane, Position};
-use crate::lscn::Probabilities;
+use crate::link_state::Probabilities;
 use crate::surfaces::{GROUND, Kind, Status, Surface, SurfaceConfig, Surfaces};
 
 /// The true façades, each seen whole, and flat ground at a height of nothing.

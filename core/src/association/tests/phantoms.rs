@@ -3,7 +3,7 @@
 use super::world::{Link, Noise, Paths, confirmed, measured, sweep, wall};
 use crate::association::Decision;
 use crate::geometry::{Direction, Plane, Position};
-use crate::lscn::Probabilities;
+use crate::link_state::Probabilities;
 use crate::surfaces::{GROUND, Status, SurfaceConfig, Surfaces};
 
 /// Three façades along a street: `a` and `c` on its east side, `b` on its west side. The path (a, b, c) is exactly one reflection off a plane

@@ -7,9 +7,9 @@ use crate::association::chain::Chain;
 use crate::association::{
     Association, AssociationConfig, Learned, PoseEstimate, ReceivedPath, SweepPaths, associate,
 };
+use crate::estimator::Transmitter;
 use crate::geometry::{Body, Direction, Gmt, Matrix3, Plane, Position, Rotation, World};
-use crate::localization::filter::Transmitter;
-use crate::lscn::Probabilities;
+use crate::link_state::Probabilities;
 use crate::path::Departure;
 use crate::surfaces::birth::Birth;
 use crate::surfaces::{Kind, Status, Surfaces};

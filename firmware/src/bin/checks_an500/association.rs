@@ -2,7 +2,7 @@
 //!
 //! Lines `association, NAME, mean` and `most: instructions`, then one line a sweep, `sweep number digest`.
 
-use cslam_core::cslam::SURFACES;
+use cslam_core::receiver::SURFACES;
 use cslam_core::surfaces::{SurfaceConfig, Surfaces};
 use cslam_firmware::association_check::{self, Work};
 

@@ -5,9 +5,8 @@
 
 use core::hint::black_box;
 
-use cslam_core::ltd::kernels::{Kernels, Native, Portable};
-use cslam_core::ltd::{Channel, Correlator, Detector, Iq, Workspace};
-use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_core::kernels::{Channel, Kernels, Native, Portable};
+use cslam_core::signal::{Correlator, Detector, Iq, SAMPLES, Waveform, Workspace};
 use cslam_firmware::front_end::{Checksum, SoftwareCrc};
 use cslam_firmware::front_end_check::{self as check, BLOCKS, Block, CHANNELS, SUBSET};
 

@@ -5,8 +5,8 @@
 
 use core::hint::black_box;
 
-use cslam_core::lscn::kernels::{Kernels, Native, Portable};
-use cslam_core::lscn::{
+use cslam_core::kernels::{Kernels, Native, Portable};
+use cslam_core::link_state::{
     Activations, Features, LinkGeometry, Network, PathClassifier, Probabilities, models, paper_inputs,
 };
 use cslam_core::reflection::InputError;

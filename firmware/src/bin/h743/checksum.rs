@@ -1,6 +1,6 @@
 //! Checksums of frames by the chip's CRC unit: a store a word, where tables take sixteen instructions.
 
-use cslam_core::ltd::Iq;
+use cslam_core::signal::Iq;
 use cslam_firmware::front_end::{Block, Checksum, SoftwareCrc};
 use embassy_stm32::Peri;
 use embassy_stm32::crc::{Config, Crc, InputReverseConfig, PolySize};

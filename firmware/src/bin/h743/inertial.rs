@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use cslam_core::localization::ImuSample;
+use cslam_core::inertial::ImuSample;
 use cslam_firmware::board::{Imu, Inertial};
 use cslam_firmware::icm42688::{ImuCounters, Samples};
 use cslam_firmware::storage::Mount;

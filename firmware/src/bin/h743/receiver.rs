@@ -3,11 +3,11 @@
 use core::sync::atomic::Ordering;
 
 use cortex_m::peripheral::SCB;
-use cslam_core::cslam::{Config, Cslam, LinkStates, Memory, PATHS, SweepReport};
-use cslam_core::localization::bsm::BeamSquint;
-use cslam_core::localization::filter::states;
-use cslam_core::lscn::models;
-use cslam_core::ltd::EstimatorConfig;
+use cslam_core::beam_squint::BeamSquint;
+use cslam_core::estimator::states;
+use cslam_core::link_state::models;
+use cslam_core::paths::EstimatorConfig;
+use cslam_core::receiver::{Config, LinkStates, Memory, PATHS, Receiver, SweepReport};
 use cslam_core::telemetry::{Decoder, Event, FaultRecord, Key, ResetCause};
 use cslam_firmware::app::{
     AppConfig, Application, Best, BoardStatus, Downlink, Ground, Map, NO_REFERENCE, Observer, Request, Stage,
@@ -88,7 +88,7 @@ pub(crate) fn application(
         config_of_app,
         front_end,
         ground,
-        Cslam::new(config, memory),
+        Receiver::new(config, memory),
     )))
 }
 

@@ -2,7 +2,7 @@
 
 use core::cell::Cell;
 
-use cslam_core::ltd::{Meter, Stage};
+use cslam_core::paths::{Meter, Stage};
 
 use crate::clock::{instructions, ticks};
 

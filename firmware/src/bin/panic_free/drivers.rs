@@ -8,7 +8,7 @@ use core::sync::atomic::AtomicU32;
 use core::task::Poll;
 
 use cslam_core::geometry::Vector3;
-use cslam_core::localization::ImuSample;
+use cslam_core::inertial::ImuSample;
 use cslam_core::telemetry::{Key, Sender};
 use cslam_firmware::fault::{FaultRecord, WORDS};
 use cslam_firmware::front_end::{Capture, Look, Port};

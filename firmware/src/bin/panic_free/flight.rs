@@ -3,10 +3,10 @@
 use core::hint::black_box;
 
 use cortex_m::singleton;
-use cslam_core::cslam::{Config, Cslam, LinkStates, Memory};
-use cslam_core::localization::filter::states;
-use cslam_core::lscn::models;
-use cslam_core::ltd::EstimatorConfig;
+use cslam_core::estimator::states;
+use cslam_core::link_state::models;
+use cslam_core::paths::EstimatorConfig;
+use cslam_core::receiver::{Config, LinkStates, Memory, Receiver};
 use cslam_core::telemetry::{Decoder, Key};
 use cslam_firmware::app::{AppConfig, Application, Best, BoardStatus, Downlink, Ground, Map, VOXELS};
 use cslam_firmware::front_end::{FrontEnd, HEADER_LENGTH, SoftwareCrc};
@@ -18,14 +18,14 @@ pub(crate) fn fly(block: &mut Block) -> Option<()> {
     let config = black_box(Config::best(LinkStates::Trees(models::trees().ok()?)));
     let estimator = singleton!(: Best = Best::new(&black_box(EstimatorConfig::default())))?;
     let squint = config.beam_squint().ok()?;
-    let squint = singleton!(: cslam_core::localization::bsm::BeamSquint = squint)?;
+    let squint = singleton!(: cslam_core::beam_squint::BeamSquint = squint)?;
     let map = singleton!(: Map = Map::new())?;
     let memory = Memory {
         estimator,
         squint,
         map,
     };
-    let cslam: Cslam<'_, Best, VOXELS, { states(2) }> = Cslam::new(config, memory);
+    let cslam: Receiver<'_, Best, VOXELS, { states(2) }> = Receiver::new(config, memory);
     let mut app = Application::new(
         black_box(AppConfig::default()),
         FrontEnd::new(SoftwareCrc, black_box(1)),

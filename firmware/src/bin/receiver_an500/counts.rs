@@ -1,6 +1,6 @@
 //! Instructions of each stage: of each piece of work, and of each sweep.
 
-use cslam_core::ltd::{self, Meter};
+use cslam_core::paths::{self, Meter};
 use cslam_firmware::app::Stage;
 
 use crate::clock::{instructions, ticks};
@@ -22,7 +22,7 @@ struct Work {
 pub(crate) struct Counts {
     /// What path estimation is made of.
     meter: &'static Stages,
-    estimation: [Work; ltd::Stage::ALL.len()],
+    estimation: [Work; paths::Stage::ALL.len()],
     stages: [Work; STAGES],
     whole: Sweeps,
     /// Without the checksum of the frames, which a unit of the chip makes on a real board.
@@ -57,7 +57,7 @@ impl Counts {
     pub(crate) fn new(meter: &'static Stages) -> Self {
         Self {
             meter,
-            estimation: [Work::default(); ltd::Stage::ALL.len()],
+            estimation: [Work::default(); paths::Stage::ALL.len()],
             stages: [Work::default(); STAGES],
             whole: Sweeps::default(),
             without_checksum: Sweeps::default(),
@@ -72,7 +72,7 @@ impl Counts {
         self.meter.begin();
         let result = work();
         let instructions = instructions(u64::from(ticks().wrapping_sub(start)));
-        let _outer = self.meter.enter(ltd::Stage::Rest);
+        let _outer = self.meter.enter(paths::Stage::Rest);
         if let Some(of) = self.stages.get_mut(stage as usize) {
             of.sum += instructions;
             of.times += 1;
@@ -94,7 +94,7 @@ impl Counts {
             sum += stage.this_sweep;
             stage.this_sweep = 0;
         }
-        for (stage, work) in ltd::Stage::ALL.into_iter().zip(&mut self.estimation) {
+        for (stage, work) in paths::Stage::ALL.into_iter().zip(&mut self.estimation) {
             let instructions = self.meter.take(stage);
             work.sum += instructions;
             work.most_sweep = work.most_sweep.max(instructions);
@@ -120,9 +120,9 @@ impl Counts {
                 work.most_sweep
             );
         }
-        for (stage, work) in ltd::Stage::ALL.iter().zip(&self.estimation) {
+        for (stage, work) in paths::Stage::ALL.iter().zip(&self.estimation) {
             // Outside of path estimation the meter stands at rest, so that one says nothing.
-            if *stage == ltd::Stage::Rest {
+            if *stage == paths::Stage::Rest {
                 continue;
             }
             let name = stage.name();

@@ -28,11 +28,11 @@ mod words;
 use core::fmt::Write as _;
 
 use cortex_m_rt::entry;
-use cslam_core::cslam::{Config, Cslam, LinkStates, Memory, PATHS, SweepReport};
-use cslam_core::localization::bsm::BeamSquint;
-use cslam_core::localization::filter::states;
-use cslam_core::lscn::models;
-use cslam_core::ltd::EstimatorConfig;
+use cslam_core::beam_squint::BeamSquint;
+use cslam_core::estimator::states;
+use cslam_core::link_state::models;
+use cslam_core::paths::EstimatorConfig;
+use cslam_core::receiver::{Config, LinkStates, Memory, PATHS, Receiver, SweepReport};
 use cslam_core::telemetry::{Decoder, Key};
 use cslam_firmware::app::{
     AppConfig, Application, Downlink, Fed, Ground, Map, Observer, PointLine, Stage, SweepLine, VOXELS,
@@ -104,7 +104,7 @@ fn receiver(stages: &'static Stages) -> Option<&'static mut Receiver> {
         AppConfig::default(),
         FrontEnd::new(SoftwareCrc, sensor_stream::SESSION),
         ground,
-        Cslam::new(config, memory),
+        Receiver::new(config, memory),
     )))
 }
 
@@ -150,7 +150,7 @@ impl Observer for Watch {
 fn fly(receiver: &mut Receiver, stages: &'static Stages, lines: Lines) -> Result<(), Exit> {
     let frame = cortex_m::singleton!(: [u8; FRAME_LENGTH] = [0; FRAME_LENGTH]).ok_or(Exit::Panic)?;
     let samples =
-        cortex_m::singleton!(: Block = [[cslam_core::ltd::Iq::ZERO; 512]; 32]).ok_or(Exit::Panic)?;
+        cortex_m::singleton!(: Block = [[cslam_core::signal::Iq::ZERO; 512]; 32]).ok_or(Exit::Panic)?;
     let mut downlink = uart::Downlink::enable();
     let mut records: Records = open(sensor_stream::RECORDS_AT)?;
     let mut frames: Frames = open(sensor_stream::FRAMES_AT)?;

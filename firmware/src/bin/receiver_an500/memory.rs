@@ -2,7 +2,7 @@
 
 use core::ptr;
 
-use cslam_core::localization::bsm::BeamSquint;
+use cslam_core::beam_squint::BeamSquint;
 use cslam_firmware::app::Map;
 use cslam_firmware::front_end::{Block, FRAME_LENGTH};
 

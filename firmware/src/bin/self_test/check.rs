@@ -7,11 +7,9 @@
 use core::panic::PanicInfo;
 
 use cortex_m_rt::entry;
-use cslam_core::lscn::Activations;
-use cslam_core::lscn::kernels::Native as NativeLayers;
-use cslam_core::ltd::kernels::Native;
-use cslam_core::ltd::{Correlator, Iq, Workspace};
-use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_core::kernels::{Native, Native as NativeLayers};
+use cslam_core::link_state::Activations;
+use cslam_core::signal::{Correlator, Iq, SAMPLES, Waveform, Workspace};
 use cslam_firmware::front_end_check::{self, BLOCKS, Block, CHANNELS};
 use cslam_firmware::lscn_check::{LINKS, Link, Networks};
 use defmt_semihosting as _;

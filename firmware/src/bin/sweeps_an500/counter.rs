@@ -1,6 +1,6 @@
 //! Instructions of a sweep and of its stages.
 
-use cslam_core::ltd::{BeamReport, Meter, Stage};
+use cslam_core::paths::{BeamReport, Meter, Stage};
 use cslam_firmware::sweep_check::Observer;
 
 use crate::stages::Stages;

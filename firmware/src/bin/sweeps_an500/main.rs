@@ -21,8 +21,8 @@ mod words;
 use core::panic::PanicInfo;
 
 use cortex_m_rt::entry;
-use cslam_core::ltd::{Estimator, EstimatorConfig, Iq, PaperEstimator, PathEstimator};
-use cslam_core::waveform::SAMPLES;
+use cslam_core::paths::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator};
+use cslam_core::signal::{Iq, SAMPLES};
 use cslam_firmware::front_end_check::{Block, CHANNELS};
 use cslam_firmware::sweep_check::{self, PATHS};
 use defmt_semihosting as _;

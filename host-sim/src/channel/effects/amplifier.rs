@@ -4,7 +4,7 @@
 //! phase at saturation. All elements of a face have the same waveform, so all are distorted alike. What falls outside of
 //! the active subcarriers is left to the transmitter's filter; the power is what the configuration says.
 
-use cslam_core::waveform::{SAMPLES, Waveform};
+use cslam_core::signal::{SAMPLES, Waveform};
 use serde::{Deserialize, Serialize};
 
 use crate::channel::C64;

@@ -2,7 +2,7 @@
 //! converter to its effective number of bits; and jitter of the sampling instants, which are off by sigma_t each on its own: a signal
 //! of rms frequency f_rms becomes white noise of `(2 pi f_rms sigma_t)^2` of its power, f_rms that of the symbol's flat band, B/sqrt 12.
 
-use cslam_core::waveform::Waveform;
+use cslam_core::signal::Waveform;
 
 use super::Draw;
 use crate::channel::adc::mean_power;

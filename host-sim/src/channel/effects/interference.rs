@@ -1,7 +1,7 @@
 //! Bursts of a neighbour in the band: Gaussian noise of 100 MHz out of one direction.
 
 use cslam_core::geometry::{Direction, World};
-use cslam_core::waveform::SAMPLES;
+use cslam_core::signal::SAMPLES;
 use serde::{Deserialize, Serialize};
 
 use super::Draw;

@@ -4,7 +4,7 @@
 //! four poles and four zeros that follow it within 0.7 dB from 8 kHz to half of the sample rate. What is slower stands
 //! still over a block: it is part of the oscillator's free phase and of the carrier offset.
 
-use cslam_core::waveform::SAMPLES;
+use cslam_core::signal::SAMPLES;
 
 use crate::channel::noise::Gaussian;
 

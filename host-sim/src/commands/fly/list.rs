@@ -4,8 +4,8 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use cslam_core::cslam::{Config as Receiver, LinkStates, Mapped};
-use cslam_core::lscn::{Classifier, PaperClassifier, models};
+use cslam_core::link_state::{Classifier, PaperClassifier, models};
+use cslam_core::receiver::{Config as Receiver, LinkStates, Mapped};
 use cslam_core::telemetry::{Key, Sender};
 
 use super::{Args, Flown};

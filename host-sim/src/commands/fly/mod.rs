@@ -14,7 +14,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use clap::ValueEnum;
-use cslam_core::localization::ImuSample;
+use cslam_core::inertial::ImuSample;
 
 use crate::config::{Config, Mode};
 use crate::evaluation::evaluate;
@@ -22,14 +22,13 @@ use crate::flight_files::ply::Encoding;
 use crate::flight_files::{Export, Outputs};
 use crate::flight_log::FlightLog;
 use crate::input::InputError;
-use crate::interrupt;
-use crate::progress;
 use crate::raw_flight::Source;
 use crate::report::{Report, table};
 use crate::result_directory::ResultDirectory;
 use crate::scene::Scene;
 use crate::sensors::Event;
 use crate::world::Profile;
+use crate::{interrupt, progress};
 
 /// Scene of a flight that names none.
 const DEFAULT_SCENE: &str = "outdoor";

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use cslam_core::cslam::{
-    CHANNELS, Config as Receiver, Cslam, Departures, LinkStates, Localization, Mapped, Memory, PATHS, Rules,
+use cslam_core::estimator::{Setup, baseline};
+use cslam_core::link_state::{Classifier, PaperClassifier, PathClassifier, Trees, models};
+use cslam_core::paths::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays};
+use cslam_core::receiver::{
+    CHANNELS, Config as CoreConfig, Departures, LinkStates, Localization, Mapped, Memory, PATHS, Receiver,
+    Rules,
 };
-use cslam_core::localization::filter::Setup;
-use cslam_core::localization::hpc;
-use cslam_core::lscn::{Classifier, PaperClassifier, PathClassifier, Trees, models};
-use cslam_core::ltd::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays};
 
 use cslam_firmware::app::{AppConfig, Application, Map, VOXELS};
 use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
@@ -20,14 +20,13 @@ use crate::config::{
     Config, DepartureChoice, EarthField, LinkStateChoice, LocalizationChoice, MappedChoice, Mode,
     ReceiverConfig,
 };
-use crate::estimate;
 use crate::flight_log::{FlightLog, Header};
 use crate::input::{InputError, limits, read_bytes};
-use crate::progress;
 use crate::raw_flight::{self, Source, Swept};
 use crate::recording::Keeper;
 use crate::scene::Scene;
 use crate::world::{GivenLinks, World};
+use crate::{estimate, progress};
 
 /// Heading of the options below in the help text.
 const STAGES: &str = "One stage away from the mode (flights from raw samples)";
@@ -193,7 +192,7 @@ pub(crate) fn described(
         seed,
         planned_sweeps: planned,
         sweep_period_s: world.flight().plan().schedule().sweep_period_s,
-        delay_cycle_m: Some(cslam_core::localization::filter::DELAY_PERIOD_M),
+        delay_cycle_m: Some(cslam_core::signal::DELAY_PERIOD_M),
     };
     let site = Site {
         magnetic_field: Some(EarthField::from(&world.flight().config().magnetometer)),
@@ -216,7 +215,7 @@ pub(crate) fn fly(
 ) -> anyhow::Result<(FlightLog, Vec<u8>)> {
     let field = told.magnetic_field.or(site.magnetic_field);
     let ground_z_m = told.ground_z_m.unwrap_or(site.ground_z_m);
-    let mut receiver = Receiver {
+    let mut receiver = CoreConfig {
         magnetic_field: field.map(|field| field.config()),
         residuals: told.residuals.config(),
         association: told.association.config(),
@@ -243,7 +242,7 @@ pub(crate) fn fly(
 }
 
 fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
-    config: Receiver<'_>,
+    config: CoreConfig<'_>,
     estimator: E,
     source: &impl Source,
     header: Header,
@@ -259,7 +258,7 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
         squint: &mut squint,
         map: &mut map,
     };
-    let cslam: Cslam<'_, E, VOXELS> = Cslam::new(config, memory);
+    let cslam: Receiver<'_, E, VOXELS> = Receiver::new(config, memory);
     let mut receiver = Application::new(
         AppConfig::default(),
         FrontEnd::new(SoftwareCrc, SESSION),
@@ -303,7 +302,7 @@ fn own_trees(file: &Path) -> Result<PathClassifier<'static>, InputError> {
 }
 
 /// The methods of a mode, with the stages that were asked to differ, beside a GMT that was set up there, if somebody says.
-fn methods(told: &ReceiverConfig, setup: Option<Setup>) -> anyhow::Result<Receiver<'static>> {
+fn methods(told: &ReceiverConfig, setup: Option<Setup>) -> anyhow::Result<CoreConfig<'static>> {
     let of_mode = match (told.mode, told.mapped) {
         (Mode::Paper, _) => LinkStateChoice::Paper,
         (Mode::Best, None | Some(MappedChoice::Every)) => LinkStateChoice::Trees,
@@ -324,10 +323,10 @@ fn methods(told: &ReceiverConfig, setup: Option<Setup>) -> anyhow::Result<Receiv
         LinkStateChoice::Rules => LinkStates::Rules(Rules::default()),
     };
     let mut config = match told.mode {
-        Mode::Best => Receiver::best(link_states),
-        Mode::Paper => Receiver {
+        Mode::Best => CoreConfig::best(link_states),
+        Mode::Paper => CoreConfig {
             link_states,
-            ..Receiver::paper(network)
+            ..CoreConfig::paper(network)
         },
     };
     let with = |mode| Localization::Hpc(told.hpc.config(mode), network);
@@ -339,8 +338,8 @@ fn methods(told: &ReceiverConfig, setup: Option<Setup>) -> anyhow::Result<Receiv
         Some(LocalizationChoice::Filter | LocalizationChoice::FilterNoDeltaRanges) => {
             Localization::Filter(told.filter.config(setup))
         }
-        Some(LocalizationChoice::Hpc) => with(hpc::Mode::VelocityFromFixes),
-        Some(LocalizationChoice::HpcLiteral) => with(hpc::Mode::Literal),
+        Some(LocalizationChoice::Hpc) => with(baseline::Mode::VelocityFromFixes),
+        Some(LocalizationChoice::HpcLiteral) => with(baseline::Mode::Literal),
     };
     if let Some(choice) = told.localization {
         config.delta_ranges = choice != LocalizationChoice::FilterNoDeltaRanges;

@@ -2,15 +2,15 @@
 //! flies, without what localization adds to the errors.
 
 use cslam_core::array::{Codebook, UavArrays};
-use cslam_core::cslam::{Config, LinkStates, Mapped};
 use cslam_core::geometry::{Gmt, Matrix3, Position, Rotation, World};
-use cslam_core::localization::filter::DELAY_PERIOD_M;
-use cslam_core::lscn::{
+use cslam_core::link_state::{
     Classifier, LinkGeometry, LinkState, PaperClassifier, Probabilities, Received, models,
 };
-use cslam_core::ltd::{ElementErrors, EstimatedPath, EstimatorConfig, PathEstimator};
 use cslam_core::path::{Departure, Path};
+use cslam_core::paths::{ElementErrors, EstimatedPath, EstimatorConfig, PathEstimator};
+use cslam_core::receiver::{Config, LinkStates, Mapped};
 use cslam_core::reflection::{Ends, ReflectionPoint, Verdict, solve};
+use cslam_core::signal::DELAY_PERIOD_M;
 
 use crate::channel::{Impairments, Instant, Sweep};
 use crate::estimate::{Mode, estimator};

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use cslam_core::geometry::Position;
-use cslam_core::lscn::{AcceptGate, Classifier};
+use cslam_core::link_state::{AcceptGate, Classifier};
 use cslam_core::reflection::Bounds;
 use serde::Serialize;
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use cslam_core::array::{Codebook, GmtArrays, SquintConfig, SquintScheme, SquintSymbol, UavArrays};
 use cslam_core::geometry::{Body, Direction, Gmt};
-use cslam_core::waveform::Waveform;
+use cslam_core::signal::Waveform;
 use serde::Serialize;
 
 use super::lines::{Curve, Panel, svg, write};

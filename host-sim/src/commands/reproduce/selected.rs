@@ -1,8 +1,8 @@
 //! What a mode made of one link, with its points selected twice: by the truth, which knows the strongest path, and by what the
 //! receiver knows, which may believe a wrong one.
 
-use cslam_core::lscn::LinkState;
-use cslam_core::ltd::PathEstimator;
+use cslam_core::link_state::LinkState;
+use cslam_core::paths::PathEstimator;
 use cslam_core::reflection::ReflectionPoint;
 
 use super::known_pose::{KnownPose, Perceived, error_m, nearest, truth_of};

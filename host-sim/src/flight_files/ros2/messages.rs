@@ -3,7 +3,7 @@
 //! ROS has our axes: world east-north-up, body forward-left-up (REP 103). Frames: `map` is the world, `base_link` the array centre of
 //! the UAV, `gmt` the antenna of the GMT.
 
-use cslam_core::localization::ImuSample;
+use cslam_core::inertial::ImuSample;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::cdr::Cdr;

@@ -1,5 +1,5 @@
 //! The quantised network step by step in plain arithmetic, for what its rounding costs: values of every layer. A second
-//! implementation of what `cslam_core::lscn::Network` does; a test holds them together.
+//! implementation of what `cslam_core::link_state::Network` does; a test holds them together.
 
 use super::{LARGEST, Quantised};
 

@@ -9,14 +9,14 @@
 //! weight = round(W a / t), bias = round(b / t), multiplier = round(t / s 2^32), logit scale = t
 //! ```
 //! `a` of an input is 1/127 of its normalised range; of a hidden unit, 1/127 of its largest value over the calibration
-//! samples. All roundings are half up. What the flight code does with the result is said in `cslam_core::lscn` and
+//! samples. All roundings are half up. What the flight code does with the result is said in `cslam_core::link_state` and
 //! docs/link-state.md.
 
 mod integer;
 mod report;
 
-use cslam_core::lscn::format::MAX_BIAS;
-use cslam_core::lscn::{self, Description, InputScale, Outputs, Rows, Shape};
+use cslam_core::link_state::format::MAX_BIAS;
+use cslam_core::link_state::{self, Description, InputScale, Outputs, Rows, Shape};
 
 use super::float_model::{FloatModel, Kind};
 use super::model_file::ModelFile;
@@ -61,8 +61,8 @@ impl Quantised {
     pub fn new(model: &FloatModel, largest: &[Vec<f32>]) -> Result<Self, String> {
         let outputs: Vec<usize> = model.layers().iter().map(|layer| layer.outputs()).collect();
         let kind = match model.kind() {
-            Kind::Paper { .. } => lscn::Kind::Paper,
-            Kind::Geometric => lscn::Kind::Geometric,
+            Kind::Paper { .. } => link_state::Kind::Paper,
+            Kind::Geometric => link_state::Kind::Geometric,
         };
         let inputs = model.inputs().len();
         let shape = Shape::new(kind, inputs, &outputs).ok_or_else(|| {

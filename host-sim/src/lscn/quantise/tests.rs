@@ -1,4 +1,4 @@
-use cslam_core::lscn::{Activations, Network};
+use cslam_core::link_state::{Activations, Network};
 
 use super::*;
 use crate::lscn::float_model::Layer as FloatLayer;

@@ -367,7 +367,7 @@ fn loss_and_accuracy(logits: &[[f32; STATES]], samples: &Samples, settings: &Set
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cslam_core::lscn::GEOMETRIC_INPUTS;
+    use cslam_core::link_state::GEOMETRIC_INPUTS;
 
     /// Three classes that a bent line separates.
     fn samples(count: usize, seed: u64) -> Samples {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use cslam_core::cslam::{PATHS, SweepReport};
+use cslam_core::receiver::{PATHS, SweepReport};
 use cslam_firmware::app::{Map, Observer, PointLine, SweepLine};
 
 /// What the board writes to its file.

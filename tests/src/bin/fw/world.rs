@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::Context;
-use cslam_core::ltd::Iq;
+use cslam_core::signal::Iq;
 use cslam_firmware::front_end::{HEADER_LENGTH, read_samples};
 use cslam_host_sim::raw_flight::{BoardReceiver, FrontEndLink, Recorder, drain, with_board_receiver};
 use cslam_host_sim::sensors::Event;

@@ -1,8 +1,8 @@
 //! How the receiver is configured in the rows of each table.
 
-use cslam_core::cslam::{Config as Receiver, HpcConfig, Localization};
-use cslam_core::localization::hpc::Mode;
-use cslam_core::lscn::{PaperClassifier, models};
+use cslam_core::estimator::baseline::Mode;
+use cslam_core::link_state::{PaperClassifier, models};
+use cslam_core::receiver::{Config as Receiver, HpcConfig, Localization};
 
 use crate::raw_flight::board_config;
 

@@ -1,0 +1,380 @@
+//! Beam squint localization (BSM): where the UAV stands in the GMT's array frame, from which subcarriers are strong.
+//!
+//! After its beams the GMT sends symbols whose beam looks in another direction at every subcarrier
+//! ([`SquintConfig`]); what the UAV hears over frequency is the transmit pattern along the sweep, a function of its
+//! direction cosines (s_x, s_z) on the face. No attitude of the UAV is in it. Three ways to read it, one listening:
+//!
+//! - [`BeamSquint::pick`]: the strongest subcarrier, the paper's rule;
+//! - [`BeamSquint::parabola`]: a parabola through the smoothed log power around it;
+//! - [`BeamSquint::fit`]: maximum likelihood, the known pattern with free gains, direction and delay together; with the
+//!   ground known ([`Sighting::with_ground`]) that of the ground bounce as well.
+//!
+//! The result is a [`Bearing`]: direction and delay, two separate measurements with covariance. The pattern tells the
+//! way the wave left, so without line of sight it points at a reflector: the caller says whether there is line of
+//! sight, and without it there is a [`Refusal`].
+//!
+//! All faces send their symbols. Where a second one is heard it can be listened to as well ([`Sighting::on_face`]), and
+//! [`Joined`] makes one direction of the bearings.
+//!
+//! At 30 GHz the 8 x 8 faces have a Rayleigh distance under a metre: only angles can be swept. [`near_field`] is for
+//! large arrays, where range can be swept as well. Source: docs/signal-model.md, "Beam squint".
+
+mod bounce;
+mod fit;
+mod joined;
+pub mod near_field;
+mod pattern;
+mod peak;
+mod reception;
+mod refusal;
+mod robust;
+mod search;
+mod sighting;
+#[cfg(test)]
+mod tests;
+
+use heapless::Vec;
+use nalgebra::Matrix2;
+
+pub use joined::Joined;
+pub use reception::NULLS;
+pub use refusal::Refusal;
+pub use sighting::{Expected, Ground, Sighting};
+
+use crate::array::{GmtFace, SquintConfig, SquintScheme, SquintSymbol, UavArrays};
+use crate::geometry::{Direction, Gmt};
+use crate::numeric::gather;
+use crate::signal::{BeamBlock, Correlator, Waveform, Workspace};
+use bounce::Mirror;
+use fit::{Heard, Place};
+use pattern::Band;
+use reception::{Reception, Spectrum};
+
+/// Standard deviation of what calibration errors of a face (5 degrees and 20 ps an element) add to its cosines (s_x, s_z),
+/// the same in every direction. Not in a [`Bearing`]'s covariance: a constant of the face is a state of the filter, not
+/// noise.
+///
+/// Independent phase errors of e rad over 8 x 8 elements tilt the wave front by `e / (pi sqrt(sum n^2))` along each axis,
+/// `sum n^2` = 64 x 5.25: 1.5 mrad for 5 degrees, whatever reads the pattern.
+pub const FACE_BIAS_SIGMA: [f32; 2] = [1.5e-3, 1.5e-3];
+
+/// Energy beyond what noise gives that a fit must explain, in noise variances: a false one in 1e12.
+const LEAST_ENERGY: f32 = 40.0;
+/// Log-likelihood by which the best place must beat every other one.
+const LEAST_LEAD: f32 = 12.0;
+/// Places closer than this in both cosines are the same.
+const SAME: f32 = 0.02;
+
+/// What the receiver knows and assumes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BsmConfig {
+    /// Standard deviation of what calibration errors of a face leave in (s_x, s_z) beside their constant part.
+    pub residual_sigma: [f32; 2],
+    /// Standard deviation of the delay by the arrays' delay errors, m.
+    pub delay_sigma_m: f32,
+}
+
+impl Default for BsmConfig {
+    /// What the GMT's errors of docs/signal-model.md, "Error budget" leave beside their constant part: 0.33 and 0.19 mrad; 50 ps of each of about
+    /// two arrays that share the signal, 1 cm.
+    fn default() -> Self {
+        Self {
+            residual_sigma: [0.33e-3, 0.19e-3],
+            delay_sigma_m: 0.01,
+        }
+    }
+}
+
+impl BsmConfig {
+    /// Perfect arrays: covariances are those of noise.
+    #[must_use]
+    pub fn ideal() -> Self {
+        Self {
+            residual_sigma: [0.0; 2],
+            delay_sigma_m: 0.0,
+        }
+    }
+}
+
+/// A measured delay.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Delay {
+    /// Speed of light times delay, on the receiver's clock (its offset included), m.
+    pub c_tau_m: f32,
+    /// Variance, m^2.
+    pub variance_m2: f32,
+}
+
+/// Direction and delay of the UAV as the GMT's face sees it. Direction and delay are uncorrelated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bearing {
+    /// Face of the GMT.
+    pub face: usize,
+    /// Direction cosines along the row and up the column of the face: s_x, s_z.
+    pub cosines: [f32; 2],
+    /// Covariance of the cosines: noise and what varies of the face's calibration error, without the constant part
+    /// ([`FACE_BIAS_SIGMA`]).
+    pub covariance: Matrix2<f32>,
+    /// Delay; only the maximum-likelihood fit measures it.
+    pub delay: Option<Delay>,
+}
+
+impl Bearing {
+    /// The direction from the GMT: `sqrt(1 - s_x^2 - s_z^2)` along the face's normal, s_x along its row, s_z up.
+    #[must_use]
+    pub fn direction(&self, face: &GmtFace) -> Option<Direction<Gmt>> {
+        let [x, z] = self.cosines;
+        let ahead = 1.0 - x * x - z * z;
+        let up = face.normal.cross(&face.tangent);
+        (ahead > 0.0)
+            .then(|| face.normal * libm::sqrtf(ahead) + face.tangent * x + up * z)
+            .and_then(|v| Direction::from_vector(v).ok())
+    }
+}
+
+/// The UAV's side of beam squint localization: `SYMBOLS` a face, `A` arrays of `E` elements (`C` channels), faces of
+/// `X` x `Z` elements, `ACTIVE` subcarriers. 60 KiB by default.
+#[derive(Clone, Debug)]
+pub struct BeamSquint<
+    const SYMBOLS: usize = 11,
+    const A: usize = 4,
+    const E: usize = 8,
+    const C: usize = 32,
+    const X: usize = 8,
+    const Z: usize = 8,
+    const ACTIVE: usize = 416,
+> {
+    config: BsmConfig,
+    arrays: UavArrays<f32, A, E>,
+    /// Symbols of one face; all faces send the same.
+    schedule: [SquintSymbol; SYMBOLS],
+    band: Band,
+    reception: Reception<A, E, C, ACTIVE>,
+    spectra: [Option<Spectrum<ACTIVE>>; SYMBOLS],
+    /// Face and reference delay.
+    begun: Option<(usize, f32)>,
+    expected: Option<Expected>,
+    mirror: Option<Mirror>,
+}
+
+impl<
+    const SYMBOLS: usize,
+    const A: usize,
+    const E: usize,
+    const C: usize,
+    const X: usize,
+    const Z: usize,
+    const ACTIVE: usize,
+> BeamSquint<SYMBOLS, A, E, C, X, Z, ACTIVE>
+{
+    /// A receiver for a scheme of sweeps. None when a face of the scheme has not `SYMBOLS` symbols or the waveform not
+    /// `ACTIVE` subcarriers.
+    #[must_use]
+    pub fn new<const AZIMUTHS: usize, const ELEVATIONS: usize>(
+        config: BsmConfig,
+        scheme: SquintScheme,
+        sweeps: &SquintConfig<AZIMUTHS, ELEVATIONS>,
+        arrays: UavArrays<f32, A, E>,
+        waveform: &Waveform,
+    ) -> Option<Self> {
+        if sweeps.per_face(scheme) != SYMBOLS || waveform.active != ACTIVE {
+            return None;
+        }
+        let offset_hz = |index| f64::from(waveform.offset(index)) * waveform.spacing_hz();
+        let band_hz = [offset_hz(0), offset_hz(ACTIVE.saturating_sub(1))];
+        let nothing = SquintSymbol {
+            face: 0,
+            psi: [0.0; 2],
+            delay_ns: [0.0; 2],
+        };
+        Some(Self {
+            config,
+            arrays,
+            schedule: core::array::from_fn(|index| {
+                sweeps
+                    .symbol(scheme, index, 1, band_hz, waveform.carrier_hz)
+                    .unwrap_or(nothing)
+            }),
+            band: Band {
+                first_ghz: (band_hz[0] * 1e-9) as f32,
+                step_ghz: (waveform.spacing_hz() * 1e-9) as f32,
+                carrier_ghz: (waveform.carrier_hz * 1e-9) as f32,
+            },
+            reception: Reception::new(waveform),
+            spectra: [None; SYMBOLS],
+            begun: None,
+            expected: None,
+            mirror: None,
+        })
+    }
+
+    /// Forgets what was heard and prepares for the symbols of one face.
+    ///
+    /// # Errors
+    /// [`Refusal::NotLineOfSight`], [`Refusal::NotFinite`], [`Refusal::Masked`].
+    pub fn begin(&mut self, sighting: &Sighting) -> Result<(), Refusal> {
+        self.spectra = [None; SYMBOLS];
+        self.begun = None;
+        if !sighting.line_of_sight {
+            return Err(Refusal::NotLineOfSight);
+        }
+        if !sighting.c_tau_m.is_finite() {
+            return Err(Refusal::NotFinite);
+        }
+        let (aoa, nulls) = (&sighting.aoa, &sighting.interferers);
+        let bounce = sighting.ground.as_ref().map(|ground| &ground.arrival);
+        if !self
+            .reception
+            .aim(&self.arrays, aoa, sighting.c_tau_m, nulls, bounce)
+        {
+            return Err(Refusal::Masked);
+        }
+        self.begun = Some((sighting.face, sighting.c_tau_m));
+        self.expected = sighting.expected;
+        self.mirror = sighting.mirror();
+        Ok(())
+    }
+
+    /// Whether a symbol of the whole schedule is one of the face that is listened to: others need not be pushed.
+    #[must_use]
+    pub fn wants(&self, symbol: usize) -> bool {
+        self.begun.is_some_and(|(face, _)| symbol / SYMBOLS == face)
+    }
+
+    /// Hears a symbol; `block.beam` is its place in the whole schedule (face after face). Symbols of other faces are
+    /// passed over. The block is worked on in place and is not needed afterwards.
+    pub fn push(&mut self, block: BeamBlock<'_, C>, correlator: &Correlator, work: &mut Workspace) {
+        let symbol = usize::from(block.beam);
+        if !self.wants(symbol) {
+            return;
+        }
+        if let Some(spectrum) = self.spectra.get_mut(symbol % SYMBOLS) {
+            *spectrum = self.reception.hear(block, correlator, work);
+        }
+    }
+
+    /// The paper's rule: the strongest subcarrier.
+    ///
+    /// # Errors
+    /// [`Refusal::NotBegun`], [`Refusal::SymbolsMissing`], [`Refusal::TooWeak`].
+    pub fn pick(&self) -> Result<Bearing, Refusal> {
+        let (face, _, heard) = self.heard()?;
+        let readings = [
+            peak::pick::<X, SYMBOLS, ACTIVE>(&heard, 0)?,
+            peak::pick::<Z, SYMBOLS, ACTIVE>(&heard, 1)?,
+        ];
+        Ok(self.read(face, readings))
+    }
+
+    /// A parabola through the smoothed log power around the strongest subcarrier.
+    ///
+    /// # Errors
+    /// Those of [`Self::pick`], and [`Refusal::NoPeak`].
+    pub fn parabola(&self) -> Result<Bearing, Refusal> {
+        let (face, _, heard) = self.heard()?;
+        let readings = [
+            peak::parabola::<X, SYMBOLS, ACTIVE>(&heard, 0)?,
+            peak::parabola::<Z, SYMBOLS, ACTIVE>(&heard, 1)?,
+        ];
+        Ok(self.read(face, readings))
+    }
+
+    /// Maximum likelihood: the known pattern, fitted from the best places of a coarse grid, near where the sighting expects
+    /// the path if it does.
+    ///
+    /// # Errors
+    /// Those of [`Self::pick`], [`Refusal::Ambiguous`] and [`Refusal::Unsettled`].
+    pub fn fit(&self) -> Result<Bearing, Refusal> {
+        let (face, reference_m, heard) = self.heard()?;
+        let starts = search::candidates::<X, Z, SYMBOLS, ACTIVE>(&heard, self.expected.as_ref());
+        let fits: Vec<fit::Fit<SYMBOLS>, { search::CANDIDATES }> = gather(starts.iter().map(|cosines| {
+            heard.fit::<X, Z, { fit::PAIR }>(Place {
+                cosines: *cosines,
+                delay_m: 0.0,
+            })
+        }));
+        let first = fits
+            .iter()
+            .max_by(|a, b| a.energy.total_cmp(&b.energy))
+            .ok_or(Refusal::TooWeak)?;
+        // With the ground the fit of both paths goes on from here.
+        let best = &match &self.mirror {
+            Some(_) => *first,
+            None => heard.fit::<X, Z, 1>(first.place),
+        };
+        let count = heard.symbols().count() as f32;
+        // Noise alone explains one variance a symbol, with a spread of its root.
+        if best.energy.is_nan() || best.energy < count + LEAST_ENERGY {
+            return Err(Refusal::TooWeak);
+        }
+        let [x, z] = best.place.cosines;
+        let astray = self
+            .expected
+            .is_some_and(|expected| !expected.holds(&best.place.cosines));
+        if !best.settled || x * x + z * z >= 1.0 || astray {
+            return Err(Refusal::Unsettled);
+        }
+        let elsewhere = |f: &&fit::Fit<SYMBOLS>| {
+            let [fx, fz] = f.place.cosines;
+            (fx - x).abs() > SAME || (fz - z).abs() > SAME
+        };
+        if fits
+            .iter()
+            .filter(elsewhere)
+            .any(|f| best.energy - f.energy < LEAST_LEAD)
+        {
+            return Err(Refusal::Ambiguous);
+        }
+        let shown = heard.shown::<X, Z>(best).ok_or(Refusal::SymbolsMissing)?;
+        let (mut place, mut covariance, mut delay_m2) = (best.place, shown.cosines, shown.delay_m2);
+        if let Some(mirror) = &self.mirror {
+            let joint = heard.fit_both::<X, Z>(best, mirror);
+            let joint = joint.filter(|joint| joint.settled).ok_or(Refusal::Unsettled)?;
+            (place, covariance, delay_m2) = (joint.place, joint.covariance, joint.delay_m2);
+        }
+        let [rx, rz] = self.config.residual_sigma;
+        covariance.m11 += rx * rx;
+        covariance.m22 += rz * rz;
+        let sigma_m = self.config.delay_sigma_m;
+        Ok(Bearing {
+            face,
+            cosines: place.cosines,
+            covariance,
+            delay: Some(Delay {
+                c_tau_m: reference_m + place.delay_m,
+                variance_m2: delay_m2 + sigma_m * sigma_m,
+            }),
+        })
+    }
+
+    /// What was heard, if it can tell a direction: face, reference delay, spectra.
+    fn heard(&self) -> Result<(usize, f32, Heard<'_, SYMBOLS, ACTIVE>), Refusal> {
+        let (face, reference_m) = self.begun.ok_or(Refusal::NotBegun)?;
+        let heard = Heard {
+            schedule: &self.schedule,
+            spectra: &self.spectra,
+            band: self.band,
+            per_m_rad: self.reception.per_m_rad(),
+        };
+        let sweeps = |axis: usize| {
+            let mut symbols = heard.symbols();
+            symbols.any(|(symbol, _)| symbol.delay_ns.get(axis).is_some_and(|delay| *delay != 0.0))
+        };
+        if sweeps(0) && sweeps(1) {
+            Ok((face, reference_m, heard))
+        } else {
+            Err(Refusal::SymbolsMissing)
+        }
+    }
+
+    /// A bearing of two readings.
+    fn read(&self, face: usize, [x, z]: [peak::Reading; 2]) -> Bearing {
+        let [rx, rz] = self.config.residual_sigma;
+        Bearing {
+            face,
+            cosines: [x.cosine, z.cosine],
+            covariance: Matrix2::new(x.variance + rx * rx, 0.0, 0.0, z.variance + rz * rz),
+            delay: None,
+        }
+    }
+}

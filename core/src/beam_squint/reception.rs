@@ -1,0 +1,242 @@
+//! Reception of a squint symbol: from int16 samples to one spectrum that holds the transmit pattern and nothing else.
+//!
+//! Each array forms a beam towards the path's known arrival, with nulls where the caller knows interferers (the ground
+//! bounce; docs/signal-model.md, "Beam squint"): of its channels one is made, in integers, before the transform, which is linear. Waveform, reference delay and lever arms are taken out, then the arrays are added:
+//! their oscillators are free, so the phases between them come from the symbol itself, as the principal direction of
+//! their Gram matrix. Against free gains for each array this loses nothing to first order, and it needs a quarter of
+//! the memory.
+
+use heapless::Vec;
+use nalgebra::Complex;
+
+use super::pattern::Spin;
+use crate::array::UavArrays;
+use crate::constants::SPEED_OF_LIGHT_M_PER_S;
+use crate::geometry::{Body, Direction};
+use crate::kernels::Channel;
+use crate::signal::{BeamBlock, Correlator, Iq, SAMPLES, Waveform, Workspace, bin_at};
+
+/// Interferers that can be nulled, the ground bounce among them.
+pub const NULLS: usize = 2;
+/// Share of its power towards the path that an array must keep beside its nulls (-35 dB): weaker ones are left out.
+const LEAST_KEPT: f32 = 3e-4;
+/// The same beside the null of the ground bounce (-10 dB): an array that would keep less does without that null. The fit has the
+/// bounce as well, and a path that the null weakens is one that everything else outweighs.
+const LEAST_KEPT_OF_BOUNCE: f32 = 0.1;
+/// Subcarriers beside the band that tell the noise begin this many beyond its edges.
+const GUARD: i32 = 12;
+/// Amplitudes are kept in units of 2^-34: thermal noise in sqrt(W) is then of the order of one.
+const REFERENCE_EXPONENT: i32 = -34;
+/// One, Q15.
+const Q15_ONE: f32 = 32_767.0;
+/// Iterations for the principal direction: the path stands far over the noise, a few suffice.
+const ITERATIONS: usize = 8;
+
+const ZERO: Complex<f32> = Complex::new(0.0, 0.0);
+
+/// One symbol: the path's response on the active subcarriers, at a reference delay.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spectrum<const ACTIVE: usize> {
+    pub(super) bins: [Complex<f32>; ACTIVE],
+    /// Noise variance of a bin, same units.
+    pub(super) noise: f32,
+}
+
+/// Receive beam of all arrays, and scratch.
+#[derive(Clone, Debug)]
+pub(super) struct Reception<const A: usize, const E: usize, const C: usize, const ACTIVE: usize> {
+    /// Conjugate waveform.
+    reference: [Complex<f32>; ACTIVE],
+    /// Offset of the first active subcarrier.
+    first: i32,
+    /// Phase per subcarrier of a metre of delay, rad.
+    per_m_rad: f32,
+    /// Conjugate weight of every channel, norm `1 / sqrt E` an array, Q15: magnitudes of an array add up to one at most. Zeros for arrays that are left out.
+    weights: [Iq; C],
+    /// Delay taken out of each array, m; none where the array is left out.
+    delay_m: [Option<f32>; A],
+    /// The beam of an array, and its spectrum.
+    beam: Channel,
+    spectrum: Channel,
+    rows: [[Complex<f32>; ACTIVE]; A],
+}
+
+impl<const A: usize, const E: usize, const C: usize, const ACTIVE: usize> Reception<A, E, C, ACTIVE> {
+    pub(super) fn new(waveform: &Waveform) -> Self {
+        const { assert!(C == A * E && A > 0) };
+        let per_m = core::f64::consts::TAU * waveform.spacing_hz() / SPEED_OF_LIGHT_M_PER_S;
+        Self {
+            reference: core::array::from_fn(|index| waveform.symbol::<f32>(index).conj()),
+            first: waveform.offset(0),
+            per_m_rad: per_m as f32,
+            weights: [Iq::ZERO; C],
+            delay_m: [None; A],
+            beam: [Iq::ZERO; SAMPLES],
+            spectrum: [Iq::ZERO; SAMPLES],
+            rows: [[ZERO; ACTIVE]; A],
+        }
+    }
+
+    /// Points the beam at `aoa`, with nulls, and one for the ground bounce where that is not too near. Returns whether any array
+    /// keeps enough of the path.
+    pub(super) fn aim(
+        &mut self,
+        arrays: &UavArrays<f32, A, E>,
+        aoa: &Direction<Body>,
+        c_tau_m: f32,
+        nulls: &[Direction<Body>],
+        bounce: Option<&Direction<Body>>,
+    ) -> bool {
+        let steps = arrays.phase_step_rad(aoa);
+        let leads_m = arrays.lead_m(aoa);
+        let mut any = false;
+        for (j, weights) in self.weights.as_chunks_mut::<E>().0.iter_mut().enumerate() {
+            let of = |values: &[f32; A]| values.get(j).copied().unwrap_or(0.0);
+            let mut basis: Vec<[Complex<f32>; E], NULLS> = Vec::new();
+            let towards = |step_rad: f32, basis: &[[Complex<f32>; E]]| {
+                let mut vector = UavArrays::<f32, A, E>::steering(step_rad);
+                let kept = purge(&mut vector, basis);
+                (vector, kept)
+            };
+            let bounce = bounce.into_iter().map(|null| (null, LEAST_KEPT_OF_BOUNCE));
+            for (null, least) in bounce.chain(nulls.iter().map(|null| (null, 0.0))) {
+                let (vector, apart) = towards(of(&arrays.phase_step_rad(null)), &basis);
+                let usable = apart > LEAST_KEPT && basis.push(vector).is_ok();
+                if usable && towards(of(&steps), &basis).1 < least {
+                    let _masks = basis.pop();
+                }
+            }
+            let (vector, kept) = towards(of(&steps), &basis);
+            let keeps = kept > LEAST_KEPT;
+            let scale = Q15_ONE / libm::sqrtf(E as f32);
+            let q15 = |v: Complex<f32>| Iq::new((v.re * scale) as i16, (-v.im * scale) as i16);
+            *weights = vector.map(|v| if keeps { q15(v) } else { Iq::ZERO });
+            if let Some(delay_m) = self.delay_m.get_mut(j) {
+                *delay_m = keeps.then(|| c_tau_m - of(&leads_m));
+            }
+            any |= keeps;
+        }
+        any
+    }
+
+    /// Phase per subcarrier of a metre of delay, rad.
+    pub(super) fn per_m_rad(&self) -> f32 {
+        self.per_m_rad
+    }
+
+    /// Hears a symbol. None when there is nothing but zeros.
+    pub(super) fn hear(
+        &mut self,
+        block: BeamBlock<'_, C>,
+        correlator: &Correlator,
+        work: &mut Workspace,
+    ) -> Option<Spectrum<ACTIVE>> {
+        let levelled = correlator.level(block);
+        let (mut noise, mut count) = (0.0, 0.0);
+        // In units of weights of norm one.
+        let gain = libm::sqrtf(E as f32);
+        let channels = levelled.samples().as_chunks::<E>().0;
+        let weights = self.weights.as_chunks::<E>().0;
+        for (j, (channels, weights)) in channels.iter().zip(weights).enumerate() {
+            let Some(row) = self.rows.get_mut(j) else { continue };
+            let Some(delay_m) = self.delay_m.get(j).copied().flatten() else {
+                *row = [ZERO; ACTIVE];
+                continue;
+            };
+            for (n, sum) in self.beam.iter_mut().enumerate() {
+                let samples = core::array::from_fn(|i| {
+                    channels
+                        .get(i)
+                        .and_then(|c| c.get(n))
+                        .copied()
+                        .unwrap_or(Iq::ZERO)
+                });
+                *sum = Iq::weighted_sum(samples, weights);
+            }
+            correlator.spectrum(&self.beam, &mut self.spectrum, work);
+            for (position, x) in self.spectrum.iter().enumerate() {
+                let sum = Complex::new(f32::from(x.re()), f32::from(x.im())) * gain;
+                let bin = bin_at(position) as i32;
+                let offset = if bin < SAMPLES as i32 / 2 {
+                    bin
+                } else {
+                    bin - SAMPLES as i32
+                };
+                let index = offset - self.first;
+                if let Some(slot) = usize::try_from(index).ok().and_then(|index| row.get_mut(index)) {
+                    *slot = sum;
+                } else if index < -GUARD || index >= ACTIVE as i32 + GUARD {
+                    noise += sum.norm_sqr();
+                    count += 1.0;
+                }
+            }
+            let step = self.per_m_rad * delay_m;
+            let mut spin = Spin::new(self.first as f32 * step, step);
+            for (y, reference) in row.iter_mut().zip(&self.reference) {
+                *y *= reference * spin.next();
+            }
+        }
+        let direction = self.principal()?;
+        let mut bins = [ZERO; ACTIVE];
+        for (row, share) in self.rows.iter().zip(direction) {
+            for (bin, y) in bins.iter_mut().zip(row) {
+                *bin += share.conj() * y;
+            }
+        }
+        // A converter that shows the path and no noise at all rounds it: a twelfth of a squared step, both parts.
+        let noise = (noise / count).max(1.0 / 6.0);
+        // Symbols have gains of their own in the converter; their amplitudes are to be compared.
+        let scale = libm::scalbnf(1.0, levelled.exponent().saturating_sub(REFERENCE_EXPONENT));
+        let usable = (scale * scale * noise).is_finite() && scale > 0.0;
+        usable.then(|| Spectrum {
+            bins: bins.map(|y| y * scale),
+            noise: noise * scale * scale,
+        })
+    }
+
+    /// Relative gains of the arrays, of norm one: the principal direction of their Gram matrix by power iteration.
+    fn principal(&self) -> Option<[Complex<f32>; A]> {
+        let mut gram = [[ZERO; A]; A];
+        for (line, a) in gram.iter_mut().zip(&self.rows) {
+            for (element, b) in line.iter_mut().zip(&self.rows) {
+                *element = a.iter().zip(b).map(|(a, b)| a * b.conj()).sum();
+            }
+        }
+        // From the strongest array's column: never at right angles to the answer.
+        let strongest = (0..A).max_by(|a, b| gram[*a][*a].re.total_cmp(&gram[*b][*b].re))?;
+        let mut direction: [Complex<f32>; A] = core::array::from_fn(|j| gram[j][strongest]);
+        for _ in 0..ITERATIONS {
+            let norm = libm::sqrtf(direction.iter().map(Complex::norm_sqr).sum());
+            if norm.is_nan() || norm <= 0.0 {
+                return None;
+            }
+            direction = direction.map(|d| d / norm);
+            direction = core::array::from_fn(|j| gram[j].iter().zip(&direction).map(|(g, d)| g * d).sum());
+        }
+        let norm = libm::sqrtf(direction.iter().map(Complex::norm_sqr).sum());
+        (norm > 0.0).then(|| direction.map(|d| d / norm))
+    }
+}
+
+/// Takes the parts along an orthonormal basis out of a vector and scales the rest to norm one; returns the share of the
+/// power that it kept.
+fn purge<const E: usize>(vector: &mut [Complex<f32>; E], basis: &[[Complex<f32>; E]]) -> f32 {
+    let power = |v: &[Complex<f32>; E]| v.iter().map(Complex::norm_sqr).sum::<f32>();
+    let before = power(vector);
+    for b in basis {
+        let along: Complex<f32> = b.iter().zip(vector.iter()).map(|(b, v)| b.conj() * v).sum();
+        for (v, b) in vector.iter_mut().zip(b) {
+            *v -= b * along;
+        }
+    }
+    let after = power(vector);
+    let scale = if after > 0.0 {
+        1.0 / libm::sqrtf(after)
+    } else {
+        0.0
+    };
+    for v in vector.iter_mut() {
+        *v *= scale;
+    }
+    if before > 0.0 { after / before } else { 0.0 }
+}

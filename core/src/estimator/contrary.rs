@@ -1,0 +1,164 @@
+//! Signs that the whole pose is wrong, and a pose begun anew.
+//!
+//! A start may be an image: a wave that a wall has turned shows a place beyond the wall, with every number in order, and a filter
+//! that believes it never looks at the true line of sight again. Two things tell. A magnetic heading, where there is one, contradicts
+//! an attitude that is that of an image. And nothing arrives before the straight way: a path as strong as through free
+//! space that is shorter than the pose allows proves the pose wrong, whatever the path is. A longer one proves nothing to a filter that
+//! is right, since the line of sight may be hidden behind a wall that reflects; only a filter that is lost, and was never confirmed, listens to
+//! it.
+//!
+//! Confirmed is a pose whose lines of sight have been seen to turn: an image turns the other way, so that it would have contradicted
+//! the gyroscope by twice the angle.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::layout::{ATTITUDE, CLOCK_OFFSET, POSITION};
+use super::measurement::{PathMeasurement, Transmitter};
+use super::sweep_measurement::SweepVerdict;
+use super::window::WINDOW;
+use super::{Filter, attitude};
+use crate::geometry::Real;
+use crate::inertial::MagneticField;
+use crate::signal::wrap_delay_m;
+
+/// A magnetic field older than this says nothing of an attitude, ns: a UAV turns by a degree in that time.
+const FIELD_AGE_NS: u64 = 100_000_000;
+
+/// What speaks for the pose and what against it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Doubt {
+    /// Contrary sweeps in a row.
+    contrary: u32,
+    /// Direction from the GMT in the first sweep that agreed with the pose, and by how much it must turn to confirm it, rad.
+    first: Option<(Vector3<f64>, f64)>,
+    confirmed: bool,
+}
+
+/// A sample of the magnetometer.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Magnetic {
+    time_ns: u64,
+    field: MagneticField,
+    seen_ut: Vector3<f32>,
+}
+
+impl<T: Real, const N: usize> Filter<T, N> {
+    /// Takes note of the magnetic field (uT, body axes): a pose that is set anew must agree with its heading.
+    pub fn magnetic(&mut self, time_ns: u64, field: &MagneticField, seen_ut: &Vector3<f32>) {
+        self.magnetic = Some(Magnetic {
+            time_ns,
+            field: *field,
+            seen_ut: *seen_ut,
+        });
+    }
+
+    /// Whether the line of sight has turned by enough since the pose was set to tell it from an image.
+    pub fn is_confirmed(&self) -> bool {
+        self.running && self.doubt.confirmed
+    }
+
+    /// Whether the magnetic heading does not contradict an attitude whose standard deviation is `sigma_rad`. No heading, or a
+    /// disturbed one, contradicts nothing.
+    pub(super) fn heading_allows(&mut self, turned: &Matrix3<f64>, sigma_rad: f64) -> bool {
+        let (Some(magnetic), Some(attitude)) = (&self.magnetic, attitude(turned)) else {
+            return true;
+        };
+        if self.nominal.time_ns.abs_diff(magnetic.time_ns) > FIELD_AGE_NS {
+            return true;
+        }
+        let heading = magnetic
+            .field
+            .heading(&magnetic.seen_ut, &attitude, sigma_rad as f32);
+        let Ok(heading) = heading else {
+            return true;
+        };
+        let (off, own) = (f64::from(heading.yaw_error_rad), f64::from(heading.sigma_rad));
+        let floor = self.config.radio.heading_rad;
+        let variance = own * own + floor * floor + sigma_rad * sigma_rad;
+        if off * off > self.config.gates.one * variance {
+            self.counters.starts_refused = self.counters.starts_refused.saturating_add(1);
+            return false;
+        }
+        true
+    }
+
+    /// The pose was set: nothing speaks for it yet.
+    pub(super) fn doubt_anew(&mut self) {
+        self.doubt = Doubt::default();
+    }
+
+    /// A line of sight was taken in: it speaks for the pose.
+    pub(super) fn sighted(&mut self, gmt: &Transmitter) {
+        self.doubt.contrary = 0;
+        let Some(way) = (self.nominal.position_m - gmt.position_m).try_normalize(0.1) else {
+            return;
+        };
+        // An image turns by twice the angle against the gyroscope: beyond the gate of an attitude as unsure as this one.
+        let gate = libm::sqrt(self.config.gates.three);
+        let needed = 0.5 * gate * self.sigma(ATTITUDE);
+        let (first, needed_rad) = *self.doubt.first.get_or_insert((way, needed));
+        self.doubt.confirmed |= libm::atan2(first.cross(&way).norm(), first.dot(&way)) > needed_rad;
+    }
+
+    /// A sweep whose first path is as strong as through free space and not from where the pose has the GMT.
+    pub(super) fn contrary(&mut self, gmt: &Transmitter, path: &PathMeasurement) -> SweepVerdict {
+        if !(self.running && path.c_tau_m.is_finite() && path.c_tau_sigma_m.is_finite()) {
+            return SweepVerdict::NoSight;
+        }
+        self.push_fix(gmt, path);
+        let lost = self.sigma(POSITION) > self.gates().lost_m && !self.doubt.confirmed;
+        if !(lost || self.is_early(gmt, path)) {
+            return SweepVerdict::NoSight;
+        }
+        self.doubt.contrary = self.doubt.contrary.saturating_add(1);
+        self.counters.contrary = self.counters.contrary.saturating_add(1);
+        if self.doubt.contrary >= self.gates().refix_after && self.begin_anew(gmt) {
+            SweepVerdict::Refixed
+        } else {
+            SweepVerdict::Rejected
+        }
+    }
+
+    /// Whether a path is shorter than the straight way, beyond the gate of a scalar.
+    fn is_early(&self, gmt: &Transmitter, path: &PathMeasurement) -> bool {
+        let way = gmt.position_m - self.nominal.position_m;
+        let Some(l) = way.try_normalize(0.1) else {
+            return false;
+        };
+        let shorter_m = -wrap_delay_m(path.c_tau_m - self.nominal.clock_offset_m - way.norm());
+        let along = self.covariance.block(POSITION, POSITION).map(T::to_f64) * l;
+        let variance = l.dot(&along)
+            + self.variance(CLOCK_OFFSET)
+            + path.c_tau_sigma_m * path.c_tau_sigma_m
+            + self.config.radio.delay_m * self.config.radio.delay_m
+            + gmt.sigma_m * gmt.sigma_m;
+        shorter_m > 0.0 && shorter_m * shorter_m > self.gates().one * variance
+    }
+
+    /// Forgets everything but the clock, what the sensors' errors were found to be included: a wrong pose has bent that too. The
+    /// last sweeps set the pose, if they agree.
+    fn begin_anew(&mut self, gmt: &Transmitter) -> bool {
+        let Some(solution) = self.window.solve(WINDOW, None) else {
+            return false;
+        };
+        if !self.is_acceptable(&solution) {
+            return false;
+        }
+        let (offset_m, bias_m) = (self.nominal.clock_offset_m, self.nominal.two_way_bias_m);
+        let drift_m_per_s = self.nominal.clock_drift_m_per_s;
+        let (off, departure) = (self.timing_is_off(), self.window.departure());
+        self.restart();
+        // The clock is two-way timing's, to its gate, whatever the pose was.
+        let two_way_m = self.config.radio.two_way_m;
+        self.set_clock(offset_m + bias_m, self.gates().one * two_way_m * two_way_m);
+        self.nominal.clock_drift_m_per_s = drift_m_per_s;
+        self.clock_known = true;
+        self.set_pose(gmt, &solution);
+        if off && let Some(departure) = departure {
+            self.doubt_timing(&departure);
+        }
+        self.running = true;
+        self.counters.refixes = self.counters.refixes.saturating_add(1);
+        true
+    }
+}

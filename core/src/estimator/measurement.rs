@@ -1,0 +1,407 @@
+//! What the filter takes in, and what it predicts in its place.
+//!
+//! Line of sight and a reflection off a plane are one thing: a reflected path comes straight from the mirror image of
+//! the transmitter, a doubly reflected one from the image of that image. So one function gives the rows of all: delay, two
+//! angles of arrival, two direction cosines of departure (docs/localization.md, "The model").
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::config::RadioNoise;
+use super::layout::{ARRAY_AXIS, ARRAY_SLOPE, ATTITUDE, CLOCK_OFFSET, FACE_BIAS, POSITION};
+use super::nominal::{Nominal, range_of_delay_m};
+use super::row::Row;
+use crate::array::{GmtArrays, UavArrays};
+use crate::geometry::{Body, Direction, Gmt, Plane, Real, Rotation, World};
+use crate::signal::wrap_delay_m;
+
+/// Direction in which a path left, by a face of the GMT.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaceDirection {
+    /// Face of the mast, 0..=2.
+    pub face: usize,
+    /// Direction cosines along the face's row and column: (s_x, s_z) of docs/signal-model.md, "Beam squint".
+    pub cosines: [f64; 2],
+    /// Their standard deviations.
+    pub sigma: [f64; 2],
+}
+
+/// One measured path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathMeasurement {
+    /// Speed of light times delay, clock offset included, m; a whole number of delay periods does not matter.
+    pub c_tau_m: f64,
+    /// Standard deviation of that, m.
+    pub c_tau_sigma_m: f64,
+    /// Angle of arrival, not corrected for the arrays' calibration.
+    pub aoa: Direction<Body, f64>,
+    /// Standard deviation of that along any tangent, rad.
+    pub aoa_sigma_rad: f64,
+    /// Standard deviation that its elevation has beside, rad: what a ground bounce that was not told apart adds.
+    pub aoa_rise_sigma_rad: f64,
+    /// Angle of departure, when it was measured.
+    pub departure: Option<FaceDirection>,
+}
+
+/// The GMT as its beacon describes it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transmitter {
+    /// Antenna position, world frame, m.
+    pub position_m: Vector3<f64>,
+    /// Standard deviation of that per axis, m.
+    pub sigma_m: f64,
+    /// Attitude of the mast: identity when it stands level and looks east.
+    pub attitude: Rotation<Gmt, World, f64>,
+}
+
+/// A surface of the map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MappedPlane {
+    /// Which surface: stays the same while its plane moves.
+    pub id: u32,
+    /// The plane. Its shift (m) and two tilts (rad) are the states of the filter.
+    pub plane: Plane,
+}
+
+/// To double precision.
+fn wide(v: &Vector3<f32>) -> Vector3<f64> {
+    v.map(f64::from)
+}
+
+/// Most rows of one path.
+pub(super) const PATH_ROWS: usize = 5;
+
+/// Rows of one path: delay, two angles of arrival, then two cosines of departure when measured.
+pub(super) type PathRows<T> = heapless::Vec<Row<T>, PATH_ROWS>;
+
+/// Antenna geometry and noise figures: what all predictions share.
+#[derive(Clone, Debug)]
+pub struct Model {
+    arrays: UavArrays<f64>,
+    faces: GmtArrays<f64>,
+    noise: RadioNoise,
+}
+
+impl Transmitter {
+    /// The part of a beacon's standard deviation that stays from sweep to sweep, m per axis.
+    pub(super) fn steady_sigma_m(&self, noise: &RadioNoise) -> f64 {
+        self.sigma_m.min(noise.beacon_m)
+    }
+}
+
+impl Model {
+    /// The default arrays with these noise figures.
+    pub fn new(noise: RadioNoise) -> Self {
+        Self {
+            arrays: UavArrays::default(),
+            faces: GmtArrays::default(),
+            noise,
+        }
+    }
+
+    /// Direction and along-tangent shift of the angle of arrival by the arrays' calibration errors, with its derivatives
+    /// (docs/localization.md, "The model"): per array and tangent the weight `c_j`, and the two axis cosines.
+    fn array_shift(&self, u: &Direction<Body, f64>, nominal: &Nominal) -> ArrayShift {
+        let (e1, e2) = u.tangents();
+        let gains = self.arrays.amplitude(u).map(|a| a * a);
+        let mut shift = ArrayShift::default();
+        let (mut h11, mut h12, mut h22) = (0.0, 0.0, 0.0);
+        let mut along = [[0.0; 2]; 4];
+        for ((array, gain), dw) in self.arrays.arrays().iter().zip(gains).zip(&mut along) {
+            let (a, b) = (array.axis.dot(&e1), array.axis.dot(&e2));
+            (h11, h12, h22) = (h11 + gain * a * a, h12 + gain * a * b, h22 + gain * b * b);
+            *dw = [gain * a, gain * b];
+        }
+        let determinant = h11 * h22 - h12 * h12;
+        if determinant <= 1e-9 {
+            return shift;
+        }
+        for (j, (array, [a, b])) in self.arrays.arrays().iter().zip(along).enumerate() {
+            let weight = [
+                (h22 * a - h12 * b) / determinant,
+                (h11 * b - h12 * a) / determinant,
+            ];
+            let side = array.axis.cross(&array.normal);
+            let cosines = [array.normal.dot(u.vector()), side.dot(u.vector())];
+            let slope = nominal.array_slope.get(j).copied().unwrap_or(0.0);
+            let tilt = nominal.array_axis_rad.get(j).copied().unwrap_or([0.0; 2]);
+            let error = slope + cosines[0] * tilt[0] + cosines[1] * tilt[1];
+            for (e, c) in shift.error.iter_mut().zip(weight) {
+                *e += c * error;
+            }
+            if let (Some(w), Some(m)) = (shift.weight.get_mut(j), shift.cosines.get_mut(j)) {
+                (*w, *m) = (weight, cosines);
+            }
+        }
+        shift
+    }
+
+    /// An angle of arrival without the arrays' estimated calibration errors: what the reflection solver is to be given.
+    pub fn corrected(&self, aoa: &Direction<Body, f64>, nominal: &Nominal) -> Vector3<f64> {
+        let (e1, e2) = aoa.tangents();
+        let shift = self.array_shift(aoa, nominal);
+        (aoa.vector() - e1 * shift.error[0] - e2 * shift.error[1]).normalize()
+    }
+
+    /// World direction of a departure without the face's estimated bias, pointing from the GMT; `None` when its face
+    /// does not exist or the cosines exceed one.
+    pub fn departed(
+        &self,
+        departure: &FaceDirection,
+        gmt: &Transmitter,
+        nominal: &Nominal,
+    ) -> Option<Vector3<f64>> {
+        let face = self.faces.faces().get(departure.face)?;
+        let bias = nominal.face_bias.get(departure.face)?;
+        let [sx, sz] = [departure.cosines[0] - bias[0], departure.cosines[1] - bias[1]];
+        let square = 1.0 - sx * sx - sz * sz;
+        if square.is_nan() || square < 0.0 {
+            return None;
+        }
+        let local = face.normal * libm::sqrt(square) + face.tangent * sx + Vector3::z() * sz;
+        Some(gmt.attitude.apply_vector(&local))
+    }
+
+    /// Where a path alone puts the UAV: from the (image of the) GMT along the direction of departure, or against that of arrival
+    /// when the departure was not measured.
+    pub fn place(
+        &self,
+        nominal: &Nominal,
+        gmt: &Transmitter,
+        path: &PathMeasurement,
+        bounces: &[(&MappedPlane, usize)],
+    ) -> Option<Vector3<f64>> {
+        let range = range_of_delay_m(path.c_tau_m - nominal.clock_offset_m);
+        let mirrors = mirrors(&gmt.position_m, bounces);
+        let source = mirrors.last().map_or(gmt.position_m, |m| m.image_m);
+        let onward = match &path.departure {
+            Some(departure) => {
+                let departed = self.departed(departure, gmt, nominal)?;
+                mirrors.iter().fold(departed, |v, m| m.turn(&v))
+            }
+            None => -(nominal.attitude * self.corrected(&path.aoa, nominal)),
+        };
+        Some(source + onward * range)
+    }
+
+    /// The rows of a path for a position that may be far off: linearised where the path itself puts the UAV, so that a linear step
+    /// of metres lands as precisely as one of millimetres.
+    pub fn rows_from_afar<T: Real>(
+        &self,
+        nominal: &Nominal,
+        gmt: &Transmitter,
+        path: &PathMeasurement,
+        bounces: &[(&MappedPlane, usize)],
+    ) -> Option<PathRows<T>> {
+        let place = self.place(nominal, gmt, path, bounces)?;
+        let there = Nominal {
+            position_m: place,
+            ..*nominal
+        };
+        let mut rows = self.rows::<T>(&there, gmt, path, bounces)?;
+        let shift = (place - nominal.position_m).map(T::of);
+        for row in &mut rows {
+            let along = row.entries().iter().fold(T::zero(), |sum, &(state, h)| {
+                let axis = usize::from(state).checked_sub(POSITION);
+                sum + axis
+                    .and_then(|axis| shift.get(axis))
+                    .map_or(T::zero(), |s| h * *s)
+            });
+            row.residual += along;
+        }
+        Some(rows)
+    }
+
+    /// The rows of a path, straight from the GMT or off the given planes in the order in which the wave met them; with each
+    /// comes the state where its errors begin. `None` when UAV and (image of the) GMT coincide.
+    #[inline(never)]
+    pub fn rows<T: Real>(
+        &self,
+        nominal: &Nominal,
+        gmt: &Transmitter,
+        path: &PathMeasurement,
+        bounces: &[(&MappedPlane, usize)],
+    ) -> Option<PathRows<T>> {
+        let mirrors = mirrors(&gmt.position_m, bounces);
+        let source = mirrors.last().map_or(gmt.position_m, |m| m.image_m);
+        let way = source - nominal.position_m;
+        let range = way.norm();
+        if range.is_nan() || range < 0.1 {
+            return None;
+        }
+        let l = way / range;
+        let across = (Matrix3::identity() - l * l.transpose()) / range;
+        // The beacon's own error moves the source as the UAV's error does. What stays of it moves the world, and is no noise.
+        let steady = gmt.steady_sigma_m(&self.noise);
+        let gmt_range = gmt.sigma_m * gmt.sigma_m - steady * steady;
+        let gmt_angle = gmt_range / (range * range);
+        let squared = |a: f64, b: f64, c: f64| a * a + b * b + c;
+        let mut rows = PathRows::new();
+
+        let residual = wrap_delay_m(path.c_tau_m - nominal.clock_offset_m - range);
+        let mut row = Row::new(
+            residual,
+            squared(path.c_tau_sigma_m, self.noise.delay_m, gmt_range),
+        );
+        row.push_vector(POSITION, &-l);
+        row.push(CLOCK_OFFSET, 1.0);
+        for mirror in &mirrors {
+            mirror.push(&mut row, &l, [0.0; 2]);
+        }
+        let _ = rows.push(row);
+
+        let u = Direction::<Body, f64>::from_vector(nominal.attitude.tr_mul(&l)).ok()?;
+        let (e1, e2) = u.tangents();
+        let shift = self.array_shift(&u, nominal);
+        let up = nominal.attitude.tr_mul(&Vector3::z());
+        let rise = (up - u.vector() * u.vector().dot(&up))
+            .try_normalize(1e-3)
+            .unwrap_or_default()
+            * path.aoa_rise_sigma_rad;
+        for (i, e) in [e1, e2].iter().enumerate() {
+            let seen = e.dot(&(path.aoa.vector() - u.vector()));
+            let expected = shift.error.get(i).copied().unwrap_or(0.0);
+            let mut row = Row::new(
+                seen - expected,
+                squared(path.aoa_sigma_rad, self.noise.aoa_rad, gmt_angle) + rise.dot(e) * rise.dot(e),
+            );
+            let world = nominal.attitude * e;
+            let moved = across * world;
+            row.push_vector(POSITION, &-moved);
+            row.push_vector(ATTITUDE, &world.cross(&l));
+            for (j, (weight, cosines)) in shift.weight.iter().zip(&shift.cosines).enumerate() {
+                let c = weight.get(i).copied().unwrap_or(0.0);
+                row.push(ARRAY_SLOPE + j, c);
+                row.push(ARRAY_AXIS + 2 * j, c * cosines[0]);
+                row.push(ARRAY_AXIS + 2 * j + 1, c * cosines[1]);
+            }
+            for mirror in &mirrors {
+                mirror.push(&mut row, &moved, [0.0; 2]);
+            }
+            let _ = rows.push(row);
+        }
+
+        let Some(departure) = &path.departure else {
+            return Some(rows);
+        };
+        let (Some(face), Some(bias)) = (
+            self.faces.faces().get(departure.face),
+            nominal.face_bias.get(departure.face),
+        ) else {
+            return Some(rows);
+        };
+        for (i, axis) in [face.tangent, Vector3::z()].into_iter().enumerate() {
+            let axis = gmt.attitude.apply_vector(&axis);
+            // A reflected wave left along the mirrored direction: the same as measuring along the mirrored axis.
+            let axis_seen = mirrors.iter().fold(axis, |axis, m| m.turn(&axis));
+            let (Some(cosine), Some(bias), Some(sigma)) =
+                (departure.cosines.get(i), bias.get(i), departure.sigma.get(i))
+            else {
+                continue;
+            };
+            let moved = across * axis_seen;
+            let mut row = Row::new(
+                cosine + axis_seen.dot(&l) - bias,
+                squared(*sigma, self.noise.departure, gmt_angle),
+            );
+            row.push_vector(POSITION, &moved);
+            row.push(FACE_BIAS + 2 * departure.face + i, 1.0);
+            let mut axis_here = axis;
+            for (k, mirror) in mirrors.iter().enumerate() {
+                // The wave as it left this plane: the arriving one, led back over the planes behind it.
+                let behind = mirrors.get(k + 1..).unwrap_or(&[]);
+                let leaving = behind.iter().rev().fold(-l, |v, m| m.turn(&v));
+                mirror.push(&mut row, &-moved, mirror.departure_tilts(&axis_here, &leaving));
+                axis_here = mirror.turn(&axis_here);
+            }
+            let _ = rows.push(row);
+        }
+        Some(rows)
+    }
+}
+
+/// Shift of the angle of arrival along its two tangents, and what it consists of.
+#[derive(Default)]
+struct ArrayShift {
+    error: [f64; 2],
+    weight: [[f64; 2]; 4],
+    cosines: [[f64; 2]; 4],
+}
+
+/// Most planes of one path.
+pub(super) const MAX_BOUNCES: usize = 2;
+
+/// Planes that a wave met, from the GMT on.
+pub type Bounces = heapless::Vec<MappedPlane, MAX_BOUNCES>;
+
+/// A path with the surfaces that reflected it.
+#[derive(Clone, Debug)]
+pub struct ReflectedPath {
+    /// The path.
+    pub path: PathMeasurement,
+    /// The surfaces, from the GMT on; one at least.
+    pub planes: Bounces,
+}
+
+/// The mirrors of a path: each shows the image that the one before it made.
+fn mirrors(gmt_m: &Vector3<f64>, bounces: &[(&MappedPlane, usize)]) -> heapless::Vec<Mirror, MAX_BOUNCES> {
+    let mut mirrors = heapless::Vec::<Mirror, MAX_BOUNCES>::new();
+    for (plane, state) in bounces {
+        let from = mirrors.last().map_or(*gmt_m, |m| m.image_m);
+        let mirror = Mirror::new(plane, *state, &from);
+        // What moves an image moves the images of that image, mirrored.
+        for earlier in &mut mirrors {
+            earlier.image_by = earlier.image_by.map(|by| mirror.turn(&by));
+        }
+        let _ = mirrors.push(mirror);
+    }
+    mirrors
+}
+
+/// A plane as a mirror of the GMT.
+struct Mirror {
+    state: usize,
+    normal: Vector3<f64>,
+    tangents: [Vector3<f64>; 2],
+    image_m: Vector3<f64>,
+    /// Derivative of the image with respect to offset and tilts.
+    image_by: [Vector3<f64>; 3],
+}
+
+impl Mirror {
+    fn new(plane: &MappedPlane, state: usize, gmt_m: &Vector3<f64>) -> Self {
+        let n = wide(plane.plane.normal.vector());
+        let (t1, t2) = plane.plane.tangents();
+        let (t1, t2) = (wide(&t1), wide(&t2));
+        let from_centre = gmt_m - wide(plane.plane.centre.vector());
+        let height = n.dot(&from_centre);
+        let tilted = |t: &Vector3<f64>| (n * t.dot(&from_centre) + t * height) * -2.0;
+        Self {
+            state,
+            normal: n,
+            tangents: [t1, t2],
+            image_m: gmt_m - n * (2.0 * height),
+            image_by: [n * 2.0, tilted(&t1), tilted(&t2)],
+        }
+    }
+
+    /// A vector mirrored at the plane.
+    fn turn(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        v - self.normal * (2.0 * self.normal.dot(v))
+    }
+
+    /// Adds the derivatives with respect to the plane: through the image, and what is given for the tilts besides.
+    fn push<T: Real>(&self, row: &mut Row<T>, by_image: &Vector3<f64>, tilts: [f64; 2]) {
+        let [offset, first, second] = self.image_by.map(|d| by_image.dot(&d));
+        row.push(self.state, offset);
+        row.push(self.state + 1, first + tilts[0]);
+        row.push(self.state + 2, second + tilts[1]);
+    }
+
+    /// Derivatives of the cosine of departure along `axis` with respect to the tilts, at a fixed image; `arriving` is the
+    /// direction from the image to the UAV.
+    fn departure_tilts(&self, axis: &Vector3<f64>, arriving: &Vector3<f64>) -> [f64; 2] {
+        self.tangents.map(|t| {
+            -2.0 * (t.dot(arriving) * self.normal.dot(axis) + self.normal.dot(arriving) * t.dot(axis))
+        })
+    }
+}

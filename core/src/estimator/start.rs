@@ -1,0 +1,236 @@
+//! Start-up and hard re-fix: the pose from a window of sweeps, everything else kept.
+
+use super::gate::Innovation;
+use super::layout::{
+    ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ARRAYS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, FACE_BIAS,
+    FACES, GYRO_BIAS, GYRO_MATRIX, MOUNTING, POSITION, TWO_WAY_BIAS, VELOCITY,
+};
+use super::measurement::{PathMeasurement, Transmitter};
+use super::nominal::Nominal;
+use super::window::Solution;
+use super::{Covariance, Filter};
+use crate::geometry::Real;
+use crate::inertial::Alignment;
+use crate::signal::DELAY_PERIOD_M;
+
+/// Fixes that a start needs.
+pub(super) const START_FIXES: usize = 5;
+/// Standard deviations of a pose from a window beside the noise of its fixes: position m, velocity m/s, attitude rad (angles of
+/// arrival, arrays).
+const FIXED_SIGMA: (f64, f64, f64) = (0.3, 0.3, 0.008);
+/// What all departures of a window may share, rad: before there is a pose, the ground's bounce is not known, and draws them
+/// aside.
+const SHARED_RAD: f64 = 0.008;
+/// An attitude that is within so many standard deviations of that of a window stands.
+const STANDS_SIGMAS: f64 = 3.0;
+
+/// Mean square of the change of a face's cosine with the mast's tilt: that of the cosine of the angle off the face's normal, over
+/// its 120 degrees.
+const MAST_SHARE: f64 = 0.7;
+/// Cosine of the angle between two faces.
+const FACES_COSINE: f64 = -0.5;
+
+impl<T: Real, const N: usize> Filter<T, N> {
+    /// Takes over the gyroscope bias found at rest. The tilt serves a start without departures only: the window finds it from
+    /// motion, as precisely as the accelerometer's bias lets anyone.
+    pub fn aligned(&mut self, rest: &Alignment) {
+        let (bias, sigma) = (rest.gyro_bias_rad_per_s, rest.gyro_bias_sigma_rad_per_s);
+        if !(bias + sigma).iter().all(|c| c.is_finite()) {
+            return;
+        }
+        self.nominal.imu.gyro_bias_rad_per_s = bias;
+        self.gyro_bias_known = true;
+        // What was integrated before has the bias in it.
+        self.window.clear();
+        for (i, sigma) in sigma.iter().enumerate() {
+            self.covariance
+                .reset(GYRO_BIAS + i, T::of(f64::from(*sigma) * f64::from(*sigma)));
+        }
+        self.set_level(rest);
+    }
+
+    /// Adds a line-of-sight path to the window of fixes.
+    pub(super) fn push_fix(&mut self, gmt: &Transmitter, path: &PathMeasurement) {
+        if !self.clock_known {
+            return;
+        }
+        let Some(departure) = path.departure else {
+            return;
+        };
+        let Some(departed) = self.model.departed(&departure, gmt, &self.nominal) else {
+            return;
+        };
+        let Some(place) = self.model.place(&self.nominal, gmt, path, &[]) else {
+            return;
+        };
+        let seen = self.model.corrected(&path.aoa, &self.nominal);
+        let [x, z] = departure.sigma;
+        let sigma_m = (place - gmt.position_m).norm() * x.max(z);
+        let sigma_rad = libm::hypot(x.max(z), path.aoa_sigma_rad);
+        self.window.push(place, (sigma_m, sigma_rad), -departed, seen);
+    }
+
+    /// Starts when the window allows it.
+    pub(super) fn try_start(&mut self, gmt: &Transmitter) -> bool {
+        let Some(solution) = self.window.solve(START_FIXES, None) else {
+            return false;
+        };
+        self.running = self.is_acceptable(&solution);
+        if self.running {
+            self.set_pose(gmt, &solution);
+        }
+        self.running
+    }
+
+    /// Fixes the whole pose anew when the last fixes agree.
+    pub(super) fn try_refix(&mut self, gmt: &Transmitter) -> bool {
+        let solution = self.window.solve(START_FIXES, None);
+        solution.is_some_and(|solution| self.refix(gmt, &solution))
+    }
+
+    /// Fixes position and velocity anew when the last `fixes` sweeps agree, and the attitude when it is not one that they allow: theirs is
+    /// the poorer one, known to degrees.
+    pub(super) fn try_refix_contested(&mut self, gmt: &Transmitter, fixes: usize) -> bool {
+        match self.window.solve(fixes, None) {
+            Some(whole) if !self.attitude_stands(&whole) => self.refix(gmt, &whole),
+            _ => self.try_refix_position(gmt, fixes),
+        }
+    }
+
+    fn attitude_stands(&self, solution: &Solution) -> bool {
+        let turn = solution.attitude * self.nominal.attitude.transpose();
+        let angle_rad = ((turn.trace() - 1.0) * 0.5).acos_libm();
+        angle_rad < STANDS_SIGMAS * libm::hypot(solution.attitude_sigma_rad, FIXED_SIGMA.2)
+    }
+
+    fn refix(&mut self, gmt: &Transmitter, solution: &Solution) -> bool {
+        let acceptable = self.is_acceptable(solution);
+        if acceptable {
+            self.set_pose(gmt, solution);
+            self.count_refix();
+        }
+        acceptable
+    }
+
+    /// Fixes position and velocity anew when the last `fixes` sweeps agree with each other and with the attitude.
+    fn try_refix_position(&mut self, gmt: &Transmitter, fixes: usize) -> bool {
+        let Some(solution) = self.window.solve(fixes, Some(&self.nominal.attitude)) else {
+            return false;
+        };
+        self.set_position(gmt, &solution);
+        let off = solution.sight_off_rad * solution.sight_off_rad;
+        for i in 0..3 {
+            self.covariance.add(ATTITUDE + i, T::of(off));
+        }
+        self.count_refix();
+        true
+    }
+
+    fn count_refix(&mut self) {
+        self.resets = self.resets.saturating_add(1);
+        self.counters.refixes = self.counters.refixes.saturating_add(1);
+    }
+
+    fn set_position(&mut self, gmt: &Transmitter, solution: &Solution) {
+        self.nominal.position_m = solution.position_m;
+        self.nominal.velocity_m_per_s = solution.velocity_m_per_s;
+        let square = |x: f64| x * x;
+        let shared_m = SHARED_RAD * (solution.position_m - gmt.position_m).norm();
+        let (position_m, velocity_m_per_s, _) = FIXED_SIGMA;
+        let position = square(position_m) + square(solution.position_sigma_m) + square(shared_m);
+        let velocity = square(velocity_m_per_s) + square(solution.velocity_sigma_m_per_s);
+        for i in 0..3 {
+            self.covariance.reset(POSITION + i, T::of(position));
+            self.covariance.reset(VELOCITY + i, T::of(velocity));
+        }
+        (self.contested, self.held) = (0, 0);
+        self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
+    }
+
+    /// Whether an attitude is not one that would be lost at once, nor contradicted by the magnetic heading.
+    pub(super) fn is_acceptable(&mut self, solution: &Solution) -> bool {
+        libm::sqrt(3.0) * solution.attitude_sigma_rad < self.gates().attitude_lost_rad
+            && self.heading_allows(&solution.attitude, solution.attitude_sigma_rad)
+    }
+
+    /// Sets the pose.
+    pub(super) fn set_pose(&mut self, gmt: &Transmitter, solution: &Solution) {
+        self.set_position(gmt, solution);
+        self.doubt_anew();
+        self.nominal.attitude = solution.attitude;
+        let (_, _, sight) = FIXED_SIGMA;
+        let tilt = solution.attitude_sigma_rad;
+        // The increments of the window turned with the gyroscope's bias for a second on average.
+        let turned = self.variance(GYRO_BIAS);
+        let attitude = sight * sight + SHARED_RAD * SHARED_RAD + tilt * tilt + turned;
+        for i in 0..3 {
+            self.covariance.reset(ATTITUDE + i, T::of(attitude));
+        }
+    }
+
+    /// Forgets everything but the time, the gyroscope bias at rest and the history.
+    pub(super) fn restart(&mut self) {
+        let (time_ns, bias) = (self.nominal.time_ns, self.nominal.imu.gyro_bias_rad_per_s);
+        self.nominal = Nominal::origin(time_ns);
+        if self.gyro_bias_known && bias.iter().all(|c| c.is_finite()) {
+            self.nominal.imu.gyro_bias_rad_per_s = bias;
+        }
+        self.window.clear();
+        self.slots.clear();
+        self.running = false;
+        self.level = None;
+        self.clock_known = false;
+        self.suspect_clock = None;
+        self.last_stray_ns = None;
+        self.acquired = 0;
+        self.last_innovation = None;
+        (self.contested, self.held) = (0, 0);
+        self.resets = self.resets.saturating_add(1);
+        self.health.starting = true;
+        self.set_priors();
+    }
+
+    /// The covariance before any measurement.
+    pub(super) fn set_priors(&mut self) {
+        let priors = self.config.priors;
+        self.covariance = Covariance::zero();
+        let mut set = |state: usize, sigma: f64| self.covariance.reset(state, T::of(sigma * sigma));
+        for i in 0..3 {
+            // Position, velocity and attitude are set by the first window.
+            set(POSITION + i, 1.0);
+            set(VELOCITY + i, 1.0);
+            set(ATTITUDE + i, 0.1);
+            set(GYRO_BIAS + i, priors.gyro_bias_rad_per_s);
+            set(ACCEL_BIAS + i, priors.accel_bias_m_per_s2);
+        }
+        for i in 0..9 {
+            set(GYRO_MATRIX + i, priors.gyro_matrix);
+        }
+        for i in 0..3 {
+            set(MOUNTING + i, priors.mounting_rad);
+        }
+        set(CLOCK_OFFSET, DELAY_PERIOD_M);
+        set(CLOCK_DRIFT, priors.clock_drift_m_per_s);
+        set(CLOCK_RAMP, priors.clock_ramp_m_per_s2);
+        set(TWO_WAY_BIAS, priors.two_way_bias_m);
+        for j in 0..ARRAYS {
+            set(ARRAY_SLOPE + j, priors.array_slope);
+            set(ARRAY_AXIS + 2 * j, priors.array_axis_rad);
+            set(ARRAY_AXIS + 2 * j + 1, priors.array_axis_rad);
+        }
+        // A mast that tilts shifts the cosines along the columns, of each face by what it looks at. (A wrong heading turns the
+        // whole solution, and is counted where the pose is handed out.)
+        let mast = priors.mast_rad * priors.mast_rad * MAST_SHARE;
+        let [row, column] = priors.face_bias;
+        for a in 0..FACES {
+            set(FACE_BIAS + 2 * a, row);
+            set(FACE_BIAS + 2 * a + 1, libm::sqrt(column * column + mast));
+        }
+        for a in 0..FACES {
+            for b in 0..a {
+                let (a, b) = (FACE_BIAS + 2 * a + 1, FACE_BIAS + 2 * b + 1);
+                self.covariance.correlate(a, b, T::of(mast * FACES_COSINE));
+            }
+        }
+    }
+}

@@ -1,0 +1,317 @@
+//! A sweep: line of sight, or what is left without it.
+
+use super::Filter;
+use super::claim::Claim;
+use super::gate::{Innovation, chi_square};
+use super::layout::{ATTITUDE, POSITION, VELOCITY};
+use super::measurement::{MappedPlane, PATH_ROWS, PathMeasurement, PathRows, Transmitter};
+use super::row::Row;
+use super::sweep_measurement::{SweepMeasurement, SweepVerdict};
+use super::window::WINDOW;
+use crate::geometry::Real;
+use nalgebra::Vector3;
+
+/// Without aid from outside for this long, the pose is dead reckoning, ns.
+const DEAD_AFTER_NS: u64 = 2_000_000_000;
+/// The vote takes a contradiction of up to this many gates in by inflation.
+const MOST_INFLATED: f64 = 4.0;
+/// The same of a path that proves itself.
+const MOST_INFLATED_PROVEN: f64 = 16.0;
+/// Without a line of sight, believed or not, for this long, the filter lives on reflections and inertial data, ns.
+pub(super) const BLIND_AFTER_NS: u64 = 1_200_000_000;
+
+/// Rows of delay and arrival, before those of departure.
+const ARRIVAL_ROWS: usize = 3;
+/// Half of what lies between two beams of the GMT's rows of eight elements, direction cosine.
+const HALF_BEAM: f64 = 0.125;
+
+/// Chi-square of three and of five rows that one sight in twenty is beyond.
+const USUAL: (f64, f64) = (7.81, 11.07);
+
+impl SweepVerdict {
+    /// The verdict in words.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::NoSight => "no line of sight",
+            Self::Accepted => "taken",
+            Self::Inflated => "taken, by a vote against the filter",
+            Self::Held => "held until the next sweep agrees",
+            Self::Rejected => "contradicts the filter",
+            Self::Refixed => "set anew",
+            Self::Started => "set for the first time",
+            Self::Waiting => "kept for the start",
+            Self::TooLate => "too late",
+        }
+    }
+
+    /// Whether the line of sight corrected the pose, or set it.
+    pub fn is_taken(self) -> bool {
+        matches!(
+            self,
+            Self::Accepted | Self::Inflated | Self::Refixed | Self::Started
+        )
+    }
+}
+
+/// Whether a departure is half a beam off or more. No position error of a pose that is sure of its place does that, a sidelobe of another beam
+/// does: arrival and delay then stand without it.
+fn is_of_another_beam<T: Real>(rows: &[Row<T>]) -> bool {
+    let departure = rows.get(ARRIVAL_ROWS..).unwrap_or(&[]);
+    departure
+        .iter()
+        .any(|row| row.residual.to_f64().abs() > HALF_BEAM)
+}
+
+impl<T: Real, const N: usize> Filter<T, N> {
+    /// Takes in a sweep at its own time stamp. Sweeps come in order; they may come late by the length of the history.
+    pub fn sweep(&mut self, measurement: &SweepMeasurement<'_>) -> SweepVerdict {
+        if measurement.time_ns < self.nominal.time_ns {
+            self.counters.too_late = self.counters.too_late.saturating_add(1);
+            return SweepVerdict::TooLate;
+        }
+        self.advance_to(measurement.time_ns);
+        let mut beacon = self.judge_beacon(measurement);
+        let verdict = match &measurement.line_of_sight {
+            Some(path) => self.line_of_sight(&mut beacon, path, measurement),
+            None => match &measurement.contrary {
+                Some(path) => self.contrary(&beacon.taken, path),
+                None => SweepVerdict::NoSight,
+            },
+        };
+        self.settle_beacon(&beacon, measurement.time_ns);
+        let gmt = beacon.taken;
+        if measurement.line_of_sight.is_some() {
+            self.last_line_ns = measurement.time_ns;
+        }
+        let (lengths, moved_m) = self.lengths(&gmt, measurement);
+        let sighted = verdict.is_taken();
+        if sighted && measurement.line_of_sight.is_some() {
+            self.sighted(&gmt);
+        }
+        if sighted {
+            self.last_sight_ns = measurement.time_ns;
+            self.last_aid_ns = measurement.time_ns;
+        } else if self.running {
+            self.reflections(&gmt, measurement.reflections);
+            self.delta_ranges(&lengths, moved_m);
+        }
+        self.health.starting = !self.running;
+        self.health.contested = verdict == SweepVerdict::Rejected;
+        self.health.dead_reckoning = measurement.time_ns.saturating_sub(self.last_aid_ns) > DEAD_AFTER_NS;
+        self.health.lost = self.running && self.sigma(POSITION) > self.gates().lost_m;
+        self.health.attitude_lost = self.running && self.sigma(ATTITUDE) > self.gates().attitude_lost_rad;
+        self.renew_head();
+        verdict
+    }
+
+    fn line_of_sight(
+        &mut self,
+        beacon: &mut Claim,
+        path: &PathMeasurement,
+        sweep: &SweepMeasurement<'_>,
+    ) -> SweepVerdict {
+        let finite = path.c_tau_m + path.aoa_sigma_rad + path.c_tau_sigma_m;
+        if !finite.is_finite() {
+            return SweepVerdict::Rejected;
+        }
+        if !self.running {
+            let gmt = &beacon.taken;
+            self.push_fix(gmt, path);
+            let yaw = sweep.level_yaw.as_ref();
+            let started = self.has_clock()
+                && (yaw.is_some_and(|yaw| self.start_level(gmt, path, yaw)) || self.try_start(gmt));
+            return if started {
+                SweepVerdict::Started
+            } else {
+                SweepVerdict::Waiting
+            };
+        }
+        let weighed = self.weigh_beacon(beacon, path);
+        let gmt = &beacon.taken;
+        self.push_fix(gmt, path);
+        let gates = self.gates();
+        // Beyond this no linear correction finds the attitude back: the window does.
+        if self.sigma(ATTITUDE) > gates.attitude_lost_rad && self.try_refix(gmt) {
+            return SweepVerdict::Refixed;
+        }
+        let mut path = *path;
+        let Some((mut rows, mut gate, mut chi2)) = weighed else {
+            return SweepVerdict::Rejected;
+        };
+        if chi2 > gate
+            && self.delay_stepped(&rows)
+            && let Some(again) = self.rows(gmt, &path, &[])
+        {
+            rows = again;
+            chi2 = chi_square(&self.covariance, &rows);
+        }
+        if chi2 > gate && self.sigma(POSITION) < gates.trusted_m && is_of_another_beam(&rows) {
+            rows.truncate(ARRIVAL_ROWS);
+            path.departure = None;
+            (gate, chi2) = (gates.three, chi_square(&self.covariance, &rows));
+        }
+        self.ratios.line_of_sight = (chi2 / gate) as f32;
+        let Some(innovation) = self.innovation(gmt, &path) else {
+            return SweepVerdict::Rejected;
+        };
+        let range = (gmt.position_m - self.nominal.position_m - innovation.offset_m).norm();
+        let agrees = self
+            .last_innovation
+            .is_some_and(|before| before.agrees(&innovation, self.sigma(VELOCITY), range));
+        let sigma = self.sigma(POSITION);
+        let blind = sweep.time_ns.saturating_sub(self.last_line_ns) > BLIND_AFTER_NS;
+        // Whether the filter was sure of itself when the contradiction began: what grows while it rejects does not count.
+        if self.contested == 0 {
+            self.sure = sigma < gates.trusted_m;
+            self.astray = blind;
+            let in_sight = sweep.time_ns.saturating_sub(self.last_sight_ns) <= BLIND_AFTER_NS;
+            self.parted = self.sure && in_sight && chi2 < MOST_INFLATED * gate;
+        }
+        let trusted = self.sure;
+        self.last_innovation = Some(innovation);
+        // After an outage the filter may have been led astray, by a wrong reflection even while it seems sure. The first path then
+        // needs no second one if it proves itself, and no more than a second one if it does not.
+        let proven = sweep.proven && blind;
+        let most = if proven {
+            MOST_INFLATED_PROVEN
+        } else {
+            MOST_INFLATED
+        };
+
+        let verdict = if chi2 <= gate && (trusted || agrees || proven || self.held >= gates.refix_after) {
+            SweepVerdict::Accepted
+        } else if chi2 <= gate {
+            // After an outage almost any place is possible: one sweep is no proof, a consistent fix elsewhere may be a lie.
+            self.counters.held = self.counters.held.saturating_add(1);
+            self.held = self.held.saturating_add(1);
+            self.contested = 0;
+            return SweepVerdict::Held;
+        } else if chi2 > gate
+            && chi2 < most * gate
+            && (proven || (agrees && (!trusted || self.astray && self.contested > 0)))
+        {
+            // The filter was too sure: its uncertainty of pose and motion is raised to what the sweep says. Only a little:
+            // beyond, a linear step would land anywhere, and the window does better.
+            let factor = libm::sqrt(chi2.min(1e6) / rows.len() as f64);
+            self.covariance.inflate(ATTITUDE + 3, T::of(factor));
+            self.counters.inflations = self.counters.inflations.saturating_add(1);
+            SweepVerdict::Inflated
+        } else {
+            SweepVerdict::Rejected
+        };
+        if verdict != SweepVerdict::Rejected {
+            if verdict == SweepVerdict::Accepted {
+                let usual = if rows.len() == PATH_ROWS { USUAL.1 } else { USUAL.0 };
+                if chi2 < usual {
+                    self.refute_timing(gmt);
+                }
+            }
+            self.take_rows(&rows);
+            (self.contested, self.held) = (0, 0);
+            self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
+            self.counters.accepted = self.counters.accepted.saturating_add(1);
+            return verdict;
+        }
+        self.counters.rejected = self.counters.rejected.saturating_add(1);
+        self.contested = self.contested.saturating_add(1);
+        if self.refixed(gmt) {
+            return SweepVerdict::Refixed;
+        }
+        SweepVerdict::Rejected
+    }
+
+    /// How a path differs from the filter; a lost attitude is left out of it.
+    fn innovation(&self, gmt: &Transmitter, path: &PathMeasurement) -> Option<Innovation> {
+        let place = self.model.place(&self.nominal, gmt, path, &[])?;
+        let turn_rad = if self.sigma(ATTITUDE) > self.gates().attitude_lost_rad {
+            Vector3::zeros()
+        } else {
+            let seen = self.nominal.attitude * self.model.corrected(&path.aoa, &self.nominal);
+            seen - (gmt.position_m - place).try_normalize(0.1)?
+        };
+        let range_m = (gmt.position_m - place).norm();
+        let (across_rad, turn_sigma_rad) = match &path.departure {
+            Some(departure) => {
+                let [x, z] = departure.sigma;
+                (x.max(z), libm::hypot(path.aoa_sigma_rad, x.max(z)))
+            }
+            None => (path.aoa_sigma_rad, 0.0),
+        };
+        Some(Innovation {
+            time_ns: self.nominal.time_ns,
+            offset_m: place - self.nominal.position_m,
+            turn_rad,
+            sigma: (
+                libm::hypot(range_m * across_rad, path.c_tau_sigma_m),
+                turn_sigma_rad,
+            ),
+        })
+    }
+
+    /// Patience is over, which is longer than any run of equal outliers: the last sweeps set the pose, if they agree. An attitude
+    /// that agrees with them is kept: after an outage the filter does not know its position, but still its attitude, and sweeps whose
+    /// departures other paths have drawn aside contradict a filter that is right.
+    fn refixed(&mut self, gmt: &Transmitter) -> bool {
+        let fixes = self.gates().refix_after;
+        if self.contested < fixes {
+            return false;
+        }
+        // Of a longer patience the window keeps the end.
+        let refixed = self.try_refix_contested(gmt, (fixes as usize).min(WINDOW));
+        if refixed
+            && self.parted
+            && !self.timing_contradicts()
+            && let Some(departure) = self.window.departure()
+        {
+            self.doubt_timing(&departure);
+        }
+        refixed
+    }
+
+    /// Whether the delay alone is wrong and two-way timing says why.
+    fn delay_stepped(&mut self, rows: &PathRows<T>) -> bool {
+        let residual = rows.first().map_or(0.0, |row| row.residual.to_f64());
+        self.clock_step_by_delay(residual)
+    }
+
+    /// The rows of a path, linearised about the state, or where the path puts the UAV when the state is not sure of that. Without
+    /// those of arrival when the attitude is lost.
+    pub(super) fn rows(
+        &self,
+        gmt: &Transmitter,
+        path: &PathMeasurement,
+        bounces: &[(&MappedPlane, usize)],
+    ) -> Option<PathRows<T>> {
+        let gates = self.gates();
+        let mut rows = if self.sigma(POSITION) > gates.trusted_m {
+            self.model.rows_from_afar(&self.nominal, gmt, path, bounces)?
+        } else {
+            self.model.rows(&self.nominal, gmt, path, bounces)?
+        };
+        if self.sigma(ATTITUDE) > gates.attitude_lost_rad && rows.len() == PATH_ROWS {
+            // No linear correction finds a lost attitude back, but a wrong one can be made to look sure. Where the UAV is, delay
+            // and departure tell by themselves; the window finds the attitude.
+            let mut without = PathRows::new();
+            for row in rows.iter().take(1).chain(rows.iter().skip(3)) {
+                without.push(*row).ok()?;
+            }
+            rows = without;
+        }
+        Some(rows)
+    }
+
+    /// Takes in the rows of one path, one after the other.
+    pub(super) fn take_rows(&mut self, rows: &[Row<T>]) {
+        let mut dx = [T::zero(); N];
+        for row in rows {
+            let rest = row.residual - row.dot(&dx);
+            if let Some(gain) = self.covariance.update(row) {
+                for (x, k) in dx.iter_mut().zip(&gain) {
+                    *x += *k * rest;
+                }
+            }
+        }
+        self.correct(&dx);
+    }
+}

@@ -1,0 +1,127 @@
+//! A start that is the image of the true place behind a wall: refused by the magnetic heading, or noticed when the wave that came
+//! straight is heard.
+
+use nalgebra::Vector3;
+
+use super::super::*;
+use super::flight::{SWEEP_NS, error_m, fly, fly_from, measurement, path, seen_from, truth};
+use crate::geometry::Body;
+use crate::inertial::MagneticField;
+
+/// The wall stands at this y, m.
+const WALL_M: f64 = 40.0;
+const SECOND_NS: u64 = 1_000_000_000;
+
+fn mirrored(v: Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(v.x, 2.0 * WALL_M - v.y, v.z)
+}
+
+/// The wave off the wall.
+fn off_the_wall(time_ns: u64) -> PathMeasurement {
+    let (state, gmt) = (truth(time_ns), measurement(time_ns, path(time_ns)).gmt.position_m);
+    let left = mirrored(state.position_m) - gmt;
+    let seen = state.attitude.tr_mul(&(mirrored(gmt) - state.position_m));
+    let along = left.normalize();
+    PathMeasurement {
+        c_tau_m: left.norm() + state.clock_offset_m,
+        aoa: Direction::<Body, f64>::from_vector(seen).expect("apart"),
+        departure: Some(FaceDirection {
+            face: 0,
+            cosines: [along.y, along.z],
+            sigma: [1e-4; 2],
+        }),
+        ..path(time_ns)
+    }
+}
+
+fn earth() -> MagneticField {
+    MagneticField::new(48.0, 1.1, 0.05)
+}
+
+/// Tells the filter the magnetic field as the true body sees it.
+fn feel(filter: &mut Filter49, time_ns: u64) {
+    let seen = truth(time_ns).attitude.tr_mul(&earth().earth_ut.map(f64::from));
+    filter.magnetic(time_ns, &earth(), &seen.map(|c| c as f32));
+}
+
+/// A filter that has flown on a path of its own for so long.
+fn started(end_ns: u64, mut sight: impl FnMut(u64) -> PathMeasurement) -> Filter49 {
+    let mut filter = Filter49::new(FilterConfig::default(), 0);
+    fly(&mut filter, end_ns, 0, |now, _, sweep| {
+        sweep.line_of_sight = Some(sight(now));
+    });
+    assert!(filter.is_running());
+    filter
+}
+
+/// Flies on to `end_ns` without line of sight, past paths that speak against the pose.
+fn go_on(filter: &mut Filter49, end_ns: u64, mut contrary: impl FnMut(u64) -> PathMeasurement) {
+    let from_ns = filter.nominal().time_ns;
+    fly_from(filter, from_ns, end_ns, 0, |now, _, sweep| {
+        sweep.line_of_sight = None;
+        sweep.contrary = Some(contrary(now));
+    });
+}
+
+#[test]
+fn an_image_is_given_up_when_the_straight_wave_is_heard() {
+    let mut filter = started(3 * SECOND_NS, off_the_wall);
+    assert!(error_m(&filter) > 40.0 && filter.pose().is_some());
+    assert!(!filter.is_confirmed());
+    go_on(&mut filter, 6 * SECOND_NS, path);
+    assert!(error_m(&filter) < 0.5, "{} m off", error_m(&filter));
+    let turned = filter.nominal().attitude - truth(filter.nominal().time_ns).attitude;
+    assert!(turned.norm() < 0.05, "{turned}");
+    assert_eq!((filter.counters().refixes, filter.counters().contrary), (1, 6));
+    assert_eq!(filter.pose().map(|pose| pose.resets), Some(1));
+}
+
+#[test]
+fn a_wave_off_a_wall_speaks_against_no_pose_that_is_right() {
+    let mut filter = started(10 * SECOND_NS, path);
+    // Four seconds behind a corner: every sweep shows the same image.
+    go_on(&mut filter, 14 * SECOND_NS, off_the_wall);
+    assert!(error_m(&filter) < 1.0, "{} m off", error_m(&filter));
+    assert_eq!((filter.counters().refixes, filter.counters().contrary), (0, 0));
+}
+
+#[test]
+fn early_paths_that_do_not_agree_set_no_pose() {
+    let mut filter = started(3 * SECOND_NS, off_the_wall);
+    let before_m = error_m(&filter);
+    go_on(&mut filter, 7 * SECOND_NS, |now| {
+        let side = if (now / SWEEP_NS).is_multiple_of(2) {
+            6.0
+        } else {
+            -6.0
+        };
+        seen_from(Vector3::new(0.0, side, 0.0), now)
+    });
+    assert_eq!((filter.counters().refixes, filter.counters().contrary), (0, 8));
+    assert!((error_m(&filter) - before_m).abs() < 3.0);
+}
+
+#[test]
+fn the_magnetic_heading_refuses_an_image_and_lets_the_true_place_pass() {
+    let mut filter = Filter49::new(FilterConfig::default(), 0);
+    fly(&mut filter, 4 * SECOND_NS, 0, |now, filter, sweep| {
+        feel(filter, now);
+        sweep.line_of_sight = Some(off_the_wall(now));
+    });
+    assert!(!filter.is_running() && filter.pose().is_none());
+    assert!(filter.counters().starts_refused >= 3);
+    let mut filter = Filter49::new(FilterConfig::default(), 0);
+    fly(&mut filter, 4 * SECOND_NS, 0, |now, filter, _| feel(filter, now));
+    assert!(filter.is_running() && error_m(&filter) < 0.1);
+    assert_eq!(filter.counters().starts_refused, 0);
+}
+
+#[test]
+fn a_magnetic_field_of_long_ago_says_nothing() {
+    let mut filter = Filter49::new(FilterConfig::default(), 0);
+    feel(&mut filter, SECOND_NS);
+    fly(&mut filter, 4 * SECOND_NS, 0, |now, _, sweep| {
+        sweep.line_of_sight = Some(off_the_wall(now));
+    });
+    assert!(filter.is_running() && filter.counters().starts_refused == 0);
+}

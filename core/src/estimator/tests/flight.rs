@@ -1,0 +1,495 @@
+//! The whole filter on a made-up flight: start, lateness, faults of the inertial sensor, the clock, the beacon, numbers that
+//! are none.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::super::*;
+use crate::constants::STANDARD_GRAVITY_M_PER_S2;
+use crate::geometry::{Gmt, World};
+use crate::inertial::{ImuIncrement, ImuStep, Motion};
+use crate::signal::wrap_delay_m;
+
+pub(super) const STEP_NS: u64 = 10_000_000;
+pub(super) const SWEEP_NS: u64 = 500_000_000;
+
+/// A hovering UAV that turns, 30 m from the GMT, its clock 40 m off and running off at 3 m/s.
+pub(super) fn truth(time_ns: u64) -> Nominal {
+    let t = time_ns as f64 * 1e-9;
+    let mut state = Nominal::origin(time_ns);
+    state.position_m = Vector3::new(20.0, 18.0, 11.0);
+    state.attitude = rotation(&Vector3::new(0.0, 0.0, 0.5 * t));
+    state.clock_offset_m = wrap_delay_m(40.0 + 3.0 * t);
+    state
+}
+
+fn gmt() -> Transmitter {
+    Transmitter {
+        position_m: Vector3::new(1.0, -2.0, 1.5),
+        sigma_m: 0.02,
+        attitude: Rotation::<Gmt, World, f64>::identity(),
+    }
+}
+
+pub(super) fn increment(start_ns: u64) -> ImuIncrement {
+    let up = Vector3::new(0.0, 0.0, STANDARD_GRAVITY_M_PER_S2 as f32);
+    ImuIncrement {
+        start_ns,
+        end_ns: start_ns + STEP_NS,
+        delta_angle_rad: Vector3::new(0.0, 0.0, 0.005),
+        delta_velocity_m_per_s: up * 0.01,
+        delta_position_m: up * 0.5e-4,
+        removed: ImuErrors::default(),
+    }
+}
+
+pub(super) fn path(time_ns: u64) -> PathMeasurement {
+    let (state, gmt) = (truth(time_ns), gmt());
+    let way = gmt.position_m - state.position_m;
+    let leaving = -way.normalize();
+    PathMeasurement {
+        c_tau_m: way.norm() + state.clock_offset_m,
+        c_tau_sigma_m: 0.01,
+        aoa: Direction::from_vector(state.attitude.tr_mul(&way)).expect("apart"),
+        aoa_sigma_rad: 1e-4,
+        aoa_rise_sigma_rad: 0.0,
+        departure: Some(FaceDirection {
+            face: 0,
+            cosines: [leaving.y, leaving.z],
+            sigma: [1e-4; 2],
+        }),
+    }
+}
+
+pub(super) fn measurement(time_ns: u64, path: PathMeasurement) -> SweepMeasurement<'static> {
+    SweepMeasurement {
+        time_ns,
+        gmt: gmt(),
+        stop: (time_ns / SWEEP_NS / 2) as u32,
+        line_of_sight: Some(path),
+        proven: false,
+        level_yaw: None,
+        contrary: None,
+        reflections: &[],
+        heard: &[],
+    }
+}
+
+/// Flies until `end_ns`; `change` may alter sweeps, `late_ns` is their processing time.
+pub(super) fn flown(
+    end_ns: u64,
+    late_ns: u64,
+    change: impl FnMut(u64, &mut Filter49, &mut SweepMeasurement<'static>),
+) -> Filter49 {
+    let mut filter = Filter49::new(FilterConfig::default(), 0);
+    fly(&mut filter, end_ns, late_ns, change);
+    filter
+}
+
+/// The same with a filter that is given.
+pub(super) fn fly(
+    filter: &mut Filter49,
+    end_ns: u64,
+    late_ns: u64,
+    change: impl FnMut(u64, &mut Filter49, &mut SweepMeasurement<'static>),
+) {
+    fly_from(filter, 0, end_ns, late_ns, change);
+}
+
+/// The same from a time on.
+pub(super) fn fly_from(
+    filter: &mut Filter49,
+    start_ns: u64,
+    end_ns: u64,
+    late_ns: u64,
+    mut change: impl FnMut(u64, &mut Filter49, &mut SweepMeasurement<'static>),
+) {
+    for now in (start_ns + STEP_NS..=end_ns).step_by(STEP_NS as usize) {
+        filter.increment(&increment(now - STEP_NS));
+        if now % SWEEP_NS == SWEEP_NS / 2 {
+            let _ = filter.two_way(now, truth(now).clock_offset_m);
+        }
+        let sweep_ns = now.saturating_sub(late_ns);
+        if sweep_ns > 0 && sweep_ns.is_multiple_of(SWEEP_NS) {
+            let mut sweep = measurement(sweep_ns, path(sweep_ns));
+            change(sweep_ns, filter, &mut sweep);
+            let _ = filter.sweep(&sweep);
+        }
+    }
+}
+
+pub(super) fn error_m(filter: &Filter49) -> f64 {
+    (filter.nominal().position_m - truth(filter.nominal().time_ns).position_m).norm()
+}
+
+/// The line of sight as if the UAV were elsewhere: every number agrees but the place.
+pub(super) fn seen_from(aside: Vector3<f64>, time_ns: u64) -> PathMeasurement {
+    let state = truth(time_ns);
+    let way = gmt().position_m - state.position_m - aside;
+    let leaving = -way.normalize();
+    PathMeasurement {
+        c_tau_m: way.norm() + state.clock_offset_m,
+        aoa: Direction::from_vector(state.attitude.tr_mul(&way)).expect("apart"),
+        departure: Some(FaceDirection {
+            face: 0,
+            cosines: [leaving.y, leaving.z],
+            sigma: [1e-4; 2],
+        }),
+        ..path(time_ns)
+    }
+}
+
+#[test]
+fn it_starts_from_nothing_within_five_sweeps() {
+    let mut verdicts = heapless::Vec::<SweepVerdict, 8>::new();
+    let mut filter = Filter49::new(FilterConfig::default(), 0);
+    assert!(filter.pose().is_none() && filter.health().starting);
+    for now in (STEP_NS..=4_000_000_000).step_by(STEP_NS as usize) {
+        filter.increment(&increment(now - STEP_NS));
+        if now % SWEEP_NS == SWEEP_NS / 2 {
+            let _ = filter.two_way(now, truth(now).clock_offset_m);
+        }
+        if now.is_multiple_of(SWEEP_NS) {
+            let _ = verdicts.push(filter.sweep(&measurement(now, path(now))));
+        }
+    }
+    assert_eq!(verdicts[..4], [SweepVerdict::Waiting; 4]);
+    assert_eq!(verdicts[4], SweepVerdict::Started);
+    assert_eq!(verdicts[5..], [SweepVerdict::Accepted; 3]);
+    let pose = filter.pose().expect("running");
+    assert!(error_m(&filter) < 0.1, "{}", error_m(&filter));
+    assert!((pose.attitude.matrix().map(f64::from) - truth(4_000_000_000).attitude).norm() < 5e-3);
+    assert!(!filter.health().is_degraded());
+    assert_eq!(pose.resets, 0);
+}
+
+#[test]
+fn lateness_changes_nothing() {
+    let (prompt, late) = (
+        flown(6_000_000_000, 0, |_, _, _| ()),
+        flown(6_300_000_000, 300_000_000, |_, _, _| ()),
+    );
+    assert_eq!(prompt.nominal().time_ns, late.nominal().time_ns);
+    // Bit for bit: the same steps at the same times.
+    assert_eq!(prompt.nominal(), late.nominal());
+    assert_eq!(prompt.covariance(), late.covariance());
+    // The present is ahead of the horizon.
+    let present = late.present().expect("running");
+    assert_eq!(present.time_ns, 6_300_000_000);
+    let turned = truth(present.time_ns).attitude;
+    assert!((present.attitude.matrix().map(f64::from) - turned).norm() < 1e-2);
+    // What comes from before the horizon is refused and counted.
+    let mut late = late;
+    assert_eq!(
+        late.sweep(&measurement(5_500_000_000, path(5_500_000_000))),
+        SweepVerdict::TooLate
+    );
+    assert_eq!(late.two_way(5_500_000_000, 0.0), TimingVerdict::TooLate);
+    assert_eq!(late.counters().too_late, 2);
+}
+
+#[test]
+fn a_single_wrong_path_is_rejected_and_a_run_of_five_is_ridden_out() {
+    for run in [1, 5] {
+        let mut worst: f64 = 0.0;
+        let filter = flown(15_000_000_000, 0, |time_ns, filter, sweep| {
+            if filter.is_running() {
+                worst = worst.max(error_m(filter));
+            }
+            let sweep_number = time_ns / SWEEP_NS;
+            if (20..20 + run).contains(&sweep_number)
+                && let Some(path) = &mut sweep.line_of_sight
+            {
+                path.c_tau_m += 10.0;
+            }
+            if (21..21 + run).contains(&sweep_number) {
+                assert!(filter.health().contested, "{time_ns}");
+            }
+        });
+        assert!(worst < 0.2, "{run}: {worst}");
+        assert_eq!(
+            (filter.counters().rejected, filter.counters().refixes),
+            (run as u32, 0)
+        );
+        assert!(!filter.health().is_degraded());
+    }
+}
+
+#[test]
+fn a_clock_step_is_taken_over_and_flagged() {
+    for late in [0u64, 260_000_000] {
+        let mut flagged_ns = None;
+        let mut filter = Filter49::new(FilterConfig::default(), 0);
+        let stepped = |now: u64| if now > 10_100_000_000 { 29.98 } else { 0.0 };
+        for now in (STEP_NS..=14_000_000_000).step_by(STEP_NS as usize) {
+            filter.increment(&increment(now - STEP_NS));
+            if now % SWEEP_NS == SWEEP_NS / 2 {
+                let _ = filter.two_way(now, truth(now).clock_offset_m + stepped(now));
+            }
+            let sweep_ns = now.saturating_sub(late);
+            if sweep_ns > 0 && sweep_ns.is_multiple_of(SWEEP_NS) {
+                let mut path = path(sweep_ns);
+                path.c_tau_m += stepped(sweep_ns);
+                let _ = filter.sweep(&measurement(sweep_ns, path));
+                let health = filter.health();
+                if sweep_ns > 10_100_000_000 && (health.contested || health.clock_contested) {
+                    flagged_ns.get_or_insert(sweep_ns);
+                }
+            }
+        }
+        // Either the flag stood, or the step was understood at once; both within a second.
+        assert!(flagged_ns.is_none_or(|at| at <= 11_100_000_000), "{flagged_ns:?}");
+        assert_eq!(filter.counters().clock_steps, 1);
+        assert!(error_m(&filter) < 0.05);
+        let clock = filter.nominal().clock_offset_m - truth(filter.nominal().time_ns).clock_offset_m;
+        assert!((clock - 29.98).abs() < 0.1, "{clock}");
+    }
+}
+
+#[test]
+fn a_clock_that_runs_at_another_rate_is_caught() {
+    // From 10 s on the clock gains 1.5 m/s more, out of sight of the GMT: a change that no ramp explains.
+    let gained = |now: u64| 1.5e-9 * now.saturating_sub(10_000_000_000) as f64;
+    let mut filter = Filter49::new(FilterConfig::default(), 0);
+    for now in (STEP_NS..=16_000_000_000).step_by(STEP_NS as usize) {
+        filter.increment(&increment(now - STEP_NS));
+        if now % SWEEP_NS == SWEEP_NS / 2 {
+            let _ = filter.two_way(now, truth(now).clock_offset_m + gained(now));
+        }
+        if now.is_multiple_of(SWEEP_NS) {
+            let mut sweep = measurement(now, path(now));
+            if now > 10_000_000_000 {
+                sweep.line_of_sight = None;
+            }
+            let _ = filter.sweep(&sweep);
+        }
+    }
+    let state = filter.nominal();
+    let clock = state.clock_offset_m - truth(state.time_ns).clock_offset_m - gained(state.time_ns);
+    assert!(clock.abs() < 0.2, "{clock} m");
+    assert!(
+        (state.clock_drift_m_per_s - 4.5).abs() < 0.5,
+        "{} m/s",
+        state.clock_drift_m_per_s
+    );
+    // Set once, and then it knew better.
+    assert_eq!(filter.counters().clock_steps, 1);
+}
+
+#[test]
+fn missing_inertial_data_are_bridged_and_flagged() {
+    let mut filter = Filter49::new(FilterConfig::default(), 0);
+    let mut flagged = false;
+    for now in (STEP_NS..=20_000_000_000).step_by(STEP_NS as usize) {
+        let stopped = (10_000_000_000..13_000_000_000).contains(&now);
+        if !stopped {
+            filter.increment(&increment(now - STEP_NS));
+        }
+        if now % SWEEP_NS == SWEEP_NS / 2 {
+            let _ = filter.two_way(now, truth(now).clock_offset_m);
+        }
+        if now.is_multiple_of(SWEEP_NS) {
+            let _ = filter.sweep(&measurement(now, path(now)));
+            if stopped && now > 10_000_000_000 {
+                assert!(filter.health().inertial_missing, "{now}");
+                flagged = true;
+            }
+            // Wrong by metres only while it says so.
+            let limit = if filter.health().is_degraded() { 2.0 } else { 0.5 };
+            assert!(
+                !filter.is_running() || error_m(&filter) < limit,
+                "{now} {}",
+                error_m(&filter)
+            );
+        }
+    }
+    assert!(flagged && !filter.health().is_degraded(), "{:?}", filter.health());
+    assert!(error_m(&filter) < 0.1);
+}
+
+#[test]
+fn what_is_guessed_since_the_horizon_is_in_the_doubt_of_the_present() {
+    let mut filter = flown(6_000_000_000, 0, |_, _, _| ());
+    let known = filter.present().expect("running");
+    let (angle_variance_rad2, velocity_variance_m2_per_s2) = (0.01, 0.04);
+    let guessed = ImuStep {
+        increment: increment(6_000_000_000),
+        motion: Motion::Coasting,
+        angle_variance_rad2,
+        velocity_variance_m2_per_s2,
+    };
+    filter.step(&guessed);
+    let present = filter.present().expect("running");
+    let grown = [
+        present.attitude_covariance_rad2 - known.attitude_covariance_rad2,
+        present.velocity_covariance_m2_per_s2 - known.velocity_covariance_m2_per_s2,
+    ];
+    for (grown, each) in grown
+        .iter()
+        .zip([angle_variance_rad2, velocity_variance_m2_per_s2])
+    {
+        assert!(
+            (grown - Matrix3::identity() * each).norm() < 1e-3 * each,
+            "{grown}"
+        );
+    }
+    // Once the horizon has come this far, it says the same.
+    let time_ns = guessed.increment.end_ns;
+    let mut silent = measurement(time_ns, path(time_ns));
+    silent.line_of_sight = None;
+    let _ = filter.sweep(&silent);
+    let reached = filter.pose().expect("running");
+    assert_eq!(reached.time_ns, present.time_ns);
+    let traces = [&present, &reached].map(|pose| {
+        let (attitude, velocity) = (pose.attitude_covariance_rad2, pose.velocity_covariance_m2_per_s2);
+        [attitude.trace(), velocity.trace()]
+    });
+    for (early, late) in traces[0].iter().zip(traces[1]) {
+        assert!((early / late - 1.0).abs() < 0.1, "{traces:?}");
+    }
+}
+
+#[test]
+fn a_sensor_at_the_end_of_its_range_is_flagged_until_a_second_later() {
+    for (angle_variance_rad2, velocity_variance_m2_per_s2, trouble) in [
+        (0.0, 0.0, false),
+        (1e-10, 1e-9, false),
+        (1e-3, 0.0, true),
+        (0.0, 0.1, true),
+    ] {
+        let mut filter = flown(6_000_000_000, 0, |_, _, _| ());
+        filter.step(&ImuStep {
+            increment: increment(6_000_000_000),
+            motion: Motion::Measured,
+            angle_variance_rad2,
+            velocity_variance_m2_per_s2,
+        });
+        let mut flagged = heapless::Vec::<_, 8>::new();
+        fly_from(
+            &mut filter,
+            6_000_000_000 + STEP_NS,
+            8_000_000_000,
+            0,
+            |now, filter, _| {
+                flagged
+                    .push((now, filter.health().inertial_missing))
+                    .expect("four sweeps");
+            },
+        );
+        let ended = filter.health().inertial_missing;
+        // The first of them sees the horizon before the step.
+        let expected = [(6_500_000_000, false), (7_000_000_000, trouble)];
+        assert_eq!(flagged[..2], expected);
+        assert!(!ended);
+    }
+}
+
+#[test]
+fn a_lying_beacon_is_flagged_and_a_jump_not_followed() {
+    // 5 m from one beacon to the next: the last possible place is kept.
+    let mut flagged_at = None;
+    let filter = flown(20_000_000_000, 0, |time_ns, filter, sweep| {
+        if time_ns > 10_000_000_000 {
+            sweep.gmt.position_m += Vector3::new(3.0, 4.0, 0.0);
+        }
+        if filter.health().beacon_implausible {
+            flagged_at.get_or_insert(time_ns);
+        }
+        assert!(
+            !filter.is_running() || error_m(filter) < 1.5,
+            "{time_ns}: {}",
+            error_m(filter)
+        );
+    });
+    assert!(
+        flagged_at.is_some_and(|at| at <= 11_000_000_000),
+        "{flagged_at:?}"
+    );
+    assert!(filter.health().beacon_implausible);
+    // 0.1 m/s: flagged before the pose has moved by 1.5 m.
+    let mut moved_m = None;
+    let filter = flown(40_000_000_000, 0, |time_ns, filter, sweep| {
+        let drift_s = (time_ns.saturating_sub(10_000_000_000)) as f64 * 1e-9;
+        sweep.gmt.position_m += Vector3::new(0.06, -0.08, 0.0) * drift_s;
+        if filter.health().beacon_implausible {
+            moved_m.get_or_insert(error_m(filter));
+        }
+    });
+    assert!(moved_m.is_some_and(|moved| moved < 1.5), "{moved_m:?}");
+    assert!(error_m(&filter) > 1.5, "the drift cannot be told from flight");
+}
+
+#[test]
+fn numbers_that_are_none_are_refused() {
+    let mut filter = flown(6_000_000_000, 0, |_, _, _| ());
+    let before = *filter.nominal();
+    let now = before.time_ns;
+    let mut bad = increment(now);
+    bad.delta_velocity_m_per_s.x = f32::NAN;
+    filter.increment(&bad);
+    assert_eq!(filter.two_way(now + 1, f64::INFINITY), TimingVerdict::NotFinite);
+    assert_eq!(filter.heading(now + 1, f64::NAN, 0.1), TimingVerdict::NotFinite);
+    let mut path = path(now);
+    path.c_tau_m = f64::NAN;
+    assert_eq!(filter.sweep(&measurement(now, path)), SweepVerdict::Rejected);
+    let mut sweep = measurement(now, self::path(now));
+    sweep.gmt.position_m.x = f64::NAN;
+    let _ = filter.sweep(&sweep);
+    assert!(filter.nominal().is_finite() && filter.covariance().is_sound());
+    assert!(error_m(&filter) < 0.1);
+}
+
+#[test]
+fn the_heading_is_used_only_without_sight() {
+    let mut filter = flown(6_000_000_000, 0, |_, _, _| ());
+    let wrong_yaw = 0.5 * 6.0 + 0.3;
+    let sigma = |filter: &Filter49| filter.covariance().at(ATTITUDE + 2, ATTITUDE + 2);
+    let _ = filter.heading(6_000_000_000, wrong_yaw, 0.1);
+    let before = sigma(&filter);
+    filter.advance_to(6_000_000_001);
+    assert!(sigma(&filter) >= before);
+    for now in (6_000_000_000..30_000_000_000).step_by(STEP_NS as usize) {
+        filter.increment(&increment(now));
+    }
+    filter.advance_to(29_990_000_000);
+    filter.covariance.add(ATTITUDE + 2, 0.1);
+    let before = sigma(&filter);
+    let yaw = 0.5 * 29.995;
+    let _ = filter.heading(29_995_000_000, yaw, 0.1);
+    filter.advance_to(30_000_000_000);
+    assert!(sigma(&filter) < 0.5 * before);
+}
+
+#[test]
+fn what_the_sensor_is_turned_by_is_taken_out() {
+    // Half a degree: 85 mm/s^2 of gravity, and 4 mrad/s of the turn, about the wrong axes.
+    let mounting = Vector3::new(0.008, -0.006, 0.007);
+    let to_sensor = rotation(&mounting).transpose().map(|c| c as f32);
+    let flown = |known: bool| {
+        let mut filter = Filter49::new(FilterConfig::default(), 0);
+        for now in (STEP_NS..=15_000_000_000).step_by(STEP_NS as usize) {
+            let mut step = increment(now - STEP_NS);
+            step.delta_angle_rad = to_sensor * step.delta_angle_rad;
+            step.delta_velocity_m_per_s = to_sensor * step.delta_velocity_m_per_s;
+            step.delta_position_m = to_sensor * step.delta_position_m;
+            if known {
+                filter.nominal.imu.mounting_rad = mounting.map(|c| c as f32);
+            }
+            filter.increment(&step);
+            if now % SWEEP_NS == SWEEP_NS / 2 {
+                let _ = filter.two_way(now, truth(now).clock_offset_m);
+            }
+            // Ten seconds in sight, five without.
+            if now.is_multiple_of(SWEEP_NS) {
+                let mut sweep = measurement(now, path(now));
+                sweep.line_of_sight = sweep.line_of_sight.filter(|_| now <= 10_000_000_000);
+                let _ = filter.sweep(&sweep);
+            }
+        }
+        filter
+    };
+    let (known, learnt) = (flown(true), flown(false));
+    assert!(error_m(&known) < 0.05, "{}", error_m(&known));
+    // What is not known is a bias of force and rate until the motion changes, or the mounting: the covariance holds either.
+    let (error, sigma) = (error_m(&learnt), learnt.sigma(POSITION));
+    assert!(error < 3.0 * sigma, "{error} {sigma}");
+}

@@ -1,0 +1,409 @@
+//! Pose from a few sweeps alone: start-up and re-fix.
+//!
+//! Delay and departure of a line-of-sight path fix the position; the inertial increments between the fixes say how the
+//! body moved and turned. Over five sweeps that is enough for everything else in closed form, whatever the attitude
+//! was thought to be: the second difference of the fixes, less gravity, is the specific force seen in the world; the
+//! increments hold the same force seen in the body. That pair of directions and the line of sight, seen from both ends,
+//! give the attitude (triad); what is left of the fixes is a straight line, which gives position and velocity.
+//!
+//! The fixes judge each other: a wrong path among them bends the line, and nothing is given until it has left.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::nominal::rotation;
+use crate::constants::STANDARD_GRAVITY_M_PER_S2;
+use crate::inertial::ImuIncrement;
+
+/// Fixes kept.
+pub(super) const WINDOW: usize = 6;
+/// Sweeps further apart do not belong together, s.
+const LONGEST_GAP_S: f64 = 2.6;
+/// A fix further than this from the common line is wrong, m.
+const LINE_TOLERANCE_M: f64 = 0.5;
+/// An angle of arrival further than this from the common attitude is wrong, rad (3 deg: gyro bias within the window).
+const SIGHT_TOLERANCE_RAD: f64 = 0.052;
+/// Scatter of the angles between the two ends of a sight beside what its departure claims, rad per axis: the ground's bounce draws
+/// departures aside, and a gyroscope's bias of 0.5 deg/s turns the body as far in a second.
+const SIGHT_SCATTER_RAD: f64 = 0.008;
+/// Normal deviate that one window in a thousand is beyond.
+const DEVIATE: f64 = 3.09;
+/// Specific force seen from outside and from inside agree up to this, m/s^2.
+const FORCE_TOLERANCE_M_PER_S2: f64 = 2.0;
+/// Scatter of fixes per axis beside what their departures claim, m.
+const FIX_SCATTER_M: f64 = 0.06;
+/// Error of the specific force seen in the body: an accelerometer bias of 20 mg, rad.
+const FORCE_TILT_RAD: f64 = 0.02;
+/// Line of sight and specific force must not be nearer to parallel than this: sine of 15 deg.
+const LEAST_SINE: f64 = 0.26;
+
+/// Motion since the previous fix, in the body axes at that fix.
+#[derive(Clone, Copy, Debug)]
+struct Segment {
+    dt_s: f64,
+    turn: Matrix3<f64>,
+    velocity: Vector3<f64>,
+    position: Vector3<f64>,
+}
+
+impl Segment {
+    fn empty() -> Self {
+        Self {
+            dt_s: 0.0,
+            turn: Matrix3::identity(),
+            velocity: Vector3::zeros(),
+            position: Vector3::zeros(),
+        }
+    }
+
+    fn then(&self, next: &Self) -> Self {
+        Self {
+            dt_s: self.dt_s + next.dt_s,
+            turn: self.turn * next.turn,
+            velocity: self.velocity + self.turn * next.velocity,
+            position: self.position + self.velocity * next.dt_s + self.turn * next.position,
+        }
+    }
+}
+
+/// One line-of-sight sweep as a fix.
+#[derive(Clone, Copy, Debug)]
+struct Fix {
+    position_m: Vector3<f64>,
+    /// From the UAV to the GMT, world axes.
+    towards_gmt: Vector3<f64>,
+    /// The same as seen by the arrays, body axes.
+    seen: Vector3<f64>,
+    /// Variance of the position per axis, m^2: noise, not what all fixes share.
+    variance_m2: f64,
+    /// Variance of the angle between both ends of the sight, rad^2 per axis.
+    sight_variance_rad2: f64,
+    since_previous: Segment,
+}
+
+/// How the GMT sees the UAV.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Departure {
+    /// From the GMT to the UAV at the last fix, world axes, length 1.
+    pub(super) way: Vector3<f64>,
+    /// How it changes on average over the window, per s.
+    pub(super) turn_per_s: Vector3<f64>,
+}
+
+/// What the window gives: pose at its last fix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Solution {
+    /// Position, m.
+    pub(super) position_m: Vector3<f64>,
+    /// Velocity, m/s.
+    pub(super) velocity_m_per_s: Vector3<f64>,
+    /// Attitude R_wb.
+    pub(super) attitude: Matrix3<f64>,
+    /// Standard deviation of the attitude about its worst axis, rad; 0 when the attitude was given.
+    pub(super) attitude_sigma_rad: f64,
+    /// How far the angles of arrival are off the attitude on average, rad.
+    pub(super) sight_off_rad: f64,
+    /// Standard deviations by the fixes' noise, per axis, m and m/s.
+    pub(super) position_sigma_m: f64,
+    pub(super) velocity_sigma_m_per_s: f64,
+}
+
+/// The last fixes and the motion between them.
+#[derive(Clone, Debug)]
+pub(super) struct Window {
+    fixes: heapless::Deque<Fix, WINDOW>,
+    current: Segment,
+}
+
+impl Window {
+    /// Without a fix.
+    pub(super) fn new() -> Self {
+        Self {
+            fixes: heapless::Deque::new(),
+            current: Segment::empty(),
+        }
+    }
+
+    /// The departures of the fixes; `None` when there are fewer than two.
+    pub(super) fn departure(&self) -> Option<Departure> {
+        let (first, last) = (self.fixes.front()?, self.fixes.back()?);
+        let since_s: f64 = self.fixes.iter().skip(1).map(|fix| fix.since_previous.dt_s).sum();
+        let way = -last.towards_gmt;
+        (since_s > 0.0).then(|| Departure {
+            way,
+            turn_per_s: (way + first.towards_gmt) / since_s,
+        })
+    }
+
+    /// Forgets all fixes.
+    pub(super) fn clear(&mut self) {
+        *self = Self::new();
+    }
+
+    /// Takes in motion.
+    pub(super) fn advance(&mut self, increment: &ImuIncrement) {
+        self.current = self.current.then(&Segment {
+            dt_s: f64::from(increment.dt_s()),
+            turn: rotation(&increment.delta_angle_rad.map(f64::from)),
+            velocity: increment.delta_velocity_m_per_s.map(f64::from),
+            position: increment.delta_position_m.map(f64::from),
+        });
+        if self.current.dt_s > LONGEST_GAP_S {
+            self.fixes.clear();
+        }
+    }
+
+    /// Takes in a fix at the end of the motion so far: where the UAV was, to `sigma` (m, and rad as the GMT sees it) per axis, the
+    /// direction to the GMT in world axes, and the same direction as the arrays saw it.
+    pub(super) fn push(
+        &mut self,
+        position_m: Vector3<f64>,
+        sigma: (f64, f64),
+        towards_gmt: Vector3<f64>,
+        seen: Vector3<f64>,
+    ) {
+        let (sigma_m, sigma_rad) = sigma;
+        if !((position_m + towards_gmt + seen).iter().all(|c| c.is_finite())
+            && (sigma_m + sigma_rad).is_finite())
+        {
+            return;
+        }
+        if self.fixes.is_full() {
+            let _ = self.fixes.pop_front();
+        }
+        let fix = Fix {
+            position_m,
+            towards_gmt,
+            seen,
+            variance_m2: FIX_SCATTER_M * FIX_SCATTER_M + sigma_m * sigma_m,
+            sight_variance_rad2: SIGHT_SCATTER_RAD * SIGHT_SCATTER_RAD + sigma_rad * sigma_rad,
+            since_previous: self.current,
+        };
+        let _ = self.fixes.push_back(fix);
+        self.current = Segment::empty();
+    }
+
+    /// Pose at the last fix from the last `count` fixes (3 to [`WINDOW`]); `None` when there are fewer or they disagree, and after
+    /// the last fix: it would be the pose of a time that is over.
+    /// With `known`, the attitude R_wb at the last fix, only position and velocity are found, which three fixes do well.
+    pub(super) fn solve(&self, count: usize, known: Option<&Matrix3<f64>>) -> Option<Solution> {
+        let skipped = self.fixes.len().checked_sub(count)?;
+        if count < 3 || self.current.dt_s > 0.0 {
+            return None;
+        }
+        let gravity = Vector3::z() * -STANDARD_GRAVITY_M_PER_S2;
+        // Motion from the first of the fixes to each.
+        let mut motion = heapless::Vec::<(Segment, Fix), WINDOW>::new();
+        for fix in self.fixes.iter().skip(skipped) {
+            let since = motion
+                .last()
+                .map_or(Segment::empty(), |(before, _)| before.then(&fix.since_previous));
+            let _ = motion.push((since, *fix));
+        }
+        let (last, _) = motion.last()?;
+        let times = Times::over(&motion);
+        let (first, attitude_sigma_rad, bend) = match known {
+            Some(attitude) => (attitude * last.turn.transpose(), 0.0, None),
+            None => {
+                let bend = Bend::over(&motion, &times)?;
+                let (first, sigma_rad) = attitude_at_first(&motion, &bend)?;
+                (first, sigma_rad, Some(bend))
+            }
+        };
+        let off = |(since, fix): &(Segment, Fix)| first * since.turn * fix.seen - fix.towards_gmt;
+        if motion.iter().any(|entry| off(entry).norm() > SIGHT_TOLERANCE_RAD) {
+            return None;
+        }
+        let flat = |(since, fix): &(Segment, Fix)| {
+            fix.position_m - gravity * (0.5 * since.dt_s * since.dt_s) - first * since.position
+        };
+        let (mut mean, mut mean_off) = (Vector3::zeros(), Vector3::zeros());
+        let mut slope = Vector3::zeros();
+        for entry in &motion {
+            let place = flat(entry);
+            mean += place / times.n;
+            mean_off += off(entry) / times.n;
+            slope += place * times.of(entry);
+        }
+        let slope = slope / times.spread;
+        let on_line = |t: f64| mean + slope * (t - times.mean_s);
+        // A wave that a wall has turned makes a window of its own, every fix in order: the image of the flight. But what turns to the
+        // left turns to the right in it, against the gyroscope, and the sights part from each other.
+        let (mut misfit, mut sight, mut apart) = (0.0, 0.0, 0.0);
+        for entry in &motion {
+            let beside_m = (flat(entry) - on_line(entry.0.dt_s)).norm();
+            if beside_m > LINE_TOLERANCE_M {
+                return None;
+            }
+            misfit += beside_m * beside_m / entry.1.variance_m2;
+            sight += off(entry).norm_squared() / (2.0 * times.n);
+            apart += (off(entry) - mean_off).norm_squared() / entry.1.sight_variance_rad2;
+        }
+        if apart > chi_square_limit(2.0 * times.n - 2.0) {
+            return None;
+        }
+        // Of the fixes' three coordinates a line takes two each, and an attitude that comes from their bend one.
+        let fitted = if bend.is_some() { 9.0 } else { 6.0 };
+        let freedom = (3.0 * times.n - fitted).max(1.0);
+        // What the fixes leave over widens what they claim.
+        let excess = (misfit / freedom).max(1.0);
+        let [position, velocity] = variances(&motion, &times, bend.as_ref()).map(|v| v * excess);
+        let attitude_sigma_rad = match known {
+            Some(_) => 0.0,
+            None => libm::sqrt(attitude_sigma_rad * attitude_sigma_rad * excess + sight),
+        };
+        Some(Solution {
+            position_m: on_line(last.dt_s) + gravity * (0.5 * last.dt_s * last.dt_s) + first * last.position,
+            velocity_m_per_s: slope + gravity * last.dt_s + first * last.velocity,
+            attitude: first * last.turn,
+            attitude_sigma_rad,
+            sight_off_rad: mean_off.norm(),
+            position_sigma_m: libm::sqrt(position),
+            velocity_sigma_m_per_s: libm::sqrt(velocity),
+        })
+    }
+}
+
+/// Chi-square that one in a thousand of `freedom` degrees of freedom is beyond (Wilson and Hilferty).
+fn chi_square_limit(freedom: f64) -> f64 {
+    let ninth = 2.0 / (9.0 * freedom);
+    let root = 1.0 - ninth + DEVIATE * libm::sqrt(ninth);
+    freedom * root * root * root
+}
+
+/// Variances of place and velocity at the last of some fixes by the noise of all, per axis: what each adds to the end of the line
+/// and to its slope. An attitude that comes from how the fixes bend errs with them.
+fn variances(motion: &[(Segment, Fix)], times: &Times, bend: Option<&Bend>) -> [f64; 2] {
+    let end = motion.last().map_or(0.0, |last| times.of(last));
+    let shape = bend.map_or([0.0; 2], |bend| bend.shape(end));
+    let mut variances = [0.0; 2];
+    for (i, entry) in motion.iter().enumerate() {
+        let t = times.of(entry);
+        let bent = bend.and_then(|bend| bend.weights.get(i)).copied().unwrap_or(0.0);
+        let line = [1.0 / times.n + end * t / times.spread, t / times.spread];
+        for ((variance, line), shape) in variances.iter_mut().zip(line).zip(shape) {
+            let weight = line + bent * shape;
+            *variance += weight * weight * entry.1.variance_m2;
+        }
+    }
+    variances
+}
+
+/// Attitude at the first of some fixes, and its standard deviation per axis, rad.
+fn attitude_at_first(motion: &[(Segment, Fix)], bend: &Bend) -> Option<(Matrix3<f64>, f64)> {
+    let gravity = Vector3::z() * -STANDARD_GRAVITY_M_PER_S2;
+    let (mut outside, mut inside) = (Vector3::zeros(), Vector3::zeros());
+    let (mut sight, mut seen) = (Vector3::zeros(), Vector3::zeros());
+    for ((since, fix), weight) in motion.iter().zip(&bend.weights) {
+        // Twice the coefficient of the square is an acceleration.
+        outside += (fix.position_m - gravity * (0.5 * since.dt_s * since.dt_s)) * (2.0 * weight);
+        inside += since.position * (2.0 * weight);
+        sight += fix.towards_gmt;
+        seen += since.turn * fix.seen;
+    }
+    if (outside.norm() - inside.norm()).abs() > FORCE_TOLERANCE_M_PER_S2 {
+        return None;
+    }
+    let (there, sine) = triad(&sight, &outside)?;
+    let (here, _) = triad(&seen, &inside)?;
+    let scatter = motion.iter().zip(&bend.weights);
+    let square: f64 = scatter.map(|((_, fix), w)| 4.0 * w * w * fix.variance_m2).sum();
+    let force = libm::sqrt(square) / STANDARD_GRAVITY_M_PER_S2;
+    // The force only tells the turn about the line of sight, and that the worse the nearer it lies to it.
+    Some((
+        there * here.transpose(),
+        libm::hypot(force, FORCE_TILT_RAD) / sine,
+    ))
+}
+
+/// The times of some fixes.
+struct Times {
+    /// How many.
+    n: f64,
+    mean_s: f64,
+    /// Sum of squares about the mean.
+    spread: f64,
+}
+
+impl Times {
+    fn over(motion: &[(Segment, Fix)]) -> Self {
+        let n = motion.len() as f64;
+        let mean_s = motion.iter().map(|(since, _)| since.dt_s).sum::<f64>() / n;
+        let mut times = Self {
+            n,
+            mean_s,
+            spread: 0.0,
+        };
+        for entry in motion {
+            let t = times.of(entry);
+            times.spread += t * t;
+        }
+        times
+    }
+
+    /// Time of a fix from the mean, s.
+    fn of(&self, (since, _): &(Segment, Fix)) -> f64 {
+        since.dt_s - self.mean_s
+    }
+}
+
+/// The part of a curve through the times of some fixes that is neither constant nor slope.
+struct Bend {
+    /// Weights of the fixes that give its coefficient.
+    weights: heapless::Vec<f64, WINDOW>,
+    /// The shape is `t^2 - level - lean t`, t from the mean time.
+    level: f64,
+    lean: f64,
+}
+
+impl Bend {
+    fn over(motion: &[(Segment, Fix)], times: &Times) -> Option<Self> {
+        let from_mean = || motion.iter().map(|entry| times.of(entry));
+        let mut s3 = 0.0;
+        for t in from_mean() {
+            s3 += t * t * t;
+        }
+        if times.spread.is_nan() || times.spread <= 0.0 {
+            return None;
+        }
+        let mut bend = Self {
+            weights: heapless::Vec::new(),
+            level: times.spread / times.n,
+            lean: s3 / times.spread,
+        };
+        let square = |t: f64| {
+            let [shape, _] = bend.shape(t);
+            shape * shape
+        };
+        let norm: f64 = from_mean().map(square).sum();
+        if norm.is_nan() || norm < 1e-6 {
+            return None;
+        }
+        for t in from_mean() {
+            let [shape, _] = bend.shape(t);
+            // Collecting would panic on one too many; there are as many as fixes.
+            bend.weights.push(shape / norm).ok()?;
+        }
+        Some(bend)
+    }
+
+    /// The shape and its slope, `t` from the mean time.
+    fn shape(&self, t: f64) -> [f64; 2] {
+        [t * t - self.level - self.lean * t, 2.0 * t - self.lean]
+    }
+}
+
+/// Orthonormal axes from a sure direction and a less sure one, and the sine between these; `None` when they are nearly
+/// parallel.
+fn triad(first: &Vector3<f64>, second: &Vector3<f64>) -> Option<(Matrix3<f64>, f64)> {
+    let x = first.try_normalize(1e-6)?;
+    let side = x.cross(&second.try_normalize(1e-6)?);
+    let sine = side.norm();
+    if sine.is_nan() || sine < LEAST_SINE {
+        return None;
+    }
+    let z = side / sine;
+    let y = z.cross(&x);
+    // Not from columns: that indexes, and could panic for all the compiler knows.
+    let axes = Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z);
+    Some((axes, sine))
+}

@@ -1,0 +1,248 @@
+//! What the receiver is set to: which method each stage uses.
+//!
+//! Every stage has the paper's method and ours, and each can be switched alone, so that an ablation is a change of one
+//! field. [`Config::best`] and [`Config::paper`] are the two whole modes of docs/signal-model.md, "Default configuration"; path estimation
+//! itself is chosen by type, see [`super::Receiver`].
+
+use core::num::NonZeroU32;
+
+use super::gain::LinkBudget;
+use super::receive::Residuals;
+use super::rules::Rules;
+use crate::array::{Codebook, SquintConfig, SquintScheme, UavArrays};
+use crate::association::AssociationConfig;
+use crate::beam_squint::{BeamSquint, BsmConfig};
+use crate::estimator::baseline;
+use crate::estimator::{self, FilterConfig};
+use crate::inertial::{ImuConfig, MagneticField, RestConfig};
+use crate::link_state::{AcceptGate, Classifier, PaperClassifier, PathClassifier};
+use crate::reflection::{Form, Gates};
+use crate::signal::Waveform;
+use crate::surfaces::SurfaceConfig;
+
+/// How the pose is found, and with it what a path must be to correct it.
+#[derive(Clone, Copy, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap, and a receiver has one"
+)]
+pub enum Localization<'m> {
+    /// Error-state filter. The first path corrects it where length, direction and strength are those of a line of sight.
+    Filter(FilterConfig),
+    /// The paper's periodic calibration. The strongest path corrects it where this network says that the link state is line
+    /// of sight; what the pose says of the path does not count, for nothing tells this pose that it has drifted.
+    Hpc(HpcConfig, PaperClassifier<'m>),
+}
+
+impl Localization<'_> {
+    /// The filter's gates.
+    pub(super) fn gates(&self) -> Option<estimator::Gates> {
+        match self {
+            Self::Filter(config) => Some(config.gates),
+            Self::Hpc(..) => None,
+        }
+    }
+}
+
+/// Figures of the paper's localization.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HpcConfig {
+    /// Where the velocity between fixes comes from.
+    pub mode: baseline::Mode,
+    /// Sweeps between fixes: the paper's T_c.
+    pub interval_sweeps: NonZeroU32,
+    /// Standard deviation that is claimed for its position, m per axis: HPC has none of its own, the gates need one.
+    pub position_sigma_m: f32,
+    /// The same of its attitude, rad per axis.
+    pub attitude_sigma_rad: f32,
+}
+
+impl Default for HpcConfig {
+    /// A fix every second sweep (docs/signal-model.md, "Default configuration"); 0.3 m and 0.5 degrees.
+    fn default() -> Self {
+        Self {
+            mode: baseline::Mode::default(),
+            interval_sweeps: NonZeroU32::new(2).unwrap_or(NonZeroU32::MIN),
+            position_sigma_m: 0.3,
+            attitude_sigma_rad: 0.009,
+        }
+    }
+}
+
+/// Where the direction in which the line of sight left the GMT comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Departures {
+    /// Beam squint, maximum likelihood; the sweep's beams where that fails.
+    #[default]
+    SquintFit,
+    /// Beam squint, parabola on the log power.
+    SquintParabola,
+    /// Beam squint, strongest subcarrier: the paper's rule.
+    SquintPick,
+    /// The sweep's beams alone.
+    Beams,
+}
+
+/// Which paths are used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Mapped {
+    /// Every path that confirmed surfaces explain ([`crate::association`]): a point for each of its reflections.
+    #[default]
+    Every,
+    /// Every path that the network takes for one reflection: the closed form's point.
+    FirstOrder,
+    /// The same of the strongest path only, as the paper does.
+    Strongest,
+}
+
+/// Everything that is set before a flight.
+#[derive(Clone, Debug)]
+pub struct Config<'m> {
+    /// Receive arrays, calibrated as well as they are.
+    pub arrays: UavArrays,
+    /// Transmit beams.
+    pub codebook: Codebook,
+    /// Waveform of beams and squint symbols.
+    pub waveform: Waveform,
+    /// Scheme of the squint symbols.
+    pub squint_scheme: SquintScheme,
+    /// Sweeps of the squint symbols.
+    pub squint: SquintConfig,
+    /// Link budget.
+    pub budget: LinkBudget,
+    /// What calibration leaves in a path.
+    pub residuals: Residuals,
+    /// Inertial sensor.
+    pub imu: ImuConfig,
+    /// Alignment at rest.
+    pub rest: RestConfig,
+    /// The earth's field, for the heading without line of sight; `None` leaves the magnetometer unused.
+    pub magnetic_field: Option<MagneticField>,
+    /// Pose.
+    pub localization: Localization<'m>,
+    /// Direction of departure of the line of sight.
+    pub departures: Departures,
+    /// Errors that beam squint reckons with.
+    pub bsm: BsmConfig,
+    /// What each path is.
+    pub link_states: LinkStates<'m>,
+    /// When a path alone is taken for one reflection, where data association is not asked; and the ground's height at the start,
+    /// where that is known.
+    pub accept: AcceptGate,
+    /// Paths that are used.
+    pub mapped: Mapped,
+    /// Closed form of the reflection point, where data association is not asked.
+    pub form: Form,
+    /// Data association.
+    pub association: AssociationConfig,
+    /// Surfaces that paths are associated with.
+    pub surfaces: SurfaceConfig,
+    /// Whether reflections off confirmed surfaces hold the pose without line of sight.
+    pub map_aided: bool,
+    /// Whether the growth of paths from sweep to sweep holds the velocity without line of sight.
+    pub delta_ranges: bool,
+}
+
+/// Who says what a path is.
+#[derive(Clone, Copy, Debug)]
+pub enum LinkStates<'m> {
+    /// Trees, path by path: without departures, which data association weighs ([`Mapped::Every`]).
+    Trees(PathClassifier<'m>),
+    /// The geometric networks, path by path.
+    Geometric(Classifier<'m>),
+    /// The paper's network, for the strongest path.
+    Paper(PaperClassifier<'m>),
+    /// Rules of geometry, path by path.
+    Rules(Rules),
+}
+
+/// What a configuration cannot be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ConfigError {
+    /// The squint scheme does not have 11 symbols a face, or the waveform not 416 subcarriers.
+    Squint,
+}
+
+impl core::fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Squint => "the squint scheme does not send 11 symbols a face on 416 subcarriers",
+        })
+    }
+}
+
+impl core::error::Error for ConfigError {}
+
+impl<'m> Config<'m> {
+    /// Beam squint as this configuration has it, for [`super::Memory`].
+    ///
+    /// # Errors
+    /// [`ConfigError::Squint`].
+    pub fn beam_squint(&self) -> Result<BeamSquint, ConfigError> {
+        BeamSquint::new(
+            self.bsm,
+            self.squint_scheme,
+            &self.squint,
+            self.arrays,
+            &self.waveform,
+        )
+        .ok_or(ConfigError::Squint)
+    }
+
+    /// Our methods throughout.
+    #[must_use]
+    pub fn best(link_states: LinkStates<'m>) -> Self {
+        Self {
+            arrays: UavArrays::default(),
+            codebook: Codebook::default(),
+            waveform: Waveform::default(),
+            squint_scheme: SquintScheme::Sequential,
+            squint: SquintConfig::default(),
+            budget: LinkBudget::default(),
+            residuals: Residuals::default(),
+            imu: ImuConfig::default(),
+            rest: RestConfig::default(),
+            magnetic_field: None,
+            localization: Localization::Filter(FilterConfig::default()),
+            departures: Departures::SquintFit,
+            bsm: BsmConfig::default(),
+            link_states,
+            accept: AcceptGate {
+                point: Gates {
+                    // Paths of a whole sweep are known several times better than those that the classifier is made for, and
+                    // nine points of ten to 0.5 m: the few that are no better only blur the map.
+                    max_sigma_m: 0.5,
+                    ground_z_m: Some(0.0),
+                    ..AcceptGate::default().point
+                },
+                ..AcceptGate::default()
+            },
+            mapped: Mapped::Every,
+            form: Form::Vector,
+            association: AssociationConfig::default(),
+            surfaces: SurfaceConfig::default(),
+            map_aided: true,
+            delta_ranges: true,
+        }
+    }
+
+    /// The paper's methods in every stage but path estimation, which is a type: its network on the strongest path, its closed
+    /// form without our gates, its calibration with the strongest subcarrier, gated by its network.
+    #[must_use]
+    pub fn paper(network: PaperClassifier<'m>) -> Self {
+        Self {
+            localization: Localization::Hpc(HpcConfig::default(), network),
+            departures: Departures::SquintPick,
+            accept: AcceptGate {
+                min_probability: 0.0,
+                point: Gates::open(),
+            },
+            mapped: Mapped::Strongest,
+            form: Form::Paper,
+            ..Self::best(LinkStates::Paper(network))
+        }
+    }
+}

@@ -1,0 +1,334 @@
+//! C-SLAM, Algorithm 1 of the paper: the one place where path estimation, link state, reflection points, localization and
+//! map meet.
+//!
+//! ```text
+//! imu, magnetometer, timing ------------------------------> localizer (pose, clock, calibration)
+//! sweep -> beam * 72 -> squint * 33 -> beacon -> end_sweep     |  ^
+//!            |             |                                   v  |
+//!         paths ------> bearing of the line of sight -> which path is what -> line of sight, mirrors
+//!            `---------------------------------------------> points -> map -> planes
+//! ```
+//! [`Receiver`] is driven by events and knows neither a clock nor a device: every event has its time stamp, everything it
+//! does ends in a [`SweepReport`], and all it needs lies in one struct of fixed size. Nothing in it may see the truth.
+//!
+//! Path estimation is chosen by the type `E` ([`crate::paths::Estimator`] or [`crate::paths::PaperEstimator`]), everything else by
+//! [`Config`].
+
+mod bend;
+mod clock;
+mod config;
+mod estimated;
+mod gain;
+mod level;
+mod localizer;
+mod mapping;
+mod paths;
+mod receive;
+mod report;
+mod rules;
+mod sight;
+mod sweep;
+
+pub use config::{Config, ConfigError, Departures, HpcConfig, LinkStates, Localization, Mapped};
+pub use gain::LinkBudget;
+pub use receive::Residuals;
+pub use report::{Innovation, MappedPoint, Measured, Outcome, PathReport, SurfaceChanges, SweepReport};
+pub use rules::Rules;
+
+use nalgebra::Vector3;
+
+use self::clock::TwoWayClock;
+use self::level::Stand;
+use self::localizer::Localizer;
+use self::sweep::Open;
+use crate::beam_squint::BeamSquint;
+use crate::constants::SPEED_OF_LIGHT_M_PER_S;
+use crate::estimator::{Counters as FilterCounters, Health, Pose, states};
+use crate::geometry::{Gmt, Position, Real, Rotation, World};
+use crate::inertial::{Imu, ImuCounters, ImuSample, RestAlignment, RestStatus};
+use crate::map::PointCloud;
+use crate::paths::{BeamReport, PathEstimator};
+use crate::signal::{BeamBlock, wrap_delay_m};
+use crate::surfaces::{SurfaceConfig, Surfaces};
+
+/// Paths of a sweep.
+pub const PATHS: usize = 9;
+/// Receive channels.
+pub const CHANNELS: usize = 32;
+
+/// Surfaces that are kept: those of a street are a dozen, and as many may be in doubt.
+pub const SURFACES: usize = 32;
+/// Headings are no more frequent than this, ns: their error hardly changes in between.
+const HEADING_INTERVAL_NS: u64 = 1_000_000_000;
+
+/// What the GMT says about itself after a sweep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beacon {
+    /// Number of the sweep it follows.
+    pub sweep: u32,
+    /// Position of the antenna during that sweep, world frame, m.
+    pub position_m: Vector3<f64>,
+    /// Standard deviation of that, m per axis.
+    pub sigma_m: f64,
+    /// Attitude of the mast.
+    pub attitude: Rotation<Gmt, World>,
+    /// Sweeps that the GMT sends from one place before it moves on.
+    pub sweeps_per_stop: u32,
+}
+
+/// What happened besides the reports, saturating.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Sweeps that ended.
+    pub sweeps: u32,
+    /// Sweeps that never ended: the next one began before.
+    pub abandoned: u32,
+    /// Blocks, and path lists, that came without a sweep or after its paths had been taken.
+    pub stray_blocks: u32,
+    /// Beacons of another sweep than the one in hand.
+    pub stray_beacons: u32,
+    /// Sweeps whose beacon never came.
+    pub beacons_missing: u32,
+    /// Two-way exchanges whose offset was no number.
+    pub timing_invalid: u32,
+    /// Two-way exchanges that contradict those before.
+    pub timing_refused: u32,
+    /// Chains of surfaces that were not weighed: a sweep had too many ([`crate::association::LeftOut`]).
+    pub chains_left_out: u32,
+}
+
+/// The large parts of the receiver, which lie where their owner wants them: a board's stack has no room to build them on the
+/// way to one struct.
+#[derive(Debug)]
+pub struct Memory<'m, E, const VOXELS: usize> {
+    /// Path estimation.
+    pub estimator: &'m mut E,
+    /// Beam squint, of the receiver's configuration ([`Config::beam_squint`]).
+    pub squint: &'m mut BeamSquint,
+    /// The map; its edge of a voxel is its owner's choice.
+    pub map: &'m mut PointCloud<VOXELS>,
+}
+
+/// The whole receiver. `E` estimates the paths, the map has `VOXELS` voxels, the filter `STATES` states (46, and three for each
+/// plane it may hold at a time).
+#[derive(Debug)]
+pub struct Receiver<'m, E, const VOXELS: usize, const STATES: usize = { states(2) }> {
+    config: Config<'m>,
+    memory: Memory<'m, E, VOXELS>,
+    imu: Imu,
+    rest: Option<RestAlignment>,
+    last_heading_ns: u64,
+    localizer: Localizer<STATES>,
+    surfaces: Surfaces<SURFACES>,
+    stand: Option<Stand>,
+    open: Option<Open>,
+    last_beacon: Option<(u64, Beacon)>,
+    clock: TwoWayClock,
+    counters: Counters,
+}
+
+impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
+    Receiver<'m, E, VOXELS, STATES>
+{
+    /// A receiver at rest that knows nothing yet. What was in its memory is forgotten.
+    pub fn new(config: Config<'m>, memory: Memory<'m, E, VOXELS>) -> Self {
+        let _forgotten = memory.estimator.finish();
+        memory.map.clear();
+        Self {
+            memory,
+            imu: Imu::new(config.imu),
+            rest: Some(RestAlignment::new(config.rest)),
+            last_heading_ns: 0,
+            surfaces: surfaces(&config.surfaces, config.accept.point.ground_z_m),
+            stand: None,
+            localizer: Localizer::new(&config.localization),
+            open: None,
+            last_beacon: None,
+            clock: TwoWayClock::default(),
+            counters: Counters::default(),
+            config,
+        }
+    }
+
+    /// A sample of the inertial sensor.
+    pub fn imu(&mut self, sample: &ImuSample) {
+        if let Some(rest) = &mut self.rest
+            && let RestStatus::Aligned(alignment) = rest.push(sample)
+        {
+            self.localizer.aligned(&alignment);
+            self.imu.set_errors(self.localizer.imu_errors());
+            self.rest = None;
+        }
+        if let Some(step) = self.imu.push(sample) {
+            self.localizer.step(&step);
+        }
+    }
+
+    /// A sample of the magnetometer, uT in body axes. Its heading must agree with a start; a running
+    /// filter uses it only after a while without line of sight.
+    pub fn magnetometer(&mut self, time_ns: u64, field_ut: &Vector3<f32>) {
+        self.elapse(time_ns);
+        let Some(field) = &self.config.magnetic_field else {
+            return;
+        };
+        self.localizer.magnetic(time_ns, field, field_ut);
+        let Some(pose) = self.localizer.expected() else {
+            return;
+        };
+        let tilt_sigma_rad = libm::sqrtf(
+            0.5 * (pose.attitude_covariance_rad2.m11 + pose.attitude_covariance_rad2.m22).max(0.0),
+        );
+        let since_ns = time_ns.saturating_sub(self.last_heading_ns);
+        // A disturbed field gives no heading: iron is near.
+        if since_ns >= HEADING_INTERVAL_NS
+            && let Ok(heading) = field.heading(field_ut, &pose.attitude, tilt_sigma_rad)
+        {
+            self.last_heading_ns = time_ns;
+            let r = pose.attitude.matrix();
+            let yaw_rad = r.m21.atan2_libm(r.m11) + heading.yaw_error_rad;
+            self.localizer.heading(time_ns, yaw_rad, heading.sigma_rad);
+        }
+    }
+
+    /// A two-way timing exchange: UAV clock less GMT clock, s.
+    pub fn timing(&mut self, time_ns: u64, clock_offset_s: f64) {
+        self.elapse(time_ns);
+        if clock_offset_s.is_finite() {
+            let offset_m = clock_offset_s * SPEED_OF_LIGHT_M_PER_S;
+            if !self.clock.exchange(time_ns, offset_m) {
+                count(&mut self.counters.timing_refused);
+            }
+            // The filter judges for itself: it knows what the sweeps say.
+            self.localizer.two_way(time_ns, offset_m);
+        } else {
+            count(&mut self.counters.timing_invalid);
+        }
+    }
+
+    /// A sweep begins. One that has not ended is given up.
+    pub fn sweep(&mut self, time_ns: u64, sweep: u32) {
+        self.elapse(time_ns);
+        // The pose of the sweep needs the motion up to here, not up to the end of some step before.
+        if let Some(step) = self.imu.finish_step_at(time_ns) {
+            self.localizer.step(&step);
+        }
+        if self.open.is_some() {
+            count(&mut self.counters.abandoned);
+            let _forgotten = self.memory.estimator.finish();
+        }
+        self.open = Some(Open::new(sweep, time_ns));
+    }
+
+    /// Samples of a transmit beam; the block is worked on in place. Nothing is reported of a stray block.
+    pub fn beam(&mut self, block: BeamBlock<'_, CHANNELS>) -> BeamReport {
+        match &mut self.open {
+            Some(open) if open.paths.is_none() => {
+                open.beams = open.beams.saturating_add(1);
+                self.memory.estimator.push_beam(block)
+            }
+            _ => {
+                count(&mut self.counters.stray_blocks);
+                BeamReport::default()
+            }
+        }
+    }
+
+    /// Samples of a squint symbol, after all beams of its sweep; `block.beam` is its place in the schedule.
+    pub fn squint(&mut self, block: BeamBlock<'_, CHANNELS>) {
+        self.close_beams();
+        if self.open.is_none() {
+            count(&mut self.counters.stray_blocks);
+            return;
+        }
+        let (correlator, work) = self.memory.estimator.front_end();
+        self.memory.squint.push(block, correlator, work);
+    }
+
+    /// What the GMT says about the sweep in hand.
+    pub fn beacon(&mut self, time_ns: u64, beacon: &Beacon) {
+        self.elapse(time_ns);
+        match &mut self.open {
+            Some(open) if open.sweep == beacon.sweep => {
+                open.beacon_heard = true;
+                self.last_beacon = Some((open.time_ns, *beacon));
+            }
+            _ => count(&mut self.counters.stray_beacons),
+        }
+    }
+
+    /// The map so far.
+    pub fn map(&self) -> &PointCloud<VOXELS> {
+        self.memory.map
+    }
+
+    /// Forgets the map and its surfaces.
+    pub fn clear_map(&mut self) {
+        self.memory.map.clear();
+        self.surfaces.clear();
+    }
+
+    /// The newest beacon of a sweep that was heard.
+    pub fn last_beacon(&self) -> Option<&Beacon> {
+        self.last_beacon.as_ref().map(|(_, beacon)| beacon)
+    }
+
+    /// Surfaces of the map, and those that are not confirmed yet.
+    pub fn surfaces(&self) -> &Surfaces<SURFACES> {
+        &self.surfaces
+    }
+
+    /// Pose by the newest inertial data; `None` before there is one.
+    pub fn pose(&self) -> Option<Pose> {
+        self.localizer.expected()
+    }
+
+    /// Clock offset of a pose with the whole delay periods that two-way timing tells, m: the UAV's clock less the GMT's.
+    /// `None` before two exchanges.
+    pub fn clock_offset_m(&self, pose: &Pose) -> Option<f64> {
+        let offset_m = pose.clock.offset_m;
+        let beyond_m = self.clock.offset_m(pose.time_ns)? - offset_m;
+        // What is left beside a whole number of periods is the timing's error.
+        Some(offset_m + beyond_m - wrap_delay_m(beyond_m))
+    }
+
+    /// Flags of the filter.
+    pub fn health(&self) -> Health {
+        self.localizer.health()
+    }
+
+    /// What became of the samples of the inertial sensor so far.
+    pub fn imu_counters(&self) -> ImuCounters {
+        *self.imu.counters()
+    }
+
+    /// What happened to the filter so far.
+    pub fn filter_counters(&self) -> FilterCounters {
+        self.localizer.counters()
+    }
+
+    /// What happened so far.
+    pub fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// Tells the time to a sensor that may have fallen silent.
+    fn elapse(&mut self, now_ns: u64) {
+        // A gap of an hour ends the loop too: every step takes the sensor's time forward to now.
+        while let Some(step) = self.imu.elapse(now_ns) {
+            self.localizer.step(&step);
+        }
+    }
+}
+
+/// The ground alone, where its height is known.
+fn surfaces(config: &SurfaceConfig, ground_z_m: Option<f32>) -> Surfaces<SURFACES> {
+    let beneath = ground_z_m.and_then(|z_m| Position::new(0.0, 0.0, z_m).ok());
+    beneath.map_or_else(
+        || Surfaces::new(*config),
+        |beneath| Surfaces::with_ground(*config, beneath),
+    )
+}
+
+fn count(counter: &mut u32) {
+    *counter = counter.saturating_add(1);
+}

@@ -1,0 +1,364 @@
+//! Which path is the line of sight, and what beam squint must know of it.
+//!
+//! A pose that knows where the UAV is tells it by length and direction, whatever the angle of departure says: above and below its beams
+//! the GMT is heard through sidelobes of any of them. Of the paths that fit the strongest is taken: artefacts stand before and behind it.
+//! Without such a pose it is the first path, since nothing else comes before the line of sight, if that is one: the path must have come nearly as strong as through free space and, as soon as the attitude is known, from the direction opposite to
+//! its departure; a start or a re-fix then takes several that agree.
+//!
+//! The paper's calibration has a rule of its own ([`Localization::Hpc`]), which asks its network and not the pose: that pose
+//! does not know when it has drifted, and one that has drifted would refuse every fix that could bring it back.
+
+use super::bend::{Bend, UNREFLECTED_DB};
+use super::config::Localization;
+use super::localizer::left;
+use super::paths::{Heard, Straight};
+use super::receive::length_m;
+use super::{CHANNELS, PATHS};
+use crate::array::{GmtArrays, half_wave_dipole};
+use crate::association::leaves_in_beams;
+use crate::beam_squint::{Expected, Sighting};
+use crate::constants::SPEED_OF_LIGHT_M_PER_S;
+use crate::estimator::{FaceDirection, Pose, Transmitter};
+use crate::geometry::{Direction, Gmt, Vector3, World};
+use crate::link_state::{LinkState, PaperClassifier};
+use crate::numeric::gather;
+use crate::path::{Departure, Path};
+use crate::paths::PathEstimator;
+use crate::receiver::Receiver;
+
+/// Paths within this of the first one are one with it: images that the arrays' errors make, the ground bounce, m. The
+/// strongest is taken.
+pub(super) const AT_ONCE_M: f64 = 0.45;
+/// Standard deviation of the position, norm, from which on it does not tell whether a path is direct, m.
+const PLACED_M: f32 = 3.0;
+/// Standard deviation of the attitude, norm, from which on it does not tell whether a path is straight, rad.
+const ORIENTED_RAD: f32 = 0.1;
+/// Excess delay up to which the first path may be direct, m, and the same in standard deviations; the larger counts.
+const EXCESS: (f32, f32) = (0.6, 4.0);
+/// Angle off the expected direction up to which it may, rad, and the same in standard deviations; the sum counts.
+const ANGLE: (f32, f32) = (0.05, 4.0);
+/// A path proves itself with an attitude and a departure of this standard deviation, when the two ends differ by no more, rad.
+const PROVEN_RAD: f32 = 0.01;
+/// How far from where the pose puts the line of sight beam squint looks for it, direction cosine. Half a beam is 0.125.
+const POSE_RADIUS: f32 = 0.1;
+
+/// The path that is the line of sight.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sight {
+    /// Its index.
+    pub(super) index: usize,
+    /// By how much it may be off the straight way.
+    pub(super) bend: Bend,
+}
+
+impl Sight {
+    /// A path that comes straight.
+    pub(super) fn straight(index: usize) -> Self {
+        Self {
+            index,
+            bend: Bend::default(),
+        }
+    }
+}
+
+impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
+    Receiver<'_, E, VOXELS, STATES>
+{
+    /// The path that is the line of sight, or a wave that is bent into the shadow of what stands before it, if there is one.
+    pub(super) fn line_of_sight(&self, heard: &[Heard], time_ns: u64) -> Option<Sight> {
+        let pose = self.localizer.expected();
+        // Before its first fix nobody knows how the body is turned, which the network must: it begins as ours does.
+        if let (Localization::Hpc(_, network), Some(pose)) = (&self.config.localization, &pose) {
+            return self.classified(network, heard, pose).map(Sight::straight);
+        }
+        let gmt = self.transmitter(time_ns).map(|(gmt, _)| gmt);
+        match (pose, gmt) {
+            (Some(pose), Some(gmt)) if sigma(&pose.position_covariance_m2) < PLACED_M => {
+                let received = self.received(heard, &pose);
+                // The strongest of those that may be: artefacts of it come before it as well as after.
+                let (index, path, in_world) = (heard.iter().zip(&received).enumerate())
+                    .map(|(index, (path, received))| (index, path, &received.path))
+                    .filter(|(_, _, in_world)| is_direct(in_world, &pose, &gmt))
+                    .max_by(|(_, a, _), (_, b, _)| a.estimated.energy.total_cmp(&b.estimated.energy))?;
+                let bend = self.bend(path, in_world, &pose, &gmt)?;
+                Some(Sight { index, bend })
+            }
+            (pose, _) => {
+                let first = self.first_unreflected(heard, time_ns)?;
+                let path = heard.get(first)?;
+                let direct = pose.is_none_or(|pose| {
+                    let left = path.estimated.path.aod;
+                    left.is_some_and(|left| is_straight(path, &left, &pose, ANGLE.0))
+                });
+                direct.then_some(Sight::straight(first))
+            }
+        }
+    }
+
+    /// The paper's rule: the strongest path, where the link state is line of sight. Of the pose, the network's inputs hold only
+    /// attitude and clock.
+    fn classified(&self, network: &PaperClassifier<'_>, heard: &[Heard], pose: &Pose) -> Option<usize> {
+        let state = network.link(&self.received(heard, pose)).ok()??.state();
+        (state == LinkState::LineOfSight).then_some(0)
+    }
+
+    /// Index of the path that speaks against the pose, of a sweep without line of sight: the first one, when it came as strong as
+    /// through free space.
+    pub(super) fn contrary(&self, heard: &[Heard], time_ns: u64) -> Option<usize> {
+        self.localizer.expected()?;
+        self.first_unreflected(heard, time_ns)
+    }
+
+    /// Index of the first path, when it came as strong as through free space.
+    fn first_unreflected(&self, heard: &[Heard], time_ns: u64) -> Option<usize> {
+        let offset_m = self.clock.offset_m(time_ns)?;
+        let length_m = |path: &Heard| length_m(path.estimated.path.c_tau_m, offset_m);
+        let first = first_of(heard.iter().map(length_m), heard)?;
+        let path = heard.get(first)?;
+        self.is_unreflected(path, length_m(path)).then_some(first)
+    }
+
+    /// Whether a path of this length came nearly as strong as through free space, and no stronger.
+    pub(super) fn is_unreflected(&self, path: &Heard, length_m: f64) -> bool {
+        self.over_free_space_db(path, length_m)
+            .is_some_and(|over_db| over_db.abs() < UNREFLECTED_DB)
+    }
+
+    /// How a path that comes from where the GMT is was bent, by what it lost; `None` when it lost too much. Beside the GMT's beams nobody knows
+    /// a gain well enough to tell.
+    fn bend(&self, path: &Heard, in_world: &Path<World>, pose: &Pose, gmt: &Transmitter) -> Option<Bend> {
+        let range_m = f64::from(in_world.c_tau_m);
+        let way = Direction::<World, f64>::from_vector(pose.position.vector() - gmt.position_m);
+        let in_beams = way.is_ok_and(|way| leaves_in_beams(&gmt.attitude, way.vector()));
+        let known_db = self.over_free_space_db(path, range_m).filter(|_| in_beams);
+        known_db.map_or(Some(Bend::default()), |over_db| {
+            Bend::of(over_db, range_m, self.wavelength_m())
+        })
+    }
+
+    fn wavelength_m(&self) -> f64 {
+        SPEED_OF_LIGHT_M_PER_S / self.config.waveform.carrier_hz
+    }
+
+    /// How much stronger a path of this length is than through free space, dB; `None` without departure or gain.
+    fn over_free_space_db(&self, path: &Heard, length_m: f64) -> Option<f32> {
+        let (departure, gain_db) = path.estimated.path.aod.zip(path.gain_db)?;
+        let dipoles = half_wave_dipole(departure.direction.vector())
+            * half_wave_dipole(path.estimated.path.aoa.vector());
+        let spread = self.wavelength_m() as f32 / (4.0 * core::f32::consts::PI * (length_m as f32).max(1.0));
+        let free_space_db = 20.0 * libm::log10f((spread * dipoles).max(f32::MIN_POSITIVE));
+        Some(gain_db - free_space_db)
+    }
+
+    /// Whether a path proves by itself that it is the line of sight: it has lost no more than through free space, and it comes,
+    /// with an attitude that is known, from just where it left for. A wave that is turned so little by a reflection has made
+    /// no detour.
+    pub(super) fn is_proven(
+        &self,
+        path: &Heard,
+        departure: &FaceDirection,
+        gmt: &Transmitter,
+        time_ns: u64,
+    ) -> bool {
+        let (Some(pose), Some(offset_m), Some(left)) = (
+            self.localizer.expected(),
+            self.clock.offset_m(time_ns),
+            left(&GmtArrays::default(), departure, gmt),
+        ) else {
+            return false;
+        };
+        let Ok(direction) = Direction::from_vector(left.vector().map(|c| c as f32)) else {
+            return false;
+        };
+        let [x, z] = departure.sigma;
+        let left = Departure {
+            direction,
+            sigma_rad: x.max(z) as f32,
+        };
+        let sure = |sigma_rad: f32| sigma_rad < PROVEN_RAD;
+        sure(sigma(&pose.attitude_covariance_rad2))
+            && sure(left.sigma_rad)
+            && self.is_unreflected(path, length_m(path.estimated.path.c_tau_m, offset_m))
+            && is_straight(path, &left, &pose, PROVEN_RAD)
+    }
+
+    /// What beam squint needs to know of the line of sight, path number `index`.
+    pub(super) fn sighting(&self, heard: &[Heard], index: usize, time_ns: u64) -> Option<Sighting> {
+        let paths: heapless::Vec<_, PATHS> = gather(heard.iter().map(|heard| heard.estimated));
+        let mut sighting = Sighting::new(true, &paths, index, &self.config.codebook)?;
+        // Without a pose it may be anywhere: of a GMT that stands low or high the sweep's beams know only the sidelobes.
+        let Some((pose, (gmt, _))) = self.localizer.expected().zip(self.transmitter(time_ns)) else {
+            return Some(sighting);
+        };
+        let from_gmt = pose.position.vector() - gmt.position_m;
+        let filtered = matches!(self.config.localization, Localization::Filter(_));
+        let range_m = if filtered {
+            from_gmt.norm() as f32
+        } else {
+            // The paper's calibration does not know how far it has drifted; the path does not drift.
+            let c_tau_m = heard.get(index)?.estimated.path.c_tau_m;
+            length_m(c_tau_m, self.clock.offset_m(time_ns)?) as f32
+        };
+        // Through a sidelobe any face is heard: the pose knows better which one looks here.
+        if filtered
+            && sigma(&pose.position_covariance_m2) < PLACED_M
+            && let Ok(left) = Direction::<World, f64>::from_vector(from_gmt)
+        {
+            let left = gmt.attitude.inverse().apply(left);
+            sighting.face = face_towards(&left);
+            let across = 4.0 * sigma(&pose.position_covariance_m2) / range_m;
+            sighting.expected = expected(sighting.face, &left, POSE_RADIUS + across);
+        }
+        if let Some(ground_z_m) = self.config.accept.point.ground_z_m
+            && let Ok(down) = Direction::<World>::from_vector(-Vector3::z())
+            && let up = gmt.attitude.inverse().apply_vector(&Vector3::new(0.0, 0.0, 1.0))
+            && let Ok(up) = Direction::<Gmt>::from_vector(up.map(|c| c as f32))
+        {
+            let height_m = gmt.position_m.z as f32 - ground_z_m;
+            sighting = sighting.with_ground(range_m, height_m, &pose.attitude.inverse().apply(down), &up);
+        }
+        Some(sighting)
+    }
+}
+
+/// Index of the strongest of the paths that came first.
+pub(super) fn first_of(lengths_m: impl Iterator<Item = f64> + Clone, heard: &[Heard]) -> Option<usize> {
+    let first_m = lengths_m.clone().min_by(f64::total_cmp)?;
+    lengths_m
+        .zip(heard)
+        .enumerate()
+        .filter(|(_, (length_m, _))| *length_m < first_m + AT_ONCE_M)
+        .max_by(|(_, (_, a)), (_, (_, b))| a.estimated.energy.total_cmp(&b.estimated.energy))
+        .map(|(index, _)| index)
+}
+
+/// Whether a path is as long as the straight way and comes from where the GMT is.
+fn is_direct(path: &Path<World>, pose: &Pose, gmt: &Transmitter) -> bool {
+    let towards = (gmt.position_m - pose.position.vector()).map(|c| c as f32);
+    let Some(straight) = Straight::against(path, &towards, &pose.position_covariance_m2) else {
+        return false;
+    };
+    let covariance = &path.covariance;
+    let angle_variance = covariance.m22 + covariance.m33 + straight.across_variance_rad2;
+    straight.excess_m.abs() < (EXCESS.1 * libm::sqrtf(straight.length_variance_m2.max(0.0))).max(EXCESS.0)
+        && straight.angle_rad < ANGLE.0 + ANGLE.1 * libm::sqrtf(angle_variance.max(0.0))
+}
+
+/// Whether a path comes from the direction opposite to its departure, within an angle and what the attitude is not known to.
+fn is_straight(path: &Heard, left: &Departure, pose: &Pose, within_rad: f32) -> bool {
+    let attitude_sigma = sigma(&pose.attitude_covariance_rad2);
+    if attitude_sigma > ORIENTED_RAD {
+        return true;
+    }
+    let seen = pose.attitude.apply(path.estimated.path.aoa);
+    let Ok(back) = Direction::<World>::from_vector(-left.direction.vector()) else {
+        return false;
+    };
+    let sigma = libm::hypotf(attitude_sigma, left.sigma_rad);
+    back.angle_to_rad(&seen) < within_rad + ANGLE.1 * sigma
+}
+
+/// Where a direction is, as a face has it.
+fn expected(face: usize, u: &Direction<Gmt, f64>, radius: f32) -> Option<Expected> {
+    let arrays = GmtArrays::<f64>::default();
+    let cosines = GmtArrays::<f64>::cosines(arrays.faces().get(face)?, u);
+    Some(Expected {
+        cosines: cosines.map(|c| c as f32),
+        radius,
+    })
+}
+
+/// The face whose normal is nearest to a direction.
+fn face_towards(u: &Direction<Gmt, f64>) -> usize {
+    let arrays = GmtArrays::<f64>::default();
+    let ahead = |face: usize| {
+        arrays
+            .faces()
+            .get(face)
+            .map_or(-1.0, |face| face.normal.dot(u.vector()))
+    };
+    (0..arrays.faces().len())
+        .max_by(|a, b| ahead(*a).total_cmp(&ahead(*b)))
+        .unwrap_or(0)
+}
+
+/// Norm of the standard deviations of a covariance.
+fn sigma(covariance: &crate::geometry::Matrix3<f32>) -> f32 {
+    libm::sqrtf(covariance.trace().max(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Matrix3;
+
+    use super::*;
+    use crate::estimator::ClockEstimate;
+    use crate::geometry::{Body, Position, Rotation};
+    use crate::paths::EstimatedPath;
+
+    /// A pose whose attitude is known to `sigma_rad` about each axis.
+    fn pose(sigma_rad: f32) -> Pose {
+        Pose {
+            time_ns: 0,
+            position: Position::new(0.0, 0.0, 0.0).expect("finite"),
+            velocity_m_per_s: Vector3::zeros(),
+            attitude: Rotation::<Body, World>::from_yaw_pitch_roll(0.0, 0.0, 0.0).expect("finite"),
+            clock: ClockEstimate {
+                offset_m: 0.0,
+                offset_sigma_m: 0.0,
+                drift_m_per_s: 0.0,
+                drift_sigma_m_per_s: 0.0,
+            },
+            position_covariance_m2: Matrix3::identity(),
+            velocity_covariance_m2_per_s2: Matrix3::zeros(),
+            attitude_covariance_rad2: Matrix3::identity() * (sigma_rad * sigma_rad),
+            position_attitude_covariance_m_rad: Matrix3::zeros(),
+            resets: 0,
+        }
+    }
+
+    /// A departure `turned_rad` off the way straight to the UAV.
+    fn turned(turned_rad: f32) -> Departure {
+        let left = Vector3::new(-libm::cosf(turned_rad), libm::sinf(turned_rad), 0.0);
+        Departure {
+            direction: Direction::from_vector(left).expect("unit"),
+            sigma_rad: 0.003,
+        }
+    }
+
+    /// A path that arrives along x.
+    fn path() -> Heard {
+        Heard {
+            estimated: EstimatedPath {
+                path: Path {
+                    c_tau_m: 30.0,
+                    aoa: Direction::from_vector(Vector3::x()).expect("unit"),
+                    aod: None,
+                    covariance: Matrix3::identity() * 1e-6,
+                },
+                beam: 0,
+                snr_db: 30.0,
+                energy: 1.0,
+            },
+            gain_db: Some(-92.0),
+        }
+    }
+
+    #[test]
+    fn a_wave_is_judged_by_its_loss_only_within_the_beams() {
+        let in_beams = |upwards: f64| {
+            let along = libm::sqrt(1.0 - upwards * upwards);
+            leaves_in_beams(&Rotation::identity(), &Vector3::new(along, 0.0, upwards))
+        };
+        // Steeply upwards the GMT is heard through sidelobes.
+        assert!(in_beams(0.1) && !in_beams(0.8));
+    }
+
+    #[test]
+    fn a_path_proves_itself_by_the_angle_between_its_two_ends() {
+        let straight = |turned_rad| is_straight(&path(), &turned(turned_rad), &pose(0.002), PROVEN_RAD);
+        // Four times the root sum of 3.5 mrad of attitude and 3 of departure beside the 10 mrad.
+        assert!(straight(0.0) && straight(0.025) && !straight(0.035));
+        assert!(is_straight(&path(), &turned(0.035), &pose(0.002), ANGLE.0));
+    }
+}

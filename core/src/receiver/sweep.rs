@@ -1,0 +1,319 @@
+//! The end of a sweep: which path is what, what it says about the pose, and what the pose makes of it.
+//!
+//! Twice through the paths. With the pose that is expected, the line of sight goes to the localizer, or without one the reflections that known
+//! surfaces explain; with the pose that comes back, the paths are classified and associated, and what passes becomes points.
+
+use heapless::Vec;
+
+use super::bend::Bend;
+use super::config::Departures;
+use super::mapping::{Mapping, Station};
+use super::paths::Heard;
+use super::receive::ends;
+use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
+use super::sight::Sight;
+use super::{CHANNELS, LinkStates, PATHS, count};
+use crate::beam_squint::{Bearing, Refusal};
+use crate::estimator::{Counters, FaceDirection, SweepMeasurement, SweepVerdict, Transmitter};
+use crate::link_state::LinkState;
+use crate::numeric::gather;
+use crate::paths::{EstimatedPath, PathEstimator};
+use crate::receiver::Receiver;
+
+/// What the localizer made of a sweep.
+#[derive(Clone, Debug)]
+struct Localized {
+    /// Path that was taken for the line of sight.
+    line: Option<usize>,
+    verdict: SweepVerdict,
+    innovations: Vec<Innovation, 3>,
+}
+
+impl Default for Localized {
+    fn default() -> Self {
+        Self {
+            line: None,
+            verdict: SweepVerdict::NoSight,
+            innovations: Vec::new(),
+        }
+    }
+}
+
+/// A sweep in hand.
+#[derive(Clone, Debug)]
+pub(super) struct Open {
+    pub(super) sweep: u32,
+    pub(super) time_ns: u64,
+    pub(super) beams: u16,
+    pub(super) beacon_heard: bool,
+    /// Set when its beams are over.
+    pub(super) paths: Option<Vec<EstimatedPath, PATHS>>,
+    /// Path that is listened to in the squint symbols.
+    pub(super) sighted: Option<usize>,
+    /// Whether beam squint took it, with the bearing where somebody else has read one.
+    pub(super) squint: Result<Option<Bearing>, Refusal>,
+}
+
+impl Open {
+    pub(super) fn new(sweep: u32, time_ns: u64) -> Self {
+        Self {
+            sweep,
+            time_ns,
+            beams: 0,
+            beacon_heard: false,
+            paths: None,
+            sighted: None,
+            squint: Err(Refusal::NotBegun),
+        }
+    }
+}
+
+impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
+    Receiver<'_, E, VOXELS, STATES>
+{
+    /// Ends the beams of the sweep in hand: its paths are estimated, and one of them may be listened to by beam squint. The first squint
+    /// symbol, or the end of the sweep, does so too.
+    pub fn close_beams(&mut self) {
+        if self.open.as_ref().is_none_or(|open| open.paths.is_some()) {
+            return;
+        }
+        let paths = self.memory.estimator.finish();
+        self.close_with(paths);
+    }
+
+    /// The same with these paths.
+    pub(super) fn close_with(&mut self, paths: Vec<EstimatedPath, PATHS>) {
+        let time_ns = self.open.as_ref().map_or(0, |open| open.time_ns);
+        let heard = self.heard(&paths);
+        let sighted = self.line_of_sight(&heard, time_ns).map(|sight| sight.index);
+        let squint = match sighted.map(|index| self.sighting(&heard, index, time_ns)) {
+            Some(Some(sighting)) if self.config.departures != Departures::Beams => {
+                self.memory.squint.begin(&sighting).map(|()| None)
+            }
+            Some(_) => Err(Refusal::NotBegun),
+            None => Err(Refusal::NotLineOfSight),
+        };
+        if let Some(open) = &mut self.open {
+            open.paths = Some(paths);
+            open.sighted = sighted;
+            open.squint = squint;
+        }
+    }
+
+    /// Ends the sweep in hand. `None` when there is none.
+    pub fn end_sweep(&mut self) -> Option<SweepReport<PATHS>> {
+        self.close_beams();
+        let open = self.open.take()?;
+        count(&mut self.counters.sweeps);
+        if !open.beacon_heard {
+            count(&mut self.counters.beacons_missing);
+        }
+        let heard = self.heard(open.paths.as_deref().unwrap_or(&[]));
+        let bearing = open
+            .squint
+            .and_then(|given| given.map_or_else(|| self.read_squint(), Ok));
+        let gmt = self.transmitter(open.time_ns);
+
+        let localized = match &gmt {
+            Some((gmt, stop)) => self.localize(&open, &heard, gmt, *stop, bearing.ok().as_ref()),
+            None => Localized::default(),
+        };
+        let line = localized.line;
+        let gmt = gmt.map(|(claimed, _)| self.localizer.transmitter().copied().unwrap_or(claimed));
+        let pose = self.localizer.pose();
+        let judged = match (&pose, &gmt) {
+            (Some(pose), Some(gmt)) => self.judge(&heard, pose, gmt),
+            _ => Vec::new(),
+        };
+        let received = self.to_associate(&heard, &judged);
+        let mapping = match (&pose, &gmt) {
+            (Some(pose), Some(transmitter)) => {
+                let station = Station {
+                    pose,
+                    transmitter,
+                    sweep: open.sweep,
+                    line,
+                };
+                self.map_sweep(&station, &received, &judged)
+            }
+            _ => Mapping::default(),
+        };
+        let mut paths = Vec::new();
+        for (index, path) in heard.iter().enumerate() {
+            let _fits = paths.push(PathReport {
+                estimated: path.estimated,
+                gain_db: path.gain_db,
+                in_world: judged.get(index).map(|judged| judged.path),
+                probabilities: judged.get(index).and_then(|judged| judged.probabilities),
+                outcome: mapping.outcomes.get(index).cloned().unwrap_or(Outcome::NoPose),
+            });
+        }
+        let link = match paths.first() {
+            None => LinkState::Outage,
+            Some(strongest) => match (&strongest.probabilities, line) {
+                (Some(probabilities), _) => probabilities.state(),
+                (None, Some(0)) => LinkState::LineOfSight,
+                (None, _) => LinkState::HigherOrder,
+            },
+        };
+        Some(SweepReport {
+            sweep: open.sweep,
+            time_ns: open.time_ns,
+            beams: open.beams,
+            paths,
+            points: mapping.points,
+            surfaces: mapping.surfaces,
+            link,
+            verdict: localized.verdict,
+            innovations: localized.innovations,
+            bearing,
+            clock_offset_m: pose.as_ref().and_then(|pose| self.clock_offset_m(pose)),
+            ends: (pose.as_ref())
+                .zip(gmt.as_ref())
+                .and_then(|(pose, gmt)| ends(pose, &gmt.position_m).ok()),
+            pose,
+            health: self.localizer.health(),
+        })
+    }
+
+    fn read_squint(&self) -> Result<Bearing, Refusal> {
+        match self.config.departures {
+            Departures::SquintFit => self.memory.squint.fit(),
+            Departures::SquintParabola => self.memory.squint.parabola(),
+            Departures::SquintPick => self.memory.squint.pick(),
+            Departures::Beams => Err(Refusal::NotBegun),
+        }
+    }
+
+    /// Hands the sweep to the localizer: which path was the line of sight, and what became of it.
+    fn localize(
+        &mut self,
+        open: &Open,
+        heard: &[Heard],
+        gmt: &Transmitter,
+        stop: u32,
+        bearing: Option<&Bearing>,
+    ) -> Localized {
+        let level = self.level_sight(heard, gmt, open.time_ns);
+        let sight = self
+            .line_of_sight(heard, open.time_ns)
+            .or(level.map(|(first, _)| Sight::straight(first)));
+        let line = sight.map(|sight| sight.index);
+        let line_of_sight = sight.and_then(|sight| {
+            let squint = bearing.filter(|_| line == open.sighted).map(face_direction);
+            let path = heard.get(sight.index)?;
+            self.line_measurement(path, &sight.bend, squint, gmt, open.time_ns)
+        });
+        let contrary = match (line, &self.config.link_states) {
+            (Some(_), _) | (_, LinkStates::Paper(_)) => None,
+            _ => self.contrary(heard, open.time_ns),
+        };
+        let contrary = contrary
+            .and_then(|index| heard.get(index))
+            .and_then(|path| self.line_measurement(path, &Bend::default(), None, gmt, open.time_ns));
+        let departure = line_of_sight.and_then(|path| path.departure);
+        let proven = line
+            .and_then(|index| heard.get(index))
+            .zip(departure)
+            .is_some_and(|(path, left)| self.is_proven(path, &left, gmt, open.time_ns));
+        let mut measured = Vec::<_, PATHS>::new();
+        if self.config.delta_ranges {
+            // There is room for every path.
+            measured = gather(heard.iter().filter_map(|path| self.measurement(path, None, gmt)));
+        }
+        let reflections = match self.localizer.expected() {
+            Some(pose) if line.is_none() && self.config.map_aided => {
+                let judged = self.judge(heard, &pose, &self.localizer.plausible(open.time_ns, gmt));
+                self.reflections(heard, &judged, gmt, open.time_ns)
+            }
+            _ => Vec::new(),
+        };
+        let before = self.localizer.counters();
+        let confirmed = self.localizer.is_confirmed();
+        let verdict = self.localizer.sweep(
+            open.sweep,
+            &SweepMeasurement {
+                time_ns: open.time_ns,
+                gmt: *gmt,
+                stop,
+                line_of_sight,
+                proven,
+                contrary,
+                level_yaw: level.map(|(_, yaw)| yaw),
+                reflections: &reflections,
+                heard: &measured,
+            },
+        );
+        self.take_surfaces_back(verdict);
+        self.imu.set_errors(self.localizer.imu_errors());
+        let after = self.localizer.counters();
+        if after.clock_steps != before.clock_steps {
+            self.clock.confirm();
+        } else if after.timing_refuted != before.timing_refuted {
+            self.clock.refute();
+        }
+        if verdict == SweepVerdict::Refixed && line.is_none() && !confirmed {
+            // Whatever that pose has put into the map lies elsewhere.
+            self.clear_map();
+        }
+        let joint = line_of_sight.map(|path| if path.departure.is_some() { 5 } else { 3 });
+        Localized {
+            line,
+            verdict,
+            innovations: self.innovations(verdict, joint, &before),
+        }
+    }
+
+    /// How well the sweep's measurements, and the timing since the last one, met the filter's expectation.
+    fn innovations(
+        &self,
+        verdict: SweepVerdict,
+        line_of_sight: Option<u8>,
+        before: &Counters,
+    ) -> Vec<Innovation, 3> {
+        let (Some(ratios), Some(gates)) = (self.localizer.test_ratios(), self.config.localization.gates())
+        else {
+            return Vec::new();
+        };
+        let after = self.localizer.counters();
+        let judged = !matches!(
+            verdict,
+            SweepVerdict::NoSight | SweepVerdict::Waiting | SweepVerdict::Started | SweepVerdict::TooLate
+        );
+        let line = line_of_sight.filter(|_| judged).map(|dof| Innovation {
+            measured: Measured::LineOfSight,
+            dof,
+            test_ratio: ratios.line_of_sight,
+            gate: if dof == 5 { gates.five } else { gates.three } as f32,
+            accepted: matches!(
+                verdict,
+                SweepVerdict::Accepted | SweepVerdict::Inflated | SweepVerdict::Refixed
+            ),
+        });
+        let timing = Some(Innovation {
+            measured: Measured::TwoWayTiming,
+            dof: 1,
+            test_ratio: ratios.two_way,
+            gate: gates.one as f32,
+            accepted: after.timing_rejected == before.timing_rejected,
+        });
+        let reflection = (after.reflections != before.reflections).then_some(Innovation {
+            measured: Measured::Reflection,
+            dof: 5,
+            test_ratio: ratios.reflection,
+            gate: gates.five as f32,
+            accepted: true,
+        });
+        gather([line, timing, reflection].into_iter().flatten())
+    }
+}
+
+/// A bearing as the localizer takes it.
+fn face_direction(bearing: &Bearing) -> FaceDirection {
+    let sigma = |variance: f32| libm::sqrt(f64::from(variance.max(0.0)));
+    FaceDirection {
+        face: bearing.face,
+        cosines: bearing.cosines.map(f64::from),
+        sigma: [sigma(bearing.covariance.m11), sigma(bearing.covariance.m22)],
+    }
+}
