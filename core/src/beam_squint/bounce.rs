@@ -10,7 +10,7 @@
 use heapless::Vec;
 use nalgebra::{Complex, Matrix2, Matrix3, Vector2, Vector3};
 
-use super::fit::{BLIND_STEPS, Fit, Heard, LONGEST_M, NEAR_ENOUGH, Place, ROUNDING, SETTLED};
+use super::fit::{BLIND_STEPS, Fit, LONGEST_M, NEAR_ENOUGH, Place, ROUNDING, ReceivedSymbols, SETTLED};
 use super::pattern::{Row, Spin};
 use super::reception::Spectrum;
 use super::robust::BLOCKS;
@@ -157,7 +157,7 @@ impl Normal {
     }
 }
 
-impl<const SYMBOLS: usize, const ACTIVE: usize> Heard<'_, SYMBOLS, ACTIVE> {
+impl<const SYMBOLS: usize, const ACTIVE: usize> ReceivedSymbols<'_, SYMBOLS, ACTIVE> {
     /// Goes on from the fit of one path. `None` where a way leads behind the face, or where nothing tells the place.
     pub(super) fn fit_both<const X: usize, const Z: usize>(
         &self,

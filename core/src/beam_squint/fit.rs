@@ -67,9 +67,9 @@ struct Normal {
     delay_hessian: f32,
 }
 
-/// The symbols of a fit and what they were heard as.
+/// The symbols that a fit is over, as sent and as received.
 #[derive(Clone, Copy)]
-pub(super) struct Heard<'a, const SYMBOLS: usize, const ACTIVE: usize> {
+pub(super) struct ReceivedSymbols<'a, const SYMBOLS: usize, const ACTIVE: usize> {
     pub(super) schedule: &'a [SquintSymbol; SYMBOLS],
     pub(super) spectra: &'a [Option<Spectrum<ACTIVE>>; SYMBOLS],
     pub(super) band: Band,
@@ -77,8 +77,8 @@ pub(super) struct Heard<'a, const SYMBOLS: usize, const ACTIVE: usize> {
     pub(super) per_m_rad: f32,
 }
 
-impl<'a, const SYMBOLS: usize, const ACTIVE: usize> Heard<'a, SYMBOLS, ACTIVE> {
-    /// The symbols that were heard.
+impl<'a, const SYMBOLS: usize, const ACTIVE: usize> ReceivedSymbols<'a, SYMBOLS, ACTIVE> {
+    /// The symbols that were received.
     pub(super) fn symbols(&self) -> impl Iterator<Item = (&'a SquintSymbol, &'a Spectrum<ACTIVE>)> {
         let pairs = self.schedule.iter().zip(self.spectra);
         pairs.filter_map(|(symbol, spectrum)| Some((symbol, spectrum.as_ref()?)))

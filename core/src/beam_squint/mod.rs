@@ -46,7 +46,7 @@ use crate::geometry::{Direction, Gmt};
 use crate::numeric::gather;
 use crate::signal::{BeamBlock, Correlator, Waveform, Workspace};
 use bounce::Mirror;
-use fit::{Heard, Place};
+use fit::{Place, ReceivedSymbols};
 use pattern::Band;
 use reception::{Reception, Spectrum};
 
@@ -258,10 +258,10 @@ impl<
     /// # Errors
     /// [`Refusal::NotBegun`], [`Refusal::SymbolsMissing`], [`Refusal::TooWeak`].
     pub fn pick(&self) -> Result<Bearing, Refusal> {
-        let (face, _, heard) = self.heard()?;
+        let (face, _, received) = self.received()?;
         let readings = [
-            peak::pick::<X, SYMBOLS, ACTIVE>(&heard, 0)?,
-            peak::pick::<Z, SYMBOLS, ACTIVE>(&heard, 1)?,
+            peak::pick::<X, SYMBOLS, ACTIVE>(&received, 0)?,
+            peak::pick::<Z, SYMBOLS, ACTIVE>(&received, 1)?,
         ];
         Ok(self.read(face, readings))
     }
@@ -271,10 +271,10 @@ impl<
     /// # Errors
     /// Those of [`Self::pick`], and [`Refusal::NoPeak`].
     pub fn parabola(&self) -> Result<Bearing, Refusal> {
-        let (face, _, heard) = self.heard()?;
+        let (face, _, received) = self.received()?;
         let readings = [
-            peak::parabola::<X, SYMBOLS, ACTIVE>(&heard, 0)?,
-            peak::parabola::<Z, SYMBOLS, ACTIVE>(&heard, 1)?,
+            peak::parabola::<X, SYMBOLS, ACTIVE>(&received, 0)?,
+            peak::parabola::<Z, SYMBOLS, ACTIVE>(&received, 1)?,
         ];
         Ok(self.read(face, readings))
     }
@@ -285,10 +285,10 @@ impl<
     /// # Errors
     /// Those of [`Self::pick`], [`Refusal::Ambiguous`] and [`Refusal::Unsettled`].
     pub fn fit(&self) -> Result<Bearing, Refusal> {
-        let (face, reference_m, heard) = self.heard()?;
-        let starts = search::candidates::<X, Z, SYMBOLS, ACTIVE>(&heard, self.expected.as_ref());
+        let (face, reference_m, received) = self.received()?;
+        let starts = search::candidates::<X, Z, SYMBOLS, ACTIVE>(&received, self.expected.as_ref());
         let fits: Vec<fit::Fit<SYMBOLS>, { search::CANDIDATES }> = gather(starts.iter().map(|cosines| {
-            heard.fit::<X, Z, { fit::PAIR }>(Place {
+            received.fit::<X, Z, { fit::PAIR }>(Place {
                 cosines: *cosines,
                 delay_m: 0.0,
             })
@@ -300,9 +300,9 @@ impl<
         // With the ground the fit of both paths goes on from here.
         let best = &match &self.mirror {
             Some(_) => *first,
-            None => heard.fit::<X, Z, 1>(first.place),
+            None => received.fit::<X, Z, 1>(first.place),
         };
-        let count = heard.symbols().count() as f32;
+        let count = received.symbols().count() as f32;
         // Noise alone explains one variance a symbol, with a spread of its root.
         if best.energy.is_nan() || best.energy < count + LEAST_ENERGY {
             return Err(Refusal::TooWeak);
@@ -325,10 +325,10 @@ impl<
         {
             return Err(Refusal::Ambiguous);
         }
-        let shown = heard.shown::<X, Z>(best).ok_or(Refusal::SymbolsMissing)?;
+        let shown = received.shown::<X, Z>(best).ok_or(Refusal::SymbolsMissing)?;
         let (mut place, mut covariance, mut delay_m2) = (best.place, shown.cosines, shown.delay_m2);
         if let Some(mirror) = &self.mirror {
-            let joint = heard.fit_both::<X, Z>(best, mirror);
+            let joint = received.fit_both::<X, Z>(best, mirror);
             let joint = joint.filter(|joint| joint.settled).ok_or(Refusal::Unsettled)?;
             (place, covariance, delay_m2) = (joint.place, joint.covariance, joint.delay_m2);
         }
@@ -348,20 +348,20 @@ impl<
     }
 
     /// What was heard, if it can tell a direction: face, reference delay, spectra.
-    fn heard(&self) -> Result<(usize, f32, Heard<'_, SYMBOLS, ACTIVE>), Refusal> {
+    fn received(&self) -> Result<(usize, f32, ReceivedSymbols<'_, SYMBOLS, ACTIVE>), Refusal> {
         let (face, reference_m) = self.begun.ok_or(Refusal::NotBegun)?;
-        let heard = Heard {
+        let received = ReceivedSymbols {
             schedule: &self.schedule,
             spectra: &self.spectra,
             band: self.band,
             per_m_rad: self.reception.per_m_rad(),
         };
         let sweeps = |axis: usize| {
-            let mut symbols = heard.symbols();
+            let mut symbols = received.symbols();
             symbols.any(|(symbol, _)| symbol.delay_ns.get(axis).is_some_and(|delay| *delay != 0.0))
         };
         if sweeps(0) && sweeps(1) {
-            Ok((face, reference_m, heard))
+            Ok((face, reference_m, received))
         } else {
             Err(Refusal::SymbolsMissing)
         }

@@ -7,7 +7,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::Refusal;
-use super::fit::Heard;
+use super::fit::ReceivedSymbols;
 use super::reception::Spectrum;
 use crate::array::SquintSymbol;
 
@@ -44,16 +44,16 @@ impl<const ACTIVE: usize> Peak<'_, ACTIVE> {
     /// The cosine at a (fractional) subcarrier, in -1..=1, and its variance from that of the subcarrier.
     fn read<const SYMBOLS: usize>(
         &self,
-        heard: &Heard<'_, SYMBOLS, ACTIVE>,
+        received: &ReceivedSymbols<'_, SYMBOLS, ACTIVE>,
         axis: usize,
         index: f32,
         index_variance: f32,
     ) -> Reading {
-        let f = heard.band.offset_ghz(index);
-        let aim = self.symbol.aim(f, heard.band.carrier_ghz);
+        let f = received.band.offset_ghz(index);
+        let aim = self.symbol.aim(f, received.band.carrier_ghz);
         let s = aim.get(axis).copied().unwrap_or(0.0);
         // An array of half a wavelength repeats after this.
-        let period = 2.0 / (1.0 + f / heard.band.carrier_ghz);
+        let period = 2.0 / (1.0 + f / received.band.carrier_ghz);
         // Anywhere between two passes of the slow axis; and there the slope of its lobe moves the peak of the sharp
         // one.
         let ratio = self.slow_step / self.sharp_step;
@@ -72,14 +72,14 @@ impl<const ACTIVE: usize> Peak<'_, ACTIVE> {
 
 /// The symbol with the strongest subcarrier among those that sweep an axis.
 fn strongest<'a, const SYMBOLS: usize, const ACTIVE: usize>(
-    heard: &Heard<'a, SYMBOLS, ACTIVE>,
+    received: &ReceivedSymbols<'a, SYMBOLS, ACTIVE>,
     axis: usize,
 ) -> Result<Peak<'a, ACTIVE>, Refusal> {
     let mut best: Option<(f32, Peak<'a, ACTIVE>)> = None;
-    for (symbol, spectrum) in heard.symbols() {
+    for (symbol, spectrum) in received.symbols() {
         let steps = symbol
             .delay_ns
-            .map(|delay_ns| 2.0 * delay_ns * heard.band.step_ghz);
+            .map(|delay_ns| 2.0 * delay_ns * received.band.step_ghz);
         let step = steps.get(axis).copied().unwrap_or(0.0);
         if step == 0.0 {
             continue;
@@ -116,17 +116,17 @@ fn strongest<'a, const SYMBOLS: usize, const ACTIVE: usize>(
 /// Its error is half a subcarrier, and what noise makes of a flat top: subcarriers compete where the lobe has fallen by
 /// less than the noise of a power.
 pub(super) fn pick<const N: usize, const SYMBOLS: usize, const ACTIVE: usize>(
-    heard: &Heard<'_, SYMBOLS, ACTIVE>,
+    received: &ReceivedSymbols<'_, SYMBOLS, ACTIVE>,
     axis: usize,
 ) -> Result<Reading, Refusal> {
-    let peak = strongest(heard, axis)?;
+    let peak = strongest(received, axis)?;
     let power = peak.spectrum.bins.get(peak.index).map_or(0.0, |y| y.norm_sqr());
     let noise = libm::sqrtf(2.0 * peak.spectrum.noise / power);
     // The lobe of N elements falls by (N^2 - 1)/12 (pi s)^2.
     let bend = (N * N - 1) as f32 / 12.0 * core::f32::consts::PI * core::f32::consts::PI;
     let per_index = bend * peak.sharp_step * peak.sharp_step;
     Ok(peak.read(
-        heard,
+        received,
         axis,
         peak.index as f32,
         1.0 / 12.0 + 0.5 * noise / per_index,
@@ -135,10 +135,10 @@ pub(super) fn pick<const N: usize, const SYMBOLS: usize, const ACTIVE: usize>(
 
 /// Vertex of the parabola through the smoothed log power around the peak. `N` elements along the axis.
 pub(super) fn parabola<const N: usize, const SYMBOLS: usize, const ACTIVE: usize>(
-    heard: &Heard<'_, SYMBOLS, ACTIVE>,
+    received: &ReceivedSymbols<'_, SYMBOLS, ACTIVE>,
     axis: usize,
 ) -> Result<Reading, Refusal> {
-    let peak = strongest(heard, axis)?;
+    let peak = strongest(received, axis)?;
     let bins = &peak.spectrum.bins;
     let lobe = 2.0 / (N as f32 * peak.sharp_step.abs());
     let reach = ((REACH * lobe + 0.5) as usize).clamp(2, MOST);
@@ -176,5 +176,5 @@ pub(super) fn parabola<const N: usize, const SYMBOLS: usize, const ACTIVE: usize
     }
     let slope = Vector3::new(0.0, 1.0 / bend, 2.0 * vertex / bend);
     let variance = slope.dot(&(spread * slope)) + (MODEL * lobe) * (MODEL * lobe);
-    Ok(peak.read(heard, axis, top as f32 + vertex, variance))
+    Ok(peak.read(received, axis, top as f32 + vertex, variance))
 }

@@ -8,7 +8,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::fit::{Fit, Heard, Place, invert};
+use super::fit::{Fit, Place, ReceivedSymbols, invert};
 use super::reception::Spectrum;
 use crate::array::SquintSymbol;
 
@@ -32,7 +32,7 @@ struct Pull {
     delay: f32,
 }
 
-impl<const SYMBOLS: usize, const ACTIVE: usize> Heard<'_, SYMBOLS, ACTIVE> {
+impl<const SYMBOLS: usize, const ACTIVE: usize> ReceivedSymbols<'_, SYMBOLS, ACTIVE> {
     /// Covariance of a fit: that of noise, widened by what the fit leaves over. `None` when the information is singular.
     pub(super) fn shown<const X: usize, const Z: usize>(&self, fit: &Fit<SYMBOLS>) -> Option<Shown> {
         let noise = invert(&fit.information)?;

@@ -5,7 +5,7 @@
 
 use heapless::Vec;
 
-use super::fit::Heard;
+use super::fit::ReceivedSymbols;
 use super::pattern::{Band, Row};
 use super::reception::Spectrum;
 use super::sighting::Expected;
@@ -29,12 +29,12 @@ type Grid = [[f32; CELLS[1]]; CELLS[0]];
 
 /// Best places of the grid, best first; of those around where the path is expected, if it is.
 pub(super) fn candidates<const X: usize, const Z: usize, const SYMBOLS: usize, const ACTIVE: usize>(
-    heard: &Heard<'_, SYMBOLS, ACTIVE>,
+    received: &ReceivedSymbols<'_, SYMBOLS, ACTIVE>,
     expected: Option<&Expected>,
 ) -> Vec<[f32; 2], CANDIDATES> {
-    let band = heard.band.decimated(STRIDE);
+    let band = received.band.decimated(STRIDE);
     let mut grid: Grid = [[0.0; CELLS[1]]; CELLS[0]];
-    for (symbol, spectrum) in heard.symbols() {
+    for (symbol, spectrum) in received.symbols() {
         let power = power(spectrum);
         match symbol.delay_ns.map(|delay| delay != 0.0) {
             [true, true] => whole::<X, Z>(symbol, &power, &band, &mut grid),

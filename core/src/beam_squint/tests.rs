@@ -28,7 +28,7 @@ fn listener() -> BeamSquint<11> {
 
 /// A receiver that has heard the exact pattern of face 0 at `cosines`, `amplitude` over noise of variance one, with
 /// gains of any phase; `late_m` beyond the reference delay.
-fn heard(cosines: [f64; 2], late_m: f64, amplitude: f64) -> BeamSquint<11> {
+fn received(cosines: [f64; 2], late_m: f64, amplitude: f64) -> BeamSquint<11> {
     let mut bsm = listener();
     bsm.begin(&sighting()).expect("line of sight");
     let band_hz = [-208.0 * 480e3, 207.0 * 480e3];
@@ -58,7 +58,7 @@ fn exact_patterns_give_the_exact_place() {
             -0.05 + 0.55 * (0.414_214 * f64::from(k)).fract(),
         ];
         let late_m = -0.5 + f64::from(k % 11) * 0.1;
-        let bsm = heard(cosines, late_m, 100.0);
+        let bsm = received(cosines, late_m, 100.0);
         let bearing = bsm.fit().unwrap_or_else(|e| panic!("{e} at {cosines:?}"));
         let off = [0, 1].map(|i| f64::from(bearing.cosines[i]) - cosines[i]);
         assert!(
@@ -84,7 +84,7 @@ fn places() -> impl Iterator<Item = [f64; 2]> {
 fn peaks_are_as_good_as_their_covariance_says() {
     let (mut picked, mut fitted, mut count) = (0.0, 0.0, 0.0);
     for cosines in places() {
-        let bsm = heard(cosines, 0.0, 100.0);
+        let bsm = received(cosines, 0.0, 100.0);
         for (sum, bearing) in [(&mut picked, bsm.pick()), (&mut fitted, bsm.parabola())] {
             let bearing = bearing.expect("strong");
             assert!(bearing.delay.is_none());
@@ -107,7 +107,7 @@ fn peaks_are_as_good_as_their_covariance_says() {
 fn a_null_of_one_symbol_does_not_hold_the_fit() {
     // From the grid's 0.30, on which the null of the first symbol lies, and close to it.
     for z in [0.2767, 0.2942, 0.2999, 0.3001, 0.3175] {
-        let bearing = heard([-0.277, z], 0.0, 100.0).fit().expect("strong");
+        let bearing = received([-0.277, z], 0.0, 100.0).fit().expect("strong");
         assert!(
             (f64::from(bearing.cosines[1]) - z).abs() < 5e-6,
             "{z}: {}",
@@ -139,15 +139,15 @@ fn what_cannot_be_heard_is_refused_with_its_reason() {
         assert_eq!(result, Err(Refusal::SymbolsMissing));
     }
     // Azimuth sweeps alone do not tell the elevation.
-    let mut azimuth = heard([0.2, 0.2], 0.0, 100.0);
+    let mut azimuth = received([0.2, 0.2], 0.0, 100.0);
     azimuth.spectra.iter_mut().skip(3).for_each(|s| *s = None);
     for result in [azimuth.pick(), azimuth.parabola(), azimuth.fit()] {
         assert_eq!(result, Err(Refusal::SymbolsMissing));
     }
-    let silent = heard([0.2, 0.2], 0.0, 0.0);
+    let silent = received([0.2, 0.2], 0.0, 0.0);
     assert_eq!(silent.pick(), Err(Refusal::TooWeak));
     assert_eq!(silent.fit(), Err(Refusal::TooWeak));
-    let faint = heard([0.2, 0.2], 0.0, 0.05);
+    let faint = received([0.2, 0.2], 0.0, 0.05);
     assert_eq!(faint.fit(), Err(Refusal::TooWeak));
 }
 
@@ -178,8 +178,8 @@ fn a_zero_block_is_not_heard_and_other_faces_are_passed_over() {
         bsm.push(block, &correlator, &mut work);
     }
     // Symbol 10 is another face's, 11 nothing but zeros.
-    let heard = [0, 1, 10].map(|index| bsm.spectra[index].is_some());
-    assert_eq!(heard, [false, true, false]);
+    let received = [0, 1, 10].map(|index| bsm.spectra[index].is_some());
+    assert_eq!(received, [false, true, false]);
 }
 
 #[test]
@@ -187,7 +187,7 @@ fn a_bearing_is_a_direction_of_its_face() {
     let arrays = crate::array::GmtArrays::<f32>::default();
     let truth = Direction::<Gmt>::from_zenith_azimuth(1.3, 2.4).expect("angles");
     let face = &arrays.faces()[1];
-    let mut bearing = heard([0.0, 0.1], 0.0, 100.0).fit().expect("strong");
+    let mut bearing = received([0.0, 0.1], 0.0, 100.0).fit().expect("strong");
     bearing.cosines = crate::array::GmtArrays::<f32>::cosines(face, &truth);
     assert!(
         bearing
@@ -227,7 +227,7 @@ fn level() -> Direction<Gmt> {
 fn bounced(cosines: [f64; 2], range_m: f64, knows_of_it: bool) -> BeamSquint<11> {
     let [x, z] = cosines;
     let down = Direction::<crate::geometry::Body>::from_vector(-Vector3::z()).expect("unit");
-    let mut bsm = heard(cosines, 0.1, 60.0);
+    let mut bsm = received(cosines, 0.1, 60.0);
     let begun = if knows_of_it {
         sighting().with_ground(range_m as f32, 1.5, &down, &level())
     } else {
@@ -239,7 +239,7 @@ fn bounced(cosines: [f64; 2], range_m: f64, knows_of_it: bool) -> BeamSquint<11>
     let image = range_m * range_m * (1.0 - z * z) + (range_m * z + 3.0) * (range_m * z + 3.0);
     let length_m = image.sqrt();
     let mirrored = [x * range_m / length_m, -(range_m * z + 3.0) / length_m];
-    let bounce = heard(mirrored, 0.1 + length_m - range_m, 30.0).spectra;
+    let bounce = received(mirrored, 0.1 + length_m - range_m, 30.0).spectra;
     let turn = crate::array::phasor(2.1_f32);
     for ((slot, direct), bounce) in bsm.spectra.iter_mut().zip(direct).zip(bounce) {
         *slot = direct.zip(bounce).map(|(direct, bounce)| Spectrum {

@@ -115,7 +115,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             gmt_m: gmt.position_m,
             paths: Vec::new(),
         };
-        for path in sweep.heard {
+        for path in sweep.paths {
             // Paths come strongest first; a weaker one that finds no room is not compared.
             let _full = now.paths.push(self.length(gmt, path));
         }

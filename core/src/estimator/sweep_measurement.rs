@@ -23,7 +23,7 @@ pub struct SweepMeasurement<'a> {
     /// Reflected paths whose surfaces are known, strongest first. They correct the pose without line of sight.
     pub reflections: &'a [ReflectedPath],
     /// All paths, whatever they met.
-    pub heard: &'a [PathMeasurement],
+    pub paths: &'a [PathMeasurement],
 }
 
 /// What became of a sweep's line of sight.

@@ -10,7 +10,7 @@
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
-use super::paths::Heard;
+use super::paths::MeasuredPath;
 use super::receive::length_m;
 use super::sight::{AT_ONCE_M, first_of};
 use super::{CHANNELS, PATHS};
@@ -151,14 +151,14 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     /// Index of the path that is the line of sight of a UAV at rest, and how the UAV is turned, when the last sweeps agree on it.
     pub(super) fn level_sight(
         &mut self,
-        heard: &[Heard],
+        measured: &[MeasuredPath],
         gmt: &Transmitter,
         time_ns: u64,
     ) -> Option<(usize, LevelYaw)> {
         let found = self
             .localizer
             .level()
-            .and_then(|level| self.stand(heard, &level, gmt, time_ns));
+            .and_then(|level| self.stand(measured, &level, gmt, time_ns));
         let before = self.stand.take();
         let (first, stand) = found?;
         let stand = stand.after(before.as_ref());
@@ -173,21 +173,21 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     /// Where this sweep alone puts the UAV.
     fn stand(
         &self,
-        heard: &[Heard],
+        measured: &[MeasuredPath],
         level: &Matrix3<f64>,
         gmt: &Transmitter,
         time_ns: u64,
     ) -> Option<(usize, Stand)> {
         let offset_m = self.clock.offset_m(time_ns)?;
-        let length = |path: &Heard| length_m(path.estimated.path.c_tau_m, offset_m);
-        let seen = |path: &Heard| level * path.estimated.path.aoa.vector().map(f64::from);
-        let first = first_of(heard.iter().map(length), heard)?;
-        let (sight, range_m) = heard.get(first).map(|path| (seen(path), length(path)))?;
+        let length = |path: &MeasuredPath| length_m(path.estimated.path.c_tau_m, offset_m);
+        let seen = |path: &MeasuredPath| level * path.estimated.path.aoa.vector().map(f64::from);
+        let first = first_of(measured.iter().map(length), measured)?;
+        let (sight, range_m) = measured.get(first).map(|path| (seen(path), length(path)))?;
         if !(RANGE_M.0..RANGE_M.1).contains(&range_m) {
             return None;
         }
         let mut ways = Vec::<Way, PATHS>::new();
-        for path in heard.iter().filter(|path| length(path) > range_m + AT_ONCE_M) {
+        for path in measured.iter().filter(|path| length(path) > range_m + AT_ONCE_M) {
             let sure = |sigma: f32| sigma < DEPARTURE_SIGMA_RAD;
             if let Some(departure) = path.estimated.path.aod.filter(|aod| sure(aod.sigma_rad))
                 && let left = departure.direction.vector().map(f64::from)
@@ -197,7 +197,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 let _fits = ways.push(way);
             }
         }
-        let direct = heard.get(first).and_then(|path| {
+        let direct = measured.get(first).and_then(|path| {
             let left = path
                 .estimated
                 .path

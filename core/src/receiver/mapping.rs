@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use super::config::Mapped;
-use super::paths::{Heard, Judged};
+use super::paths::{ClassifiedPath, MeasuredPath};
 use super::receive::ends;
 use super::report::{MappedPoint, Outcome, SurfaceChanges};
 use super::{CHANNELS, PATHS};
@@ -42,14 +42,20 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     Receiver<'_, E, VOXELS, STATES>
 {
     /// The paths as data association takes them.
-    pub(super) fn to_associate(&self, heard: &[Heard], judged: &[Judged]) -> Vec<ReceivedPath, PATHS> {
-        gather(heard.iter().enumerate().map(|(index, heard)| {
-            let path = &heard.estimated.path;
+    pub(super) fn to_associate(
+        &self,
+        measured: &[MeasuredPath],
+        classified: &[ClassifiedPath],
+    ) -> Vec<ReceivedPath, PATHS> {
+        gather(measured.iter().enumerate().map(|(index, path)| {
+            let estimated = &path.estimated;
             ReceivedPath::of(
-                &heard.estimated,
-                self.localizer.corrected(&path.aoa),
-                path.aod,
-                judged.get(index).and_then(|judged| judged.probabilities),
+                estimated,
+                self.localizer.corrected(&estimated.path.aoa),
+                estimated.path.aod,
+                classified
+                    .get(index)
+                    .and_then(|classified| classified.probabilities),
             )
         }))
     }
@@ -57,8 +63,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     /// The paths of a sweep without line of sight that confirmed surfaces explain, seen from the pose that is predicted for it.
     pub(super) fn reflections(
         &mut self,
-        heard: &[Heard],
-        judged: &[Judged],
+        measured: &[MeasuredPath],
+        classified: &[ClassifiedPath],
         gmt: &Transmitter,
         time_ns: u64,
     ) -> Vec<ReflectedPath, PATHS> {
@@ -66,9 +72,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let Some(pose) = pose.as_ref().and_then(PoseEstimate::of) else {
             return Vec::new();
         };
-        let paths = self.to_associate(heard, judged);
+        let paths = self.to_associate(measured, classified);
         let association = associate(&paths, &pose, gmt, &self.surfaces, &self.config.association);
-        let explained = heard
+        let explained = measured
             .iter()
             .zip(&association.verdicts)
             .filter_map(|(path, verdict)| {
@@ -113,14 +119,14 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         &mut self,
         station: &Station<'_>,
         paths: &Vec<ReceivedPath, PATHS>,
-        judged: &[Judged],
+        classified: &[ClassifiedPath],
     ) -> Mapping {
         if self.localizer.health().lost || station.transmitter.sigma_m >= MOST_GMT_SIGMA_M {
             return Mapping::default();
         }
         match self.config.mapped {
             Mapped::Every => self.map_associated(station, paths),
-            Mapped::FirstOrder | Mapped::Strongest => self.map_alone(station, judged),
+            Mapped::FirstOrder | Mapped::Strongest => self.map_alone(station, classified),
         }
     }
 
@@ -182,16 +188,16 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     }
 
     /// Every path by itself: the network says of which order it is, the closed form where it was reflected.
-    fn map_alone(&mut self, station: &Station<'_>, judged: &[Judged]) -> Mapping {
+    fn map_alone(&mut self, station: &Station<'_>, classified: &[ClassifiedPath]) -> Mapping {
         let mut mapping = Mapping::default();
         let Ok(ends) = ends(station.pose, &station.transmitter.position_m) else {
             return mapping;
         };
-        for (index, judged) in judged.iter().enumerate() {
+        for (index, classified) in classified.iter().enumerate() {
             let outcome = if station.line == Some(index) {
                 Outcome::LineOfSight
             } else {
-                self.alone(&ends, station.sweep, index, judged, &mut mapping.points)
+                self.alone(&ends, station.sweep, index, classified, &mut mapping.points)
             };
             let _fits = mapping.outcomes.push(outcome);
         }
@@ -203,18 +209,18 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         ends: &Ends,
         sweep: u32,
         index: usize,
-        judged: &Judged,
+        classified: &ClassifiedPath,
         points: &mut Vec<MappedPoint, POINTS>,
     ) -> Outcome {
         let is_used = self.config.mapped == Mapped::FirstOrder || index == 0;
-        let Some(probabilities) = judged.probabilities.filter(|_| is_used) else {
+        let Some(probabilities) = classified.probabilities.filter(|_| is_used) else {
             return Outcome::Unused;
         };
         let accept = &self.config.accept;
         if !probabilities.is_first_order(accept.min_probability) {
             return Outcome::NotFirstOrder;
         }
-        match solve(ends, &judged.path, self.config.form, &accept.point) {
+        match solve(ends, &classified.path, self.config.form, &accept.point) {
             Err(error) => Outcome::Input(error),
             Ok(Verdict::Rejected(rejection)) => Outcome::Rejected(rejection),
             Ok(Verdict::Accepted(point)) => {

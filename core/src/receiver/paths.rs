@@ -16,16 +16,16 @@ use crate::path::Path;
 use crate::paths::{EstimatedPath, PathEstimator};
 use crate::receiver::Receiver;
 
-/// A path with all that is said of it before there is a pose.
+/// A path as it was measured, before there is a pose: the estimate, its departure turned into world axes, and its gain.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Heard {
+pub(super) struct MeasuredPath {
     pub(super) estimated: EstimatedPath,
     pub(super) gain_db: Option<f32>,
 }
 
-/// A path as a pose sees it.
+/// A path in world axes, as a pose sees it, and its link state.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Judged {
+pub(super) struct ClassifiedPath {
     pub(super) path: Path<World>,
     pub(super) probabilities: Option<Probabilities>,
 }
@@ -87,7 +87,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 {
     /// The estimated paths with their gains. The estimator knows departures in the axes of the GMT's arrays; the beacon says
     /// how these stand in the world.
-    pub(super) fn heard(&self, paths: &[EstimatedPath]) -> Vec<Heard, PATHS> {
+    pub(super) fn with_gain(&self, paths: &[EstimatedPath]) -> Vec<MeasuredPath, PATHS> {
         let mast = self
             .last_beacon
             .map_or_else(Rotation::identity, |(_, beacon)| beacon.attitude);
@@ -100,7 +100,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             }
             estimated
         };
-        gather(paths.iter().map(to_world).map(|estimated| Heard {
+        gather(paths.iter().map(to_world).map(|estimated| MeasuredPath {
             estimated,
             gain_db: self.config.budget.path_gain_db(
                 &estimated,
@@ -126,25 +126,30 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     }
 
     /// The paths in world axes with the clock taken out, as the networks take them.
-    pub(super) fn received(&self, heard: &[Heard], pose: &Pose) -> Vec<Received, PATHS> {
-        gather(heard.iter().map(|heard| Received {
+    pub(super) fn received(&self, measured: &[MeasuredPath], pose: &Pose) -> Vec<Received, PATHS> {
+        gather(measured.iter().map(|path| Received {
             path: to_world(
-                &heard.estimated,
-                self.localizer.corrected(&heard.estimated.path.aoa),
+                &path.estimated,
+                self.localizer.corrected(&path.estimated.path.aoa),
                 pose,
                 &self.config.residuals,
             ),
-            gain_db: heard.gain_db,
+            gain_db: path.gain_db,
         }))
     }
 
     /// The paths as a pose sees them, and what they are.
-    pub(super) fn judge(&self, heard: &[Heard], pose: &Pose, gmt: &Transmitter) -> Vec<Judged, PATHS> {
-        let received = self.received(heard, pose);
+    pub(super) fn classify(
+        &self,
+        measured: &[MeasuredPath],
+        pose: &Pose,
+        gmt: &Transmitter,
+    ) -> Vec<ClassifiedPath, PATHS> {
+        let received = self.received(measured, pose);
         let Ok(ends) = ends(pose, &gmt.position_m) else {
             return Vec::new();
         };
-        let judged = |path: &Received, probabilities| Judged {
+        let classified = |path: &Received, probabilities| ClassifiedPath {
             path: path.path,
             probabilities,
         };
@@ -156,16 +161,16 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                     LinkStates::Geometric(classifier) => classifier.path(link.as_ref()?, path).ok(),
                     LinkStates::Rules(_) | LinkStates::Paper(_) => None,
                 };
-                gather(received.iter().map(|path| judged(path, probabilities(path))))
+                gather(received.iter().map(|path| classified(path, probabilities(path))))
             }
             LinkStates::Rules(rules) => gather(
                 received
                     .iter()
-                    .map(|path| judged(path, Some(rules.path(&ends, &path.path)))),
+                    .map(|path| classified(path, Some(rules.path(&ends, &path.path)))),
             ),
             LinkStates::Paper(classifier) => {
                 let link = classifier.link(&received).ok().flatten();
-                let strongest = |(index, path)| judged(path, link.filter(|_| index == 0));
+                let strongest = |(index, path)| classified(path, link.filter(|_| index == 0));
                 gather(received.iter().enumerate().map(strongest))
             }
         }
@@ -174,11 +179,11 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     /// A path as the localizer takes it. Departure: beam squint where it listened to this path, else the sweep's beams.
     pub(super) fn measurement(
         &self,
-        heard: &Heard,
+        measured: &MeasuredPath,
         squint: Option<FaceDirection>,
         gmt: &Transmitter,
     ) -> Option<PathMeasurement> {
-        let path = &heard.estimated.path;
+        let path = &measured.estimated.path;
         let covariance = &path.covariance;
         Some(PathMeasurement {
             c_tau_m: f64::from(path.c_tau_m),
@@ -186,7 +191,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             aoa: Direction::from_vector(path.aoa.vector().map(f64::from)).ok()?,
             aoa_sigma_rad: libm::sqrt(f64::from(0.5 * (covariance.m22 + covariance.m33).max(0.0))),
             aoa_rise_sigma_rad: 0.0,
-            departure: squint.or_else(|| self.beam_departure(heard, gmt)),
+            departure: squint.or_else(|| self.beam_departure(measured, gmt)),
         })
     }
 
@@ -194,13 +199,13 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     /// elevation are anything between those of both.
     pub(super) fn line_measurement(
         &self,
-        heard: &Heard,
+        path: &MeasuredPath,
         bend: &Bend,
         squint: Option<FaceDirection>,
         gmt: &Transmitter,
         time_ns: u64,
     ) -> Option<PathMeasurement> {
-        let mut measured = self.measurement(heard, squint, gmt)?;
+        let mut measured = self.measurement(path, squint, gmt)?;
         measured.aoa_sigma_rad = libm::hypot(measured.aoa_sigma_rad, bend.angle_rad);
         measured.c_tau_sigma_m = libm::hypot(measured.c_tau_sigma_m, bend.length_m);
         if let Some(departure) = &mut measured.departure {
@@ -212,7 +217,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             (ground_z_m, offset_m, measured.departure)
             && let Some(left) = left(&GmtArrays::default(), &departure, gmt)
         {
-            let range_m = length_m(heard.estimated.path.c_tau_m, offset_m).max(1.0);
+            let range_m = length_m(path.estimated.path.c_tau_m, offset_m).max(1.0);
             let uav_m = gmt.position_m + left.vector() * range_m;
             let image_m = beneath(&gmt.position_m, f64::from(ground_z_m));
             let longer_m = (image_m - uav_m).norm() - range_m;
@@ -224,11 +229,11 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     }
 
     /// The direction of departure by the sweep's beams, as its face has it.
-    fn beam_departure(&self, heard: &Heard, gmt: &Transmitter) -> Option<FaceDirection> {
-        let departure = heard.estimated.path.aod?;
+    fn beam_departure(&self, measured: &MeasuredPath, gmt: &Transmitter) -> Option<FaceDirection> {
+        let departure = measured.estimated.path.aod?;
         let left = Direction::<World, f64>::from_vector(departure.direction.vector().map(f64::from)).ok()?;
         let left: Direction<Gmt, f64> = gmt.attitude.inverse().apply(left);
-        let face = self.face(heard.estimated.beam);
+        let face = self.face(measured.estimated.beam);
         let arrays = GmtArrays::<f64>::default();
         let cosines = GmtArrays::<f64>::cosines(arrays.faces().get(face)?, &left);
         Some(FaceDirection {

@@ -11,7 +11,7 @@
 use super::bend::{Bend, UNREFLECTED_DB};
 use super::config::Localization;
 use super::localizer::left;
-use super::paths::{Heard, Straight};
+use super::paths::{MeasuredPath, Straight};
 use super::receive::length_m;
 use super::{CHANNELS, PATHS};
 use crate::array::{GmtArrays, half_wave_dipole};
@@ -65,18 +65,18 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     Receiver<'_, E, VOXELS, STATES>
 {
     /// The path that is the line of sight, or a wave that is bent into the shadow of what stands before it, if there is one.
-    pub(super) fn line_of_sight(&self, heard: &[Heard], time_ns: u64) -> Option<Sight> {
+    pub(super) fn line_of_sight(&self, measured: &[MeasuredPath], time_ns: u64) -> Option<Sight> {
         let pose = self.localizer.expected();
         // Before its first fix nobody knows how the body is turned, which the network must: it begins as ours does.
         if let (Localization::Hpc(_, network), Some(pose)) = (&self.config.localization, &pose) {
-            return self.classified(network, heard, pose).map(Sight::straight);
+            return self.classified(network, measured, pose).map(Sight::straight);
         }
         let gmt = self.transmitter(time_ns).map(|(gmt, _)| gmt);
         match (pose, gmt) {
             (Some(pose), Some(gmt)) if sigma(&pose.position_covariance_m2) < PLACED_M => {
-                let received = self.received(heard, &pose);
+                let received = self.received(measured, &pose);
                 // The strongest of those that may be: artefacts of it come before it as well as after.
-                let (index, path, in_world) = (heard.iter().zip(&received).enumerate())
+                let (index, path, in_world) = (measured.iter().zip(&received).enumerate())
                     .map(|(index, (path, received))| (index, path, &received.path))
                     .filter(|(_, _, in_world)| is_direct(in_world, &pose, &gmt))
                     .max_by(|(_, a, _), (_, b, _)| a.estimated.energy.total_cmp(&b.estimated.energy))?;
@@ -84,8 +84,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 Some(Sight { index, bend })
             }
             (pose, _) => {
-                let first = self.first_unreflected(heard, time_ns)?;
-                let path = heard.get(first)?;
+                let first = self.first_unreflected(measured, time_ns)?;
+                let path = measured.get(first)?;
                 let direct = pose.is_none_or(|pose| {
                     let left = path.estimated.path.aod;
                     left.is_some_and(|left| is_straight(path, &left, &pose, ANGLE.0))
@@ -97,36 +97,47 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 
     /// The paper's rule: the strongest path, where the link state is line of sight. Of the pose, the network's inputs hold only
     /// attitude and clock.
-    fn classified(&self, network: &PaperClassifier<'_>, heard: &[Heard], pose: &Pose) -> Option<usize> {
-        let state = network.link(&self.received(heard, pose)).ok()??.state();
+    fn classified(
+        &self,
+        network: &PaperClassifier<'_>,
+        measured: &[MeasuredPath],
+        pose: &Pose,
+    ) -> Option<usize> {
+        let state = network.link(&self.received(measured, pose)).ok()??.state();
         (state == LinkState::LineOfSight).then_some(0)
     }
 
     /// Index of the path that speaks against the pose, of a sweep without line of sight: the first one, when it came as strong as
     /// through free space.
-    pub(super) fn contrary(&self, heard: &[Heard], time_ns: u64) -> Option<usize> {
+    pub(super) fn contrary(&self, measured: &[MeasuredPath], time_ns: u64) -> Option<usize> {
         self.localizer.expected()?;
-        self.first_unreflected(heard, time_ns)
+        self.first_unreflected(measured, time_ns)
     }
 
     /// Index of the first path, when it came as strong as through free space.
-    fn first_unreflected(&self, heard: &[Heard], time_ns: u64) -> Option<usize> {
+    fn first_unreflected(&self, measured: &[MeasuredPath], time_ns: u64) -> Option<usize> {
         let offset_m = self.clock.offset_m(time_ns)?;
-        let length_m = |path: &Heard| length_m(path.estimated.path.c_tau_m, offset_m);
-        let first = first_of(heard.iter().map(length_m), heard)?;
-        let path = heard.get(first)?;
+        let length_m = |path: &MeasuredPath| length_m(path.estimated.path.c_tau_m, offset_m);
+        let first = first_of(measured.iter().map(length_m), measured)?;
+        let path = measured.get(first)?;
         self.is_unreflected(path, length_m(path)).then_some(first)
     }
 
     /// Whether a path of this length came nearly as strong as through free space, and no stronger.
-    pub(super) fn is_unreflected(&self, path: &Heard, length_m: f64) -> bool {
+    pub(super) fn is_unreflected(&self, path: &MeasuredPath, length_m: f64) -> bool {
         self.over_free_space_db(path, length_m)
             .is_some_and(|over_db| over_db.abs() < UNREFLECTED_DB)
     }
 
     /// How a path that comes from where the GMT is was bent, by what it lost; `None` when it lost too much. Beside the GMT's beams nobody knows
     /// a gain well enough to tell.
-    fn bend(&self, path: &Heard, in_world: &Path<World>, pose: &Pose, gmt: &Transmitter) -> Option<Bend> {
+    fn bend(
+        &self,
+        path: &MeasuredPath,
+        in_world: &Path<World>,
+        pose: &Pose,
+        gmt: &Transmitter,
+    ) -> Option<Bend> {
         let range_m = f64::from(in_world.c_tau_m);
         let way = Direction::<World, f64>::from_vector(pose.position.vector() - gmt.position_m);
         let in_beams = way.is_ok_and(|way| leaves_in_beams(&gmt.attitude, way.vector()));
@@ -141,7 +152,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     }
 
     /// How much stronger a path of this length is than through free space, dB; `None` without departure or gain.
-    fn over_free_space_db(&self, path: &Heard, length_m: f64) -> Option<f32> {
+    fn over_free_space_db(&self, path: &MeasuredPath, length_m: f64) -> Option<f32> {
         let (departure, gain_db) = path.estimated.path.aod.zip(path.gain_db)?;
         let dipoles = half_wave_dipole(departure.direction.vector())
             * half_wave_dipole(path.estimated.path.aoa.vector());
@@ -155,7 +166,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     /// no detour.
     pub(super) fn is_proven(
         &self,
-        path: &Heard,
+        path: &MeasuredPath,
         departure: &FaceDirection,
         gmt: &Transmitter,
         time_ns: u64,
@@ -183,8 +194,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     }
 
     /// What beam squint needs to know of the line of sight, path number `index`.
-    pub(super) fn sighting(&self, heard: &[Heard], index: usize, time_ns: u64) -> Option<Sighting> {
-        let paths: heapless::Vec<_, PATHS> = gather(heard.iter().map(|heard| heard.estimated));
+    pub(super) fn sighting(&self, measured: &[MeasuredPath], index: usize, time_ns: u64) -> Option<Sighting> {
+        let paths: heapless::Vec<_, PATHS> = gather(measured.iter().map(|path| path.estimated));
         let mut sighting = Sighting::new(true, &paths, index, &self.config.codebook)?;
         // Without a pose it may be anywhere: of a GMT that stands low or high the sweep's beams know only the sidelobes.
         let Some((pose, (gmt, _))) = self.localizer.expected().zip(self.transmitter(time_ns)) else {
@@ -196,7 +207,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             from_gmt.norm() as f32
         } else {
             // The paper's calibration does not know how far it has drifted; the path does not drift.
-            let c_tau_m = heard.get(index)?.estimated.path.c_tau_m;
+            let c_tau_m = measured.get(index)?.estimated.path.c_tau_m;
             length_m(c_tau_m, self.clock.offset_m(time_ns)?) as f32
         };
         // Through a sidelobe any face is heard: the pose knows better which one looks here.
@@ -222,10 +233,13 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 }
 
 /// Index of the strongest of the paths that came first.
-pub(super) fn first_of(lengths_m: impl Iterator<Item = f64> + Clone, heard: &[Heard]) -> Option<usize> {
+pub(super) fn first_of(
+    lengths_m: impl Iterator<Item = f64> + Clone,
+    measured: &[MeasuredPath],
+) -> Option<usize> {
     let first_m = lengths_m.clone().min_by(f64::total_cmp)?;
     lengths_m
-        .zip(heard)
+        .zip(measured)
         .enumerate()
         .filter(|(_, (length_m, _))| *length_m < first_m + AT_ONCE_M)
         .max_by(|(_, (_, a)), (_, (_, b))| a.estimated.energy.total_cmp(&b.estimated.energy))
@@ -245,7 +259,7 @@ fn is_direct(path: &Path<World>, pose: &Pose, gmt: &Transmitter) -> bool {
 }
 
 /// Whether a path comes from the direction opposite to its departure, within an angle and what the attitude is not known to.
-fn is_straight(path: &Heard, left: &Departure, pose: &Pose, within_rad: f32) -> bool {
+fn is_straight(path: &MeasuredPath, left: &Departure, pose: &Pose, within_rad: f32) -> bool {
     let attitude_sigma = sigma(&pose.attitude_covariance_rad2);
     if attitude_sigma > ORIENTED_RAD {
         return true;
@@ -327,8 +341,8 @@ mod tests {
     }
 
     /// A path that arrives along x.
-    fn path() -> Heard {
-        Heard {
+    fn path() -> MeasuredPath {
+        MeasuredPath {
             estimated: EstimatedPath {
                 path: Path {
                     c_tau_m: 30.0,

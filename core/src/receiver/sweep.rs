@@ -8,7 +8,7 @@ use heapless::Vec;
 use super::bend::Bend;
 use super::config::Departures;
 use super::mapping::{Mapping, Station};
-use super::paths::Heard;
+use super::paths::{ClassifiedPath, MeasuredPath};
 use super::receive::ends;
 use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
 use super::sight::Sight;
@@ -84,9 +84,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     /// The same with these paths.
     pub(super) fn close_with(&mut self, paths: Vec<EstimatedPath, PATHS>) {
         let time_ns = self.open.as_ref().map_or(0, |open| open.time_ns);
-        let heard = self.heard(&paths);
-        let sighted = self.line_of_sight(&heard, time_ns).map(|sight| sight.index);
-        let squint = match sighted.map(|index| self.sighting(&heard, index, time_ns)) {
+        let measured = self.with_gain(&paths);
+        let sighted = self.line_of_sight(&measured, time_ns).map(|sight| sight.index);
+        let squint = match sighted.map(|index| self.sighting(&measured, index, time_ns)) {
             Some(Some(sighting)) if self.config.departures != Departures::Beams => {
                 self.memory.squint.begin(&sighting).map(|()| None)
             }
@@ -104,76 +104,60 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     pub fn end_sweep(&mut self) -> Option<SweepReport<PATHS>> {
         self.close_beams();
         let open = self.open.take()?;
-        count(&mut self.counters.sweeps);
-        if !open.beacon_heard {
-            count(&mut self.counters.beacons_missing);
-        }
-        let heard = self.heard(open.paths.as_deref().unwrap_or(&[]));
+        self.count_sweep(&open);
+
+        let measured = self.with_gain(open.paths.as_deref().unwrap_or(&[]));
         let bearing = open
             .squint
             .and_then(|given| given.map_or_else(|| self.read_squint(), Ok));
-        let gmt = self.transmitter(open.time_ns);
-
-        let localized = match &gmt {
-            Some((gmt, stop)) => self.localize(&open, &heard, gmt, *stop, bearing.ok().as_ref()),
+        let beacon = self.transmitter(open.time_ns);
+        let localized = match &beacon {
+            Some((gmt, stop)) => self.localize(&open, &measured, gmt, *stop, bearing.ok().as_ref()),
             None => Localized::default(),
         };
-        let line = localized.line;
-        let gmt = gmt.map(|(claimed, _)| self.localizer.transmitter().copied().unwrap_or(claimed));
+
         let pose = self.localizer.pose();
-        let judged = match (&pose, &gmt) {
-            (Some(pose), Some(gmt)) => self.judge(&heard, pose, gmt),
-            _ => Vec::new(),
-        };
-        let received = self.to_associate(&heard, &judged);
-        let mapping = match (&pose, &gmt) {
-            (Some(pose), Some(transmitter)) => {
+        let gmt = beacon.map(|(claimed, _)| self.localizer.transmitter().copied().unwrap_or(claimed));
+        let ends_known = pose.as_ref().zip(gmt.as_ref());
+        let classified = ends_known.map_or_else(Vec::new, |(pose, gmt)| self.classify(&measured, pose, gmt));
+        let received = self.to_associate(&measured, &classified);
+        let mapping = match ends_known {
+            Some((pose, transmitter)) => {
                 let station = Station {
                     pose,
                     transmitter,
                     sweep: open.sweep,
-                    line,
+                    line: localized.line,
                 };
-                self.map_sweep(&station, &received, &judged)
+                self.map_sweep(&station, &received, &classified)
             }
-            _ => Mapping::default(),
+            None => Mapping::default(),
         };
-        let mut paths = Vec::new();
-        for (index, path) in heard.iter().enumerate() {
-            let _fits = paths.push(PathReport {
-                estimated: path.estimated,
-                gain_db: path.gain_db,
-                in_world: judged.get(index).map(|judged| judged.path),
-                probabilities: judged.get(index).and_then(|judged| judged.probabilities),
-                outcome: mapping.outcomes.get(index).cloned().unwrap_or(Outcome::NoPose),
-            });
-        }
-        let link = match paths.first() {
-            None => LinkState::Outage,
-            Some(strongest) => match (&strongest.probabilities, line) {
-                (Some(probabilities), _) => probabilities.state(),
-                (None, Some(0)) => LinkState::LineOfSight,
-                (None, _) => LinkState::HigherOrder,
-            },
-        };
+
+        let paths = path_reports(&measured, &classified, &mapping.outcomes);
         Some(SweepReport {
             sweep: open.sweep,
             time_ns: open.time_ns,
             beams: open.beams,
+            link: link_state(&paths, localized.line),
             paths,
             points: mapping.points,
             surfaces: mapping.surfaces,
-            link,
             verdict: localized.verdict,
             innovations: localized.innovations,
             bearing,
             clock_offset_m: pose.as_ref().and_then(|pose| self.clock_offset_m(pose)),
-            ends: (pose.as_ref())
-                .zip(gmt.as_ref())
-                .and_then(|(pose, gmt)| ends(pose, &gmt.position_m).ok()),
+            ends: ends_known.and_then(|(pose, gmt)| ends(pose, &gmt.position_m).ok()),
             pose,
             health: self.localizer.health(),
         })
+    }
+
+    fn count_sweep(&mut self, open: &Open) {
+        count(&mut self.counters.sweeps);
+        if !open.beacon_heard {
+            count(&mut self.counters.beacons_missing);
+        }
     }
 
     fn read_squint(&self) -> Result<Bearing, Refusal> {
@@ -189,42 +173,46 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     fn localize(
         &mut self,
         open: &Open,
-        heard: &[Heard],
+        measured: &[MeasuredPath],
         gmt: &Transmitter,
         stop: u32,
         bearing: Option<&Bearing>,
     ) -> Localized {
-        let level = self.level_sight(heard, gmt, open.time_ns);
+        let level = self.level_sight(measured, gmt, open.time_ns);
         let sight = self
-            .line_of_sight(heard, open.time_ns)
+            .line_of_sight(measured, open.time_ns)
             .or(level.map(|(first, _)| Sight::straight(first)));
         let line = sight.map(|sight| sight.index);
         let line_of_sight = sight.and_then(|sight| {
             let squint = bearing.filter(|_| line == open.sighted).map(face_direction);
-            let path = heard.get(sight.index)?;
+            let path = measured.get(sight.index)?;
             self.line_measurement(path, &sight.bend, squint, gmt, open.time_ns)
         });
         let contrary = match (line, &self.config.link_states) {
             (Some(_), _) | (_, LinkStates::Paper(_)) => None,
-            _ => self.contrary(heard, open.time_ns),
+            _ => self.contrary(measured, open.time_ns),
         };
         let contrary = contrary
-            .and_then(|index| heard.get(index))
+            .and_then(|index| measured.get(index))
             .and_then(|path| self.line_measurement(path, &Bend::default(), None, gmt, open.time_ns));
         let departure = line_of_sight.and_then(|path| path.departure);
         let proven = line
-            .and_then(|index| heard.get(index))
+            .and_then(|index| measured.get(index))
             .zip(departure)
             .is_some_and(|(path, left)| self.is_proven(path, &left, gmt, open.time_ns));
-        let mut measured = Vec::<_, PATHS>::new();
+        let mut measurements = Vec::<_, PATHS>::new();
         if self.config.delta_ranges {
             // There is room for every path.
-            measured = gather(heard.iter().filter_map(|path| self.measurement(path, None, gmt)));
+            measurements = gather(
+                measured
+                    .iter()
+                    .filter_map(|path| self.measurement(path, None, gmt)),
+            );
         }
         let reflections = match self.localizer.expected() {
             Some(pose) if line.is_none() && self.config.map_aided => {
-                let judged = self.judge(heard, &pose, &self.localizer.plausible(open.time_ns, gmt));
-                self.reflections(heard, &judged, gmt, open.time_ns)
+                let classified = self.classify(measured, &pose, &self.localizer.plausible(open.time_ns, gmt));
+                self.reflections(measured, &classified, gmt, open.time_ns)
             }
             _ => Vec::new(),
         };
@@ -241,7 +229,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 contrary,
                 level_yaw: level.map(|(_, yaw)| yaw),
                 reflections: &reflections,
-                heard: &measured,
+                paths: &measurements,
             },
         );
         self.take_surfaces_back(verdict);
@@ -276,11 +264,11 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             return Vec::new();
         };
         let after = self.localizer.counters();
-        let judged = !matches!(
+        let classified = !matches!(
             verdict,
             SweepVerdict::NoSight | SweepVerdict::Waiting | SweepVerdict::Started | SweepVerdict::TooLate
         );
-        let line = line_of_sight.filter(|_| judged).map(|dof| Innovation {
+        let line = line_of_sight.filter(|_| classified).map(|dof| Innovation {
             measured: Measured::LineOfSight,
             dof,
             test_ratio: ratios.line_of_sight,
@@ -315,5 +303,36 @@ fn face_direction(bearing: &Bearing) -> FaceDirection {
         face: bearing.face,
         cosines: bearing.cosines.map(f64::from),
         sigma: [sigma(bearing.covariance.m11), sigma(bearing.covariance.m22)],
+    }
+}
+
+/// What is told of each path.
+fn path_reports(
+    measured: &[MeasuredPath],
+    classified: &[ClassifiedPath],
+    outcomes: &[Outcome],
+) -> Vec<PathReport, PATHS> {
+    gather(measured.iter().enumerate().map(|(index, path)| {
+        PathReport {
+            estimated: path.estimated,
+            gain_db: path.gain_db,
+            in_world: classified.get(index).map(|classified| classified.path),
+            probabilities: classified
+                .get(index)
+                .and_then(|classified| classified.probabilities),
+            outcome: outcomes.get(index).cloned().unwrap_or(Outcome::NoPose),
+        }
+    }))
+}
+
+/// The link state of a sweep: what the network says of the strongest path, or else whether it was taken for the line of sight.
+fn link_state(paths: &[PathReport], line: Option<usize>) -> LinkState {
+    match paths.first() {
+        None => LinkState::Outage,
+        Some(strongest) => match (&strongest.probabilities, line) {
+            (Some(probabilities), _) => probabilities.state(),
+            (None, Some(0)) => LinkState::LineOfSight,
+            (None, _) => LinkState::HigherOrder,
+        },
     }
 }

@@ -7,7 +7,8 @@ use core::fmt;
 
 use embedded_hal_async::spi::SpiDevice;
 
-use super::header::{Status, VERSION};
+use super::header::Status;
+use super::kind::VERSION;
 use super::{BEAMS, SQUINT_SYMBOLS};
 
 const READ: u8 = 0x80;

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::header::{Kind, MAGIC, VERSION};
+use super::kind::{Kind, MAGIC, VERSION};
 
 /// A frame that is of no use. Each says where to look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -24,45 +24,11 @@
 
 use super::checksum::SoftwareCrc;
 use super::error::FrameError;
-use super::{BEAMS, HEADER_LENGTH, POWER_BYTES, SAMPLE_BYTES, SQUINT_SYMBOLS};
+use super::kind::{Kind, MAGIC, VERSION};
+use super::{HEADER_LENGTH, POWER_BYTES, SAMPLE_BYTES};
 
-/// First bytes of a frame.
-pub(super) const MAGIC: [u8; 4] = *b"CSLF";
-/// Version of the format.
-pub(super) const VERSION: u8 = 1;
 /// Largest size of an exponent. A block's scale lies near 2^-38 sqrt(W); what is beyond is no gain setting.
 const EXPONENT_LIMIT: i16 = 128;
-
-/// What a frame is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Kind {
-    /// A sweep begins: no samples, but the beams' powers, where the front end tells them; the index says how many frames follow.
-    Begin,
-    /// Samples of a transmit beam.
-    Beam,
-    /// Samples of a beam squint symbol.
-    Squint,
-}
-
-impl Kind {
-    const fn code(self) -> u8 {
-        match self {
-            Self::Begin => 1,
-            Self::Beam => 2,
-            Self::Squint => 3,
-        }
-    }
-
-    /// Indices lie below this.
-    const fn limit(self) -> u16 {
-        match self {
-            Self::Begin => BEAMS + SQUINT_SYMBOLS + 1,
-            Self::Beam => BEAMS,
-            Self::Squint => SQUINT_SYMBOLS,
-        }
-    }
-}
 
 /// State of the front end when it took the frame. Bits that this version does not name are kept and mean nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

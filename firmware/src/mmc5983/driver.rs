@@ -6,13 +6,12 @@ use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::i2c::I2c;
 use nalgebra::Vector3;
 
+use super::IDENTITY;
 use super::error::MagnetometerError;
 use super::{CODE_MAX, FIELD_PER_CODE_UT, ZERO_CODE};
 
 /// Address on the bus.
 const ADDRESS: u8 = 0x30;
-/// Answer to PRODUCT_ID.
-pub(super) const IDENTITY: u8 = 0x30;
 
 /// Then the others: x, y, z, two bytes each with bits 17 to 2, and a byte with bits 1 and 0 of all three.
 const OUTPUT: u8 = 0x00;

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::driver::IDENTITY;
+use super::IDENTITY;
 
 /// A sensor that does not do what it should; `E` is the bus's error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,6 +10,9 @@ mod error;
 pub use driver::{Field, Mmc5983};
 pub use error::MagnetometerError;
 
+/// Answer to PRODUCT_ID.
+const IDENTITY: u8 = 0x30;
+
 /// Field of a code, uT: 16 384 codes a gauss, 18 bits for 8 gauss each way.
 pub const FIELD_PER_CODE_UT: f32 = 100.0 / 16_384.0;
 /// Code of no field.

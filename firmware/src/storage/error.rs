@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::record::VERSION;
+use super::VERSION;
 
 /// A record that is not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -27,7 +27,10 @@ mod store;
 pub use erase::EraseInBackground;
 pub use error::{RecordError, StorageError};
 pub use ledger::{DOWNLINK_RESERVE, Ledger, ROOM, ROOM_IN_FLIGHT, UPLINK_RESERVE};
-pub use record::{SLOT, VERSION};
+pub use record::SLOT;
 pub use settings::{Mount, Settings};
 pub use site::{EarthField, GmtPlace};
 pub use store::Store;
+
+/// Version of the records.
+pub const VERSION: u16 = 2;

@@ -3,12 +3,11 @@
 //! Little endian: magic `CSLS`, version (u16), bytes of content (u16), number (u32), content, zeros, and in the last four of
 //! [`SLOT`] bytes the CRC-32 of all before. The checksum is written last, so a cut leaves a record without one.
 
+use super::VERSION;
 use super::error::RecordError;
 use super::settings::{CONTENT, Settings};
 use crate::front_end::SoftwareCrc;
 
-/// Version of the records.
-pub const VERSION: u16 = 2;
 /// Bytes of a record with what fills it up: four words of an STM32H743's flash.
 pub const SLOT: usize = 128;
 

@@ -6,9 +6,11 @@
 //! number of threads.
 
 pub mod bound;
+mod case;
 mod near;
 mod receiver;
 mod trial;
 
+pub use case::Case;
 pub use near::{NearRow, near};
-pub use trial::{Case, Row, run};
+pub use trial::{Row, run};

@@ -5,7 +5,7 @@ use cslam_core::beam_squint::{BeamSquint, Bearing, BsmConfig, Joined, Refusal, S
 use cslam_core::paths::{ElementErrors, Estimator, EstimatorConfig, PathEstimator};
 use cslam_core::signal::{Correlator, Waveform, Workspace};
 
-use super::trial::Case;
+use super::case::Case;
 use crate::channel::{Instant, Ray, Simulator};
 
 /// What a thread keeps between trials.

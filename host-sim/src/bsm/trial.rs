@@ -1,7 +1,7 @@
 //! Trials over the 8 x 8 faces.
 
-use cslam_core::array::{Codebook, GmtArrays, SquintConfig, SquintSymbol, UavArrays, phasor};
-use cslam_core::beam_squint::{FACE_BIAS_SIGMA, Sighting};
+use cslam_core::array::{Codebook, GmtArrays, UavArrays, phasor};
+use cslam_core::beam_squint::Sighting;
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction, Gmt};
 use cslam_core::paths::EstimatedPath;
@@ -10,74 +10,11 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::bound::{Hearing, position_variance_m2};
+use super::case::Case;
 use super::receiver::Receiver;
-use crate::channel::{ChannelConfig, FrontEndConfig, Impairments, Instant, Ray, Simulator, SquintScheme};
+use crate::channel::{ChannelConfig, FrontEndConfig, Impairments, Instant, Ray, Simulator};
 use crate::random::Stream;
 use crate::statistics::rms;
-
-/// What a row is about.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Case {
-    /// Distance of the UAV, m.
-    pub distance_m: f64,
-    /// Whether the raster scheme is sent; else the sequential one.
-    pub raster: bool,
-    /// Element errors of the GMT: 5 degrees and 20 ps.
-    pub gmt_errors: bool,
-    /// Errors of the UAV's arrays: 2 degrees, 0.1 degrees, 50 ps.
-    pub uav_errors: bool,
-    /// A ground bounce 6 dB under the line of sight.
-    pub bounce: bool,
-    /// Whether the receiver nulls a ground bounce where flat ground puts it.
-    pub null: bool,
-    /// Signal against noise beside the link budget, dB.
-    pub snr_offset_db: f64,
-}
-
-impl Case {
-    /// Line of sight alone, no errors, sequential scheme, no null.
-    pub fn ideal(distance_m: f64) -> Self {
-        Self {
-            distance_m,
-            raster: false,
-            gmt_errors: false,
-            uav_errors: false,
-            bounce: false,
-            null: false,
-            snr_offset_db: 0.0,
-        }
-    }
-
-    /// The scheme of its symbols.
-    pub(super) fn scheme(&self) -> SquintScheme {
-        if self.raster {
-            SquintScheme::Raster
-        } else {
-            SquintScheme::Sequential
-        }
-    }
-
-    /// Its symbols on the first face, as the receiver knows them.
-    fn symbols_of_a_face(&self, waveform: &Waveform) -> Vec<SquintSymbol<f64>> {
-        use cslam_core::array::SquintScheme::{Raster, Sequential};
-        let scheme = if self.raster { Raster } else { Sequential };
-        let edge_hz = |index| f64::from(waveform.offset(index)) * waveform.spacing_hz();
-        let band_hz = [edge_hz(0), edge_hz(waveform.active - 1)];
-        let config = SquintConfig::default();
-        (0..)
-            .map_while(|index| config.symbol(scheme, index, 1, band_hz, waveform.carrier_hz))
-            .collect()
-    }
-
-    /// What is known of the constant error of a face: none where the GMT has no errors.
-    pub(super) fn face_bias_sigma(&self) -> [f32; 2] {
-        if self.gmt_errors {
-            FACE_BIAS_SIGMA
-        } else {
-            [0.0; 2]
-        }
-    }
-}
 
 /// Figures of a row. Position errors are 3-D norms, rms over the trials, m.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]

@@ -15,6 +15,7 @@ use super::pieces::{Pieces, Slot};
 use super::rays::{Instant, Ray};
 use super::reception::Reception;
 use super::simulator::{Block, CHANNELS, Simulator};
+use super::streams::{PER_BEAM, PHASE_NOISE, stream};
 use super::transmit::BeamField;
 use super::waves::{Plane, Shape, Wave};
 use super::{ARRAYS, C64, ELEMENTS};
@@ -23,18 +24,6 @@ use crate::random::Stream;
 /// A clock that has drifted this far since the waves were made gets new ones, s; in between, their slope serves
 /// (second order: -60 dB at the band edge).
 const REMAKE_AFTER_S: f64 = 50e-12;
-
-/// Streams of a sweep: its noise, and what is drawn per beam.
-pub(super) fn stream(index: u32, symbol: usize, kind: u64) -> u64 {
-    (kind << 56) | (u64::from(index) << 16) | symbol as u64
-}
-pub(super) const NOISE: u64 = 0;
-const PER_BEAM: u64 = 1;
-pub(super) const JAMMED: u64 = 2;
-const PHASE_NOISE: u64 = 3;
-pub(super) const CONVERTER: u64 = 4;
-pub(super) const BURSTS: u64 = 5;
-pub(super) const BURST_NOISE: u64 = 6;
 
 /// What a sweep keeps between its beams.
 pub(super) struct SweepState<'a> {

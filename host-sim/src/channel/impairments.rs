@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::codebook::Codebook;
 use super::effects::amplifier::Amplifier;
 use super::effects::interference::Interference;
 use super::hardware::{AirframeEffects, GmtArrayErrors, Oscillators, ReceiverErrors, UavArrayErrors};
 use crate::input::{InputError, within};
-use crate::sigmf::Codebook;
 
 /// Beams of a sweep.
 const BEAMS: usize = Codebook::Beams.len();

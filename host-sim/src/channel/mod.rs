@@ -30,14 +30,17 @@
 mod adc;
 mod air;
 mod antenna;
+mod bank;
 pub mod bench;
 mod body;
 mod calibration;
+mod codebook;
 mod config;
 mod effects;
 mod gains;
 mod hardware;
 mod impairments;
+mod interfering;
 mod jamming;
 mod mix;
 mod noise;
@@ -49,6 +52,8 @@ mod simulator;
 pub(crate) mod spectrum;
 pub mod squint;
 mod squint_field;
+mod streams;
+mod sweep;
 mod transmit;
 mod waves;
 
@@ -67,6 +72,7 @@ mod tests;
 
 pub use antenna::squint::{SquintScheme, SquintSymbol};
 pub use calibration::Calibration;
+pub use codebook::Codebook;
 pub use config::{ChannelConfig, FrontEndConfig, MotionConfig};
 pub use effects::amplifier::Amplifier;
 pub use effects::interference::Interference;

@@ -5,51 +5,19 @@
 //! whole blocks, and beams that see it 25 dB weaker than its best do not hear it. The UAV's body and rotors do nothing to it. Beam squint
 //! symbols hear the strongest pieces alone, as rays.
 
-use cslam_core::signal::{SAMPLES, Waveform};
+use cslam_core::signal::SAMPLES;
 
+use super::bank::Bank;
 use super::rays::Ray;
 use super::reception::{ElementErrors, Reception};
 use super::simulator::Simulator;
-use super::waves::{Plane, WaveMaker};
+use super::waves::Plane;
 use super::{ARRAYS, C64, ELEMENTS};
 
-/// Waves for delays within a sample.
-const PHASES: usize = 32;
 /// A beam that sees a piece so much weaker than its best does not hear it, dB.
 const BEAM_RANGE_DB: f64 = 25.0;
 /// Samples handled at a time, as in [`super::mix`].
 const LANES: usize = 16;
-
-/// The waveform at every delay within a sample, twice over, so that a delay of whole samples is a place to begin at.
-#[derive(Clone, Debug)]
-pub(super) struct Bank {
-    waves: Vec<[Vec<f32>; 2]>,
-    sample_rate_hz: f64,
-}
-
-impl Bank {
-    pub(super) fn new(maker: &WaveMaker) -> Self {
-        let Waveform { sample_rate_hz, .. } = *maker.waveform();
-        let wave = |phase: usize| {
-            let delay_s = phase as f64 / (PHASES as f64 * sample_rate_hz);
-            let Plane { re, im } = maker.wave(delay_s, &maker.turns(0.0)).value;
-            [re, im].map(|part| [part, part].concat())
-        };
-        Self {
-            waves: (0..PHASES).map(wave).collect(),
-            sample_rate_hz,
-        }
-    }
-
-    /// Real and imaginary part of the wave of a delay.
-    fn wave(&self, delay_s: f64) -> [&[f32]; 2] {
-        let steps = libm::floor(delay_s * self.sample_rate_hz * PHASES as f64 + 0.5) as i64;
-        let [samples, phase] = [steps.div_euclid(PHASES as i64), steps.rem_euclid(PHASES as i64)];
-        let start = (-samples).rem_euclid(SAMPLES as i64) as usize;
-        let [re, im] = &self.waves[phase as usize];
-        [re, im].map(|part| &part[start..start + SAMPLES])
-    }
-}
 
 /// Divides the rays of a link into those of waves of their own and the pieces of scattered ones; `scattered` says which are which.
 pub(super) fn divide(rays: Vec<Ray>, scattered: impl Fn(usize) -> bool) -> (Vec<Ray>, Vec<Ray>) {

@@ -3,7 +3,7 @@
 use cslam_core::constants::{BOLTZMANN_J_PER_K, NOISE_TEMPERATURE_K};
 use cslam_core::signal::{BeamBlock, Iq, SAMPLES, Waveform};
 
-use super::air::{CONVERTER, NOISE, SweepState, stream};
+use super::bank::Bank;
 use super::config::ChannelConfig;
 use super::effects::carrier_offset::CarrierOffset;
 use super::effects::converter::Converter;
@@ -11,9 +11,9 @@ use super::effects::interference::Neighbour;
 use super::effects::quadrature::Quadrature;
 use super::effects::rotors::Rotors;
 use super::noise::Gaussian;
-use super::pieces::{self, Bank};
 use super::rays::{Instant, Ray, RayError, rays};
 use super::reception::ReceiveArrays;
+use super::streams::{CONVERTER, NOISE, stream};
 use super::transmit::Transmitter;
 use super::waves::{Plane, WaveMaker};
 use super::{ARRAYS, Calibration, ELEMENTS, adc};
@@ -139,45 +139,11 @@ impl Simulator {
         libm::exp10((dbm - 30.0) / 20.0)
     }
 
-    /// The sweep over a link at an instant. `index` numbers the sweeps of a run: it chooses the noise.
-    ///
-    /// # Errors
-    /// [`RayError`] when a path of the link cannot be synthesised.
-    pub fn sweep(&self, link: &Link, instant: &Instant, index: u32) -> Result<Sweep, RayError> {
-        let (rays, pieces) = self.divided(link, instant)?;
-        Ok(self.sweep_of(&rays, &pieces, instant, index))
-    }
-
-    /// The rays of a link, and the pieces of diffusely scattered waves.
-    fn divided(&self, link: &Link, instant: &Instant) -> Result<(Vec<Ray>, Vec<Ray>), RayError> {
-        let rays = self.rays(link, instant)?;
-        Ok(pieces::divide(rays, |path| link.paths[path].is_scattered()))
-    }
-
     /// The rays of a link, in the order of its paths.
     pub(super) fn rays(&self, link: &Link, instant: &Instant) -> Result<Vec<Ray>, RayError> {
         rays(link, instant, self.maker.waveform().carrier_hz)
     }
 
-    /// The sweep of rays that are already in the frames of the arrays.
-    pub fn sweep_rays(&self, rays: &[Ray], instant: &Instant, index: u32) -> Sweep {
-        self.sweep_of(rays, &[], instant, index)
-    }
-
-    fn sweep_of(&self, rays: &[Ray], pieces: &[Ray], instant: &Instant, index: u32) -> Sweep {
-        let mut state = SweepState::new(self, rays, instant, index).with_pieces(pieces);
-        let mut sweep = Sweep::default();
-        for beam in 0..self.beams() {
-            let listed = self.config.impairments.dropped_beams.contains(&(beam as u16));
-            if state.air(beam, listed, |state, ray| state.fields[ray][beam]) {
-                sweep.blocks.push(state.digitise(beam, beam as u16));
-            }
-        }
-        sweep
-    }
-}
-
-impl Simulator {
     fn silence_dead_channels(&self, planes: &mut [Plane]) {
         for channel in &self.config.impairments.dead_channels {
             if let Some(plane) = planes.get_mut(usize::from(*channel)) {

@@ -6,7 +6,6 @@
 use nalgebra::Vector3;
 
 use super::figures::share;
-use super::map::vertex;
 use super::surface::Surfaces;
 use crate::flight_log::{FlightLog, PointRecord};
 use crate::paths::LinkPath;
@@ -73,6 +72,17 @@ fn is_far(point: &PointRecord, surfaces: &Surfaces<'_>) -> bool {
         return false;
     };
     off_m > FAR_M && off_m > FAR_SIGMAS * point.covariance_trace_m2.max(0.0).sqrt()
+}
+
+/// Where the true path was reflected that an accepted point is of; of three reflections the truth names only the outer two.
+pub(super) fn vertex(path: &LinkPath, point: &PointRecord) -> Option<[f64; 3]> {
+    if point.reflection == point.order {
+        path.last_vertex
+    } else if point.reflection == 1 {
+        path.first_vertex
+    } else {
+        None
+    }
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::by_faces;
+use super::by_faces::{self, vertex};
 use super::completeness::{Completeness, Lit, Part};
 use super::figures::{Spread, distance, share};
 use super::losses::{FirstOrderPaths, first_order_paths};
@@ -219,17 +219,6 @@ fn judge_points(log: &FlightLog, figures: &mut MapFigures) -> Vec<f64> {
     figures.accepted_per_sweep = share(accepted, rich.len());
     figures.accepted_first_order_per_sweep = share(accepted_first, rich.len());
     errors_m
-}
-
-/// Where the true path was reflected that an accepted point is of; of three reflections the truth names only the outer two.
-pub(super) fn vertex(path: &LinkPath, point: &PointRecord) -> Option<[f64; 3]> {
-    if point.reflection == point.order {
-        path.last_vertex
-    } else if point.reflection == 1 {
-        path.first_vertex
-    } else {
-        None
-    }
 }
 
 /// Precision, completeness and F-score of the map's points against the surfaces.

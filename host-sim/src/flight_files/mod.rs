@@ -5,6 +5,7 @@
 
 mod clouds;
 mod columns;
+mod page;
 pub mod ply;
 pub(crate) mod recording;
 mod ros2;
@@ -22,7 +23,7 @@ use serde::de::IgnoredAny;
 
 use crate::evaluation::Evaluation;
 use crate::flight_log::FlightLog;
-use crate::report::{Report, page};
+use crate::report::Report;
 use crate::result_directory::Kind;
 use crate::scene::Scene;
 use ply::Encoding;

@@ -2,6 +2,7 @@
 //! and what was expected.
 
 pub mod limits;
+mod line;
 mod ranges;
 mod read;
 pub mod toml_keys;

@@ -8,6 +8,7 @@ use flate2::read::MultiGzDecoder;
 use serde::de::DeserializeOwned;
 
 use super::limits::Limit;
+use super::line::line_at;
 use super::{InputError, toml_places};
 
 /// The bytes of a file.
@@ -183,11 +184,6 @@ fn as_text(file: &Path, bytes: Vec<u8>) -> Result<String, InputError> {
         let line = line_at(e.as_bytes(), e.utf8_error().valid_up_to());
         InputError::at_line(file, line, format!("is not text: {}", e.utf8_error()))
     })
-}
-
-/// Number of the line that holds a byte, from 1.
-pub(super) fn line_at(text: &[u8], byte: usize) -> usize {
-    1 + text.iter().take(byte).filter(|b| **b == b'\n').count()
 }
 
 #[cfg(test)]

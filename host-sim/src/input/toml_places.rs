@@ -5,7 +5,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::read::line_at;
+use super::line::line_at;
 
 /// Number of the line in which the value of a key begins, from 1; `None` when the text has no such key.
 pub(super) fn line_of(text: &str, key: &str) -> Option<usize> {

@@ -9,12 +9,6 @@
 //! Logits stand for line of sight, first order and higher order. Inputs are normalised to -1..=1 by
 //! `(x - offset) * scale` and clamped there; probabilities are the softmax of `logits / temperature`.
 
-use std::path::Path;
-
-use super::safetensors_file;
-use crate::input::limits::FLOAT_MODEL;
-use crate::input::{InputError, read_bytes};
-
 /// Link states that the network tells apart: line of sight, first order, higher order.
 pub const STATES: usize = 3;
 
@@ -227,28 +221,6 @@ impl FloatModel {
     /// Calibrated probabilities of inputs as the features come.
     pub fn probabilities(&self, inputs: &[f32]) -> [f32; STATES] {
         softmax(self.logits(inputs), self.temperature)
-    }
-
-    /// Reads a model from a safetensors file.
-    ///
-    /// # Errors
-    /// [`InputError`] naming the file and the tensor or metadata key, and what was expected.
-    pub fn read(file: &Path) -> Result<Self, InputError> {
-        Self::from_bytes(&read_bytes(file, &FLOAT_MODEL)?)
-            .map_err(|message| InputError::in_file(file, message))
-    }
-
-    /// Reads a model from the bytes of a safetensors file.
-    ///
-    /// # Errors
-    /// The tensor or metadata key that is wrong and what was expected, in words.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
-        safetensors_file::decode(bytes)
-    }
-
-    /// The bytes of a safetensors file. The same model gives the same bytes.
-    pub fn to_bytes(&self) -> Vec<u8> {
-        safetensors_file::encode(self)
     }
 }
 

@@ -8,11 +8,13 @@
 //! map, whose order changes from run to run, and the same model must give the same bytes.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use safetensors::{Dtype, SafeTensors};
 use serde::Serialize;
 
 use super::float_model::{FloatModel, Kind, Layer};
+use crate::input::{InputError, limits::FLOAT_MODEL, read_bytes};
 
 /// Keys that the metadata may hold; PyTorch writes `format`.
 const KEYS: [&str; 7] = [
@@ -25,7 +27,31 @@ const KEYS: [&str; 7] = [
     "format",
 ];
 
-pub(super) fn decode(bytes: &[u8]) -> Result<FloatModel, String> {
+impl FloatModel {
+    /// Reads a model from a safetensors file.
+    ///
+    /// # Errors
+    /// [`InputError`] naming the file and the tensor or metadata key, and what was expected.
+    pub fn read(file: &Path) -> Result<Self, InputError> {
+        Self::from_bytes(&read_bytes(file, &FLOAT_MODEL)?)
+            .map_err(|message| InputError::in_file(file, message))
+    }
+
+    /// Reads a model from the bytes of a safetensors file.
+    ///
+    /// # Errors
+    /// The tensor or metadata key that is wrong and what was expected, in words.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
+        decode(bytes)
+    }
+
+    /// The bytes of a safetensors file. The same model gives the same bytes.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        encode(self)
+    }
+}
+
+fn decode(bytes: &[u8]) -> Result<FloatModel, String> {
     let not_safetensors = |e| format!("is no safetensors file: {e}");
     let (_, header) = SafeTensors::read_metadata(bytes).map_err(not_safetensors)?;
     let file = SafeTensors::deserialize(bytes).map_err(not_safetensors)?;
@@ -150,7 +176,7 @@ struct Header {
     tensors: BTreeMap<String, TensorInfo>,
 }
 
-pub(super) fn encode(model: &FloatModel) -> Vec<u8> {
+fn encode(model: &FloatModel) -> Vec<u8> {
     let numbers = |values: &[f32]| values.iter().map(f32::to_string).collect::<Vec<_>>().join(",");
     let mut metadata = BTreeMap::from([
         ("inputs", model.inputs().join(",")),

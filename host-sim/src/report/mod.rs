@@ -1,6 +1,5 @@
 //! The figures of a flight: `report.json`, a table for a terminal, and a page for a browser.
 
-pub(crate) mod page;
 mod table;
 
 use std::collections::BTreeMap;

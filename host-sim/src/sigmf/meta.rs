@@ -3,54 +3,12 @@
 use cslam_core::signal::{SAMPLES, Waveform};
 use serde::{Deserialize, Serialize};
 
-use crate::channel::CHANNELS;
+use crate::channel::{CHANNELS, Codebook};
 
 /// Exponents a block may have: an `f64` holds every amplitude.
 const EXPONENTS: std::ops::RangeInclusive<i32> = -200..=200;
 /// Name of the array geometry.
 pub(super) const ARRAY: &str = "quad-tilted-4x8";
-
-/// Which transmissions the blocks belong to; `cslam:beam` counts within it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Codebook {
-    /// The 72 beams of a sweep.
-    Beams,
-    /// Beam squint symbols, sequential scheme: 11 a face.
-    SquintSequential,
-    /// Beam squint symbols, raster scheme: one a face.
-    SquintRaster,
-}
-
-impl Codebook {
-    const ALL: [Self; 3] = [Self::Beams, Self::SquintSequential, Self::SquintRaster];
-
-    /// Value of `cslam:codebook`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Beams => "gmt-72",
-            Self::SquintSequential => "bsm-seq",
-            Self::SquintRaster => "bsm-raster",
-        }
-    }
-
-    /// Transmissions in it.
-    pub const fn len(self) -> usize {
-        match self {
-            Self::Beams => 72,
-            Self::SquintSequential => 33,
-            Self::SquintRaster => 3,
-        }
-    }
-
-    /// Never.
-    pub fn is_empty(self) -> bool {
-        self.len() == 0
-    }
-
-    fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|c| c.name() == name)
-    }
-}
 
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Meta {

@@ -15,8 +15,7 @@ mod meta;
 
 use meta::{ARRAY, Capture, Extension, Global, Meta, check, check_keys};
 
-pub use meta::Codebook;
-
+pub use crate::channel::Codebook;
 use crate::channel::{Block, CHANNELS};
 use crate::input::limits::SAMPLES_METADATA;
 use crate::input::{InputError, from_json, read_exactly, read_text};

@@ -14,7 +14,6 @@ use super::edges::{AboutEdge, Edges, Flank, IN_FRONT_M, Wedge};
 use super::field::{Bounce, Field, along, departing, dipole, received, reflect};
 use super::path::{Place, TracedPath};
 use super::surface::{Surface, Surfaces};
-use super::tree::ImageTree;
 use super::utd::Incidence;
 use super::{Diffraction, LEAST_DISTANCE_M};
 use crate::paths::{Interaction, Kind};
@@ -42,6 +41,9 @@ struct LitEdge {
 /// The edges that a transmitter and its images of one reflection may light.
 #[derive(Debug)]
 pub(super) struct LitEdges<'t> {
+    scene: &'t Scene,
+    /// Transmitter, m.
+    tx: Vec3,
     edges: &'t Edges,
     options: Diffraction,
     lit: Vec<LitEdge>,
@@ -59,7 +61,7 @@ struct Trial<'a> {
 impl<'t> LitEdges<'t> {
     /// Looks from a transmitter and its images (face, place, sides of the beam) of one reflection.
     pub(super) fn of<'i>(
-        scene: &Scene,
+        scene: &'t Scene,
         edges: &'t Edges,
         options: Diffraction,
         tx: &Vec3,
@@ -104,23 +106,23 @@ impl<'t> LitEdges<'t> {
             beam.extend_from_slice(sides);
             look(Some(face), &source, &beam);
         }
-        Self { edges, options, lit }
+        Self {
+            scene,
+            tx: *tx,
+            edges,
+            options,
+            lit,
+        }
     }
 
     /// The strongest diffracted paths to a receiver; DR only when a reflection is allowed.
-    pub(super) fn trace(
-        &self,
-        tree: &ImageTree<'_>,
-        rx: &Vec3,
-        surfaces: &Surfaces<'_>,
-        reflections: bool,
-    ) -> Vec<TracedPath> {
-        let scene = tree.scene();
+    pub(super) fn trace(&self, rx: &Vec3, surfaces: &Surfaces<'_>, reflections: bool) -> Vec<TracedPath> {
+        let scene = self.scene;
         let seen: Vec<Option<AboutEdge>> = self.edges.wedges.iter().map(|wedge| wedge.about(rx)).collect();
         let mut found = Vec::new();
         for lit in &self.lit {
             if let Some(about) = &seen[lit.wedge as usize] {
-                found.extend(self.try_path(tree, lit, None, rx, rx, about, surfaces));
+                found.extend(self.try_path(lit, None, rx, rx, about, surfaces));
             }
             if !reflections || lit.face.is_some() {
                 continue;
@@ -133,7 +135,7 @@ impl<'t> LitEdges<'t> {
                 }
                 let image = mirror.mirror(rx);
                 if let Some(about) = wedge.about(&image) {
-                    found.extend(self.try_path(tree, lit, Some(face), rx, &image, &about, surfaces));
+                    found.extend(self.try_path(lit, Some(face), rx, &image, &about, surfaces));
                 }
             }
         }
@@ -150,7 +152,6 @@ impl<'t> LitEdges<'t> {
     )]
     fn try_path(
         &self,
-        tree: &ImageTree<'_>,
         lit: &LitEdge,
         last: Option<u32>,
         rx: &Vec3,
@@ -158,7 +159,7 @@ impl<'t> LitEdges<'t> {
         about: &AboutEdge,
         surfaces: &Surfaces<'_>,
     ) -> Option<TracedPath> {
-        let scene = tree.scene();
+        let scene = self.scene;
         let wedge = &self.edges.wedges[lit.wedge as usize];
         let crossing = Crossing::of(
             wedge,
@@ -197,7 +198,7 @@ impl<'t> LitEdges<'t> {
             trial.places[1] = mirrored(face, image)?;
             trial.count = 2;
         }
-        let tx = Vec3::from(tree.transmitter_m());
+        let tx = self.tx;
         if !trial.is_clear(scene, &tx, rx) {
             return None;
         }

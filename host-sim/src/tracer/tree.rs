@@ -225,7 +225,7 @@ impl<'t> ImageTree<'t> {
         paths.sort_by(TracedPath::by_strength);
         TracedPath::drop_twins(&mut paths);
         if let Some(lit) = &self.lit_edges {
-            paths.extend(lit.trace(self, &rx, surfaces, self.tracer.max_order() > 0));
+            paths.extend(lit.trace(&rx, surfaces, self.tracer.max_order() > 0));
             paths.sort_by(TracedPath::by_strength);
         }
         if let Some(uneven) = self.scene.uneven() {

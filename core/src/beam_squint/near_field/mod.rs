@@ -107,7 +107,7 @@ impl<const N: usize, const A: usize, const E: usize, const C: usize, const ACTIV
         }
     }
 
-    fn heard(&self) -> Result<&Spectrum<ACTIVE>, Refusal> {
+    fn received(&self) -> Result<&Spectrum<ACTIVE>, Refusal> {
         if !self.begun {
             return Err(Refusal::NotBegun);
         }
@@ -119,7 +119,7 @@ impl<const N: usize, const A: usize, const E: usize, const C: usize, const ACTIV
     /// # Errors
     /// [`Refusal::NotBegun`], [`Refusal::SymbolsMissing`], [`Refusal::TooWeak`].
     pub fn pick(&self, sine: f32) -> Result<Range, Refusal> {
-        let spectrum = self.heard()?;
+        let spectrum = self.received()?;
         let mut best = (0, 0.0);
         for (k, y) in spectrum.bins.iter().enumerate() {
             if y.norm_sqr() > best.1 {
@@ -153,7 +153,7 @@ impl<const N: usize, const A: usize, const E: usize, const C: usize, const ACTIV
     /// # Errors
     /// Those of [`Self::pick`], and [`Refusal::Unsettled`].
     pub fn fit(&self, sine: f32) -> Result<Range, Refusal> {
-        let spectrum = self.heard()?;
+        let spectrum = self.received()?;
         let sine = f64::from(sine);
         let longest = LONGEST * self.sweep.lobe_per_m(sine) as f32;
         let mut q = 1.0 / f64::from(self.pick(sine as f32)?.range_m);

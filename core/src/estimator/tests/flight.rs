@@ -70,7 +70,7 @@ pub(super) fn measurement(time_ns: u64, path: PathMeasurement) -> SweepMeasureme
         level_yaw: None,
         contrary: None,
         reflections: &[],
-        heard: &[],
+        paths: &[],
     }
 }
 

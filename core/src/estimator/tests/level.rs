@@ -61,7 +61,7 @@ fn sweep(time_ns: u64, with_departure: bool, yaw: bool) -> SweepMeasurement<'sta
             sigma_rad: YAW_ERROR_RAD,
         }),
         reflections: &[],
-        heard: &[],
+        paths: &[],
     }
 }
 

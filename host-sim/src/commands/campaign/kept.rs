@@ -8,7 +8,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::campaign::Flight;
 use crate::commands::fly::keep::{check_receiver, world_crc32};
-use crate::commands::fly::raw::{Site, departures, estimator};
+use crate::commands::fly::methods::{departures, estimator};
+use crate::commands::fly::raw::Site;
 use crate::commands::fly::recorded::described;
 use crate::config::{Config, ReceiverConfig};
 use crate::flight_log::Header;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::raw;
+use super::methods;
 use crate::commands::record;
 use crate::config::{Config, DepartureChoice, ReceiverConfig};
 use crate::input::InputError;
@@ -28,8 +28,8 @@ pub(crate) fn write<S: Source>(
     let (file, sweeps) = keeper.write(directory.path())?;
     let manifest = Manifest {
         estimated: Some(Estimates {
-            estimator: raw::estimator(&config.receiver),
-            departures: raw::departures(&config.receiver)?,
+            estimator: methods::estimator(&config.receiver),
+            departures: methods::departures(&config.receiver)?,
             world_crc32: world_crc32(&config.world)?,
             file,
         }),
@@ -49,7 +49,7 @@ pub(crate) fn world_crc32(world: &WorldConfig) -> anyhow::Result<u32> {
 /// # Errors
 /// [`InputError`] when it estimates paths, or reads bearings, in another way: that wants samples.
 pub(crate) fn check_receiver(kept: &Estimates, told: &ReceiverConfig) -> Result<(), InputError> {
-    let estimator = raw::estimator(told);
+    let estimator = methods::estimator(told);
     if kept.estimator != estimator {
         return Err(InputError::new(format!(
             "its paths were estimated by {}, not by {}: expected samples, or --estimator {}",
@@ -58,7 +58,7 @@ pub(crate) fn check_receiver(kept: &Estimates, told: &ReceiverConfig) -> Result<
             kept.estimator.name(),
         )));
     }
-    let departures = raw::departures(told).map_err(|error| InputError::new(error.to_string()))?;
+    let departures = methods::departures(told).map_err(|error| InputError::new(error.to_string()))?;
     // A receiver without beam squint needs no bearing.
     if kept.departures != departures && departures != DepartureChoice::Beams {
         return Err(InputError::new(format!(

@@ -4,6 +4,7 @@ pub(crate) mod keep;
 mod list;
 #[cfg(feature = "ground")]
 mod live;
+pub(crate) mod methods;
 pub(crate) mod raw;
 pub(crate) mod recorded;
 mod thinning;

@@ -3,25 +3,18 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use cslam_core::estimator::{Setup, baseline};
-use cslam_core::link_state::{Classifier, PaperClassifier, PathClassifier, Trees, models};
 use cslam_core::paths::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays};
-use cslam_core::receiver::{
-    CHANNELS, Config as CoreConfig, Departures, LinkStates, Localization, Mapped, Memory, PATHS, Receiver,
-    Rules,
-};
+use cslam_core::receiver::{CHANNELS, Config as CoreConfig, Memory, PATHS, Receiver};
 
 use cslam_firmware::app::{AppConfig, Application, Map, VOXELS};
 use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
 use cslam_firmware::sensor_stream::SESSION;
 
-use super::{Args, Flown, keep};
+use super::{Args, Flown, keep, methods};
 use crate::config::{
-    Config, DepartureChoice, EarthField, LinkStateChoice, LocalizationChoice, MappedChoice, Mode,
-    ReceiverConfig,
+    Config, DepartureChoice, EarthField, LinkStateChoice, LocalizationChoice, MappedChoice, ReceiverConfig,
 };
 use crate::flight_log::{FlightLog, Header};
-use crate::input::{InputError, limits, read_bytes};
 use crate::raw_flight::{self, Source, Swept};
 use crate::recording::Keeper;
 use crate::scene::Scene;
@@ -220,14 +213,14 @@ pub(crate) fn fly(
         residuals: told.residuals.config(),
         association: told.association.config(),
         surfaces: told.surfaces.config(),
-        ..methods(told, told.gmt_setup.or_at(site.gmt_m))?
+        ..methods::methods(told, told.gmt_setup.or_at(site.gmt_m))?
     };
     if let Some(height_m) = &mut receiver.accept.point.ground_z_m {
         *height_m = ground_z_m as f32;
     }
     let estimation = EstimatorConfig::default();
     let paper = |delays| PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation).with_delays(delays);
-    let estimator = match estimator(told) {
+    let estimator = match methods::estimator(told) {
         estimate::Mode::Best => None,
         estimate::Mode::Paper => Some(paper(TapDelays::Whole)),
         estimate::Mode::PaperInterpolated => Some(paper(TapDelays::Interpolated)),
@@ -273,91 +266,4 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
         swept,
         sent,
     )?)
-}
-
-/// Who estimates the paths: the mode's estimator, or the one that was asked for.
-pub(crate) fn estimator(told: &ReceiverConfig) -> estimate::Mode {
-    told.estimator.unwrap_or(match told.mode {
-        Mode::Best => estimate::Mode::Best,
-        Mode::Paper => estimate::Mode::Paper,
-    })
-}
-
-/// How departures of the line of sight are read: as the mode has it, or as was asked for.
-pub(crate) fn departures(told: &ReceiverConfig) -> anyhow::Result<DepartureChoice> {
-    Ok(match methods(told, None)?.departures {
-        Departures::SquintFit => DepartureChoice::Fit,
-        Departures::SquintParabola => DepartureChoice::Parabola,
-        Departures::SquintPick => DepartureChoice::Pick,
-        Departures::Beams => DepartureChoice::Beams,
-    })
-}
-
-/// Trees of a file (`cslam train --kind trees`). They stay in memory: receivers borrow them for as long as the program runs.
-fn own_trees(file: &Path) -> Result<PathClassifier<'static>, InputError> {
-    let bytes = read_bytes(file, &limits::MODEL)?.leak();
-    Trees::parse(bytes)
-        .and_then(PathClassifier::new)
-        .map_err(|error| InputError::in_file(file, error.to_string()))
-}
-
-/// The methods of a mode, with the stages that were asked to differ, beside a GMT that was set up there, if somebody says.
-fn methods(told: &ReceiverConfig, setup: Option<Setup>) -> anyhow::Result<CoreConfig<'static>> {
-    let of_mode = match (told.mode, told.mapped) {
-        (Mode::Paper, _) => LinkStateChoice::Paper,
-        (Mode::Best, None | Some(MappedChoice::Every)) => LinkStateChoice::Trees,
-        // Of a path that is taken alone the departure must be in the probability: no association weighs it.
-        (Mode::Best, Some(MappedChoice::FirstOrder | MappedChoice::Strongest)) => LinkStateChoice::Geometric,
-    };
-    let network = PaperClassifier::new(models::paper()?)?;
-    let link_states = match told.link_state.unwrap_or(of_mode) {
-        LinkStateChoice::Trees => LinkStates::Trees(match &told.link_state_model {
-            Some(file) => own_trees(file)?,
-            None => models::trees()?,
-        }),
-        LinkStateChoice::Geometric => {
-            let classifier = Classifier::new(models::geometric()?, models::geometric_without_departure()?)?;
-            LinkStates::Geometric(classifier)
-        }
-        LinkStateChoice::Paper => LinkStates::Paper(network),
-        LinkStateChoice::Rules => LinkStates::Rules(Rules::default()),
-    };
-    let mut config = match told.mode {
-        Mode::Best => CoreConfig::best(link_states),
-        Mode::Paper => CoreConfig {
-            link_states,
-            ..CoreConfig::paper(network)
-        },
-    };
-    let with = |mode| Localization::Hpc(told.hpc.config(mode), network);
-    config.localization = match told.localization {
-        None => match config.localization {
-            Localization::Filter(_) => Localization::Filter(told.filter.config(setup)),
-            Localization::Hpc(hpc, _) => with(hpc.mode),
-        },
-        Some(LocalizationChoice::Filter | LocalizationChoice::FilterNoDeltaRanges) => {
-            Localization::Filter(told.filter.config(setup))
-        }
-        Some(LocalizationChoice::Hpc) => with(baseline::Mode::VelocityFromFixes),
-        Some(LocalizationChoice::HpcLiteral) => with(baseline::Mode::Literal),
-    };
-    if let Some(choice) = told.localization {
-        config.delta_ranges = choice != LocalizationChoice::FilterNoDeltaRanges;
-    }
-    if let Some(choice) = told.departures {
-        config.departures = match choice {
-            DepartureChoice::Fit => Departures::SquintFit,
-            DepartureChoice::Parabola => Departures::SquintParabola,
-            DepartureChoice::Pick => Departures::SquintPick,
-            DepartureChoice::Beams => Departures::Beams,
-        };
-    }
-    if let Some(choice) = told.mapped {
-        config.mapped = match choice {
-            MappedChoice::Every => Mapped::Every,
-            MappedChoice::FirstOrder => Mapped::FirstOrder,
-            MappedChoice::Strongest => Mapped::Strongest,
-        };
-    }
-    Ok(config)
 }

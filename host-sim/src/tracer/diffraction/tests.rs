@@ -420,12 +420,14 @@ fn pruning_loses_no_diffracted_path() {
                 }
             }
             let unpruned = LitEdges {
+                scene: &scene,
+                tx: tx.into(),
                 edges: &edges,
                 options: propagation.diffraction.unwrap(),
                 lit,
             };
             let surfaces = Surfaces::of_scene(&scene, &Propagation::default());
-            let expected = unpruned.trace(&tree, &rx.into(), &surfaces, true);
+            let expected = unpruned.trace(&rx.into(), &surfaces, true);
             let mut found = tree.trace(rx);
             found.retain(|path| path.kind().edge().is_some());
             assert_eq!(found, expected, "{name}: {tx:?} to {rx:?}");
