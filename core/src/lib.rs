@@ -22,8 +22,8 @@
 //! | [`telemetry`] | packets to and from the ground |
 //!
 //! The method is that of Z. Mou and F. Gao, "Millimeter Wave Wireless Communication Assisted Three-Dimensional
-//! Simultaneous Localization and Mapping"; `docs/signal-model.md` of the repository has the formulas and where this crate
-//! departs from the paper, `docs/localization.md` the filter.
+//! Simultaneous Localization and Mapping"; `docs/signal-model.md` of the repository has the formulas, `docs/paper-to-code.md`
+//! where this crate departs from the paper, `docs/localization.md` the filter.
 //!
 //! # Quick start
 //! The default geometry has names in [`profile`]: an estimator takes the samples of the transmit beams, strongest first, and gives the

@@ -24,7 +24,7 @@ const LARGE_GROUPS: u32 = 3;
 pub struct WorkLimit(pub u32);
 
 impl WorkLimit {
-    /// What a Cortex-M7 at 480 MHz has time for beside all else (docs/firmware.md).
+    /// What a Cortex-M7 at 480 MHz has time for beside all else (docs/performance.md).
     pub const FLIGHT: Self = Self(36_000);
     /// None, where nothing waits for the sweep.
     pub const NONE: Self = Self(u32::MAX);
@@ -38,7 +38,7 @@ impl Default for WorkLimit {
 }
 
 /// What the search does. Its thousands of instructions are those of the kernels (`tests/golden/ltd_cost.txt`) and, where work depends on
-/// what is heard, of the stages of the table in docs/firmware.md over how often each ran.
+/// what is heard, of the stages of the table in docs/performance.md over how often each ran.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Work {
     /// A beam, transformed in full.

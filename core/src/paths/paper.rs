@@ -3,7 +3,7 @@
 //! The correlations of all beams in a window of taps are unfolded into a matrix of channels x (tap, beam). Its leading
 //! left singular vectors stand for paths: each is scanned over a grid of angles, its arrays added without phase; the right
 //! singular vector's strongest entry gives tap and beam. Source: Mou and Gao, eq. (rho) and what follows, after the method
-//! it borrows (docs/signal-model.md, "Where this differs from the paper").
+//! it borrows (docs/paper-to-code.md, "Where this differs from the paper").
 //!
 //! Ours, so that it can be compared at all: the scan covers elevation too, since horizontal angles alone cannot locate a
 //! point; delays are absolute, where the published one subtracts the first. And for a bounded memory the window lies
