@@ -2,6 +2,7 @@
 
 pub mod cost;
 pub mod elf;
+pub mod tables;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,15 +1,11 @@
-//! What sources and documents point to is there: pages, sections, files.
+//! What sources and documents point to is there: pages, sections, files. Tables that are made from committed measurements are those of
+//! the measurements; `CSLAM_WRITE_TABLES=1 cargo test -p cslam-tests --test documents` makes them anew.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::{env, fs};
 
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .expect("the workspace holds this crate")
-        .to_owned()
-}
+use cslam_tests::{root, tables};
 
 /// Every file below `folder` with one of the endings, without build results and installed packages.
 fn files(folder: &Path, endings: &[&str], found: &mut Vec<PathBuf>) {
@@ -85,10 +81,9 @@ fn pointers(source: &str) -> Vec<(String, Option<String>)> {
 
 #[test]
 fn sources_point_to_pages_and_sections_that_exist() {
-    let root = root();
     let mut sources = Vec::new();
     for folder in ["core", "firmware", "host-sim", "tests"] {
-        files(&root.join(folder), &[".rs", ".toml"], &mut sources);
+        files(&root().join(folder), &[".rs", ".toml"], &mut sources);
     }
     let (mut wrong, mut seen) = (Vec::new(), 0);
     for source in &sources {
@@ -99,7 +94,7 @@ fn sources_point_to_pages_and_sections_that_exist() {
         let text = fs::read_to_string(source).expect("a source");
         for (page, section) in pointers(&text) {
             seen += 1;
-            match fs::read_to_string(root.join("docs").join(&page)) {
+            match fs::read_to_string(root().join("docs").join(&page)) {
                 Err(_) => wrong.push(format!("{}: docs/{page} is not there", source.display())),
                 Ok(content) => {
                     if let Some(section) = section.filter(|section| !sections(&content).contains(section)) {
@@ -118,9 +113,8 @@ fn sources_point_to_pages_and_sections_that_exist() {
 
 #[test]
 fn links_of_documents_lead_somewhere() {
-    let root = root();
     let mut pages = Vec::new();
-    files(&root, &[".md"], &mut pages);
+    files(root(), &[".md"], &mut pages);
     let (mut wrong, mut seen) = (Vec::new(), 0);
     for page in &pages {
         let text = fs::read_to_string(page).expect("a page");
@@ -140,6 +134,8 @@ fn links_of_documents_lead_somewhere() {
             };
             if !path.exists() {
                 wrong.push(format!("{}: {target} is not there", page.display()));
+            } else if page.starts_with(root().join("docs")) && target.starts_with("..") {
+                wrong.push(format!("{}: {target} is no part of the book", page.display()));
             } else if !fragment.is_empty() && file.ends_with(".md") | file.is_empty() {
                 let content = fs::read_to_string(&path).expect("a page");
                 if !sections(&content)
@@ -153,6 +149,46 @@ fn links_of_documents_lead_somewhere() {
     }
     assert!(seen > 50, "only {seen} links were found");
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_page_is_in_the_book() {
+    let docs = root().join("docs");
+    let summary = fs::read_to_string(docs.join("SUMMARY.md")).expect("the book's contents");
+    let mut pages = Vec::new();
+    files(&docs, &[".md"], &mut pages);
+    assert!(pages.len() > 20, "{} pages", pages.len());
+    for page in pages {
+        let name = page.strip_prefix(&docs).expect("a page of the book").display();
+        let times = summary.matches(&format!("]({name})")).count();
+        let wanted = usize::from(name.to_string() != "SUMMARY.md");
+        assert_eq!(times, wanted, "docs/{name} in docs/SUMMARY.md");
+    }
+}
+
+#[test]
+fn tables_are_those_of_the_committed_measurements() {
+    let mut pages = Vec::new();
+    files(&root().join("docs"), &[".md"], &mut pages);
+    let (mut stale, mut marked) = (Vec::new(), 0);
+    for page in &pages {
+        let text = fs::read_to_string(page).expect("a page");
+        let made = tables::refreshed(&text, |file| fs::read_to_string(root().join(file)).ok())
+            .unwrap_or_else(|error| panic!("{}: {error}", page.display()));
+        marked += text.matches("<!-- end -->").count();
+        if made != text {
+            if env::var_os("CSLAM_WRITE_TABLES").is_some() {
+                fs::write(page, &made).expect("writable");
+            } else {
+                stale.push(page.display().to_string());
+            }
+        }
+    }
+    assert!(marked >= 8, "only {marked} tables were found");
+    assert!(
+        stale.is_empty(),
+        "not what the measurements give: {stale:?}; CSLAM_WRITE_TABLES=1 cargo test -p cslam-tests --test documents"
+    );
 }
 
 #[test]

@@ -153,6 +153,15 @@ pub(crate) const STAGES: &[Stage] = &[
                 "--",
                 "-Dwarnings",
             ]),
+            step(&[
+                "clippy",
+                "--locked",
+                "-p=cslam-tests",
+                "--features=book",
+                "--bin=book",
+                "--",
+                "-Dwarnings",
+            ]),
             // Fuzz targets run under a nightly compiler only, but they must not rot.
             step(&[
                 "clippy",
@@ -251,6 +260,22 @@ pub(crate) const STAGES: &[Stage] = &[
                 "--no-deps",
                 "--bin=receiver-an500",
             ]),
+        ]),
+    },
+    Stage {
+        name: "book",
+        what: "the documents build as a site; their links lead somewhere, their tables are those of the committed measurements",
+        needs: &["toolchain"],
+        lane: Lane::Unoptimised,
+        work: Work::Steps(&[
+            step(&[
+                "run",
+                "--locked",
+                "-p=cslam-tests",
+                "--features=book",
+                "--bin=book",
+            ]),
+            step(&["test", "--locked", "--workspace", ALL_TESTS, "--test=documents"]),
         ]),
     },
     Stage {
