@@ -71,6 +71,7 @@ const EMULATED_BOARD: &str = "--features=qemu-an500";
 const ALL_BOARD: &str = "--features=qemu-an500,rivals";
 const REAL_BOARD: &str = "--features=stm32h743";
 const LINK_CHECK: &str = "--features=link-check";
+const UNOPTIMISED_DEV: &str = "--config=profile.dev.opt-level=0";
 const UNOPTIMISED: &str = "--config=profile.release.opt-level=0";
 
 /// Every stage, in order.
@@ -156,6 +157,7 @@ pub(crate) const STAGES: &[Stage] = &[
             step(&[
                 "clippy",
                 "--locked",
+                UNOPTIMISED_DEV,
                 "-p=cslam-tests",
                 "--features=book",
                 "--bin=book",
@@ -268,9 +270,11 @@ pub(crate) const STAGES: &[Stage] = &[
         needs: &["toolchain"],
         lane: Lane::Unoptimised,
         work: Work::Steps(&[
+            // As `cargo book` does.
             step(&[
                 "run",
                 "--locked",
+                UNOPTIMISED_DEV,
                 "-p=cslam-tests",
                 "--features=book",
                 "--bin=book",
