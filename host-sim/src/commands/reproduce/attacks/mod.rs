@@ -16,11 +16,11 @@ pub(crate) struct Args {
 enum What {
     /// Beacons and two-way timing that lie: what is flagged, when, and what of it shows in the pose's standard deviation
     ///
-    /// Flights from raw samples, each flown once; then again from its paths with each lie. docs/localization.md holds the table.
+    /// Flights from raw samples, each flown once; then again from its paths with each lie. docs/security.md holds the table.
     Beacons(beacons::Args),
     /// Starts beside a jammer: four kinds of it over a grid of powers
     ///
-    /// Flights from raw samples, cut off after the start. docs/localization.md holds the table.
+    /// Flights from raw samples, cut off after the start. docs/security.md holds the table.
     Jamming(jamming::Args),
 }
 
