@@ -151,6 +151,35 @@ fn links_of_documents_lead_somewhere() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// Files and folders of the project that a page names between backticks: `core/src/map`.
+fn named_sources(page: &str) -> Vec<&str> {
+    const CRATES: [&str; 6] = ["core/", "firmware/", "host-sim/", "tests/", "capi/", "python/"];
+    let spans = page.split('`').skip(1).step_by(2);
+    let paths = spans.filter(|span| CRATES.iter().any(|folder| span.starts_with(folder)));
+    paths
+        .filter(|span| !span.contains(|c: char| c.is_whitespace() || "*{<,".contains(c)))
+        .collect()
+}
+
+#[test]
+fn sources_that_pages_name_are_there() {
+    let mut pages = Vec::new();
+    files(&root(), &[".md"], &mut pages);
+    let mut missing = Vec::new();
+    let mut count = 0;
+    for page in pages.iter().filter(|page| !page.ends_with("CHANGELOG.md")) {
+        let text = fs::read_to_string(page).expect("a page");
+        for source in named_sources(&text) {
+            count += 1;
+            if !root().join(source).exists() {
+                missing.push(format!("{}: {source}", page.display()));
+            }
+        }
+    }
+    assert!(count > 50, "{count} named");
+    assert!(missing.is_empty(), "{}", missing.join("\n"));
+}
+
 #[test]
 fn every_page_is_in_the_book() {
     let docs = root().join("docs");
