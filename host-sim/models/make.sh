@@ -4,7 +4,7 @@
 #
 #     sh host-sim/models/make.sh [--check] [WORK]
 #
-# Data sets, flights, models and training curves go to WORK (default out/lscn, 400 MB); float models from there to host-sim/models,
+# Data sets, flights, models and training curves go to WORK (default out/link-state, 400 MB); float models from there to host-sim/models,
 # model files to core/models. With --check nothing is replaced: all seven files are compared, byte by byte, and the run fails
 # where one differs. Every step is seeded: the same bytes on every machine and for every number of threads.
 set -eu
@@ -15,7 +15,7 @@ if [ "${1:-}" = --check ]; then
     check=yes
     shift
 fi
-work=${1:-out/lscn}
+work=${1:-out/link-state}
 cargo build --locked --release -p cslam-host-sim
 cslam=${CARGO_TARGET_DIR:-target}/release/cslam
 made=$work/models

@@ -6,7 +6,7 @@ mod output;
 
 pub mod accuracy;
 pub mod allan;
-pub mod bsm;
+pub mod beam_squint;
 pub mod campaign;
 pub mod channel;
 pub mod cli;
@@ -25,8 +25,8 @@ mod interrupt;
 pub mod kept_flight;
 pub mod library;
 pub mod link_key;
+pub mod link_state;
 pub mod link_traffic;
-pub mod lscn;
 pub mod measurement;
 pub mod movers;
 pub mod npy;

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use cslam_core::link_state::{Kind, models};
-use cslam_host_sim::lscn::model_file::ModelFile;
+use cslam_host_sim::link_state::model_file::ModelFile;
 use serde_json::Value;
 
 fn cslam(args: &[&str]) -> Output {

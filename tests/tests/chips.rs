@@ -7,7 +7,7 @@ use cslam_core::kernels::{Native, Native as NativeLayers};
 use cslam_core::link_state::Activations;
 use cslam_core::signal::{Correlator, Iq, SAMPLES, Waveform, Workspace};
 use cslam_firmware::front_end_check::{BLOCKS, Block, CHANNELS, run};
-use cslam_firmware::lscn_check::{LINKS, Link, Networks};
+use cslam_firmware::link_state_check::{LINKS, Link, Networks};
 use cslam_tests::{printed, root};
 
 /// A board, its compiler's target, and the processor where the target's is another.

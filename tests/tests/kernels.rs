@@ -17,7 +17,7 @@ fn output() -> &'static str {
 
 #[test]
 fn no_kernel_costs_more_than_committed() {
-    costs_no_more_than_committed("ltd_cost.txt", &counts(output()));
+    costs_no_more_than_committed("kernel_cost.txt", &counts(output()));
 }
 
 /// The design's budgets, whatever the table says.

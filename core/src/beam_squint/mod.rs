@@ -67,14 +67,14 @@ const SAME: f32 = 0.02;
 
 /// What the receiver knows and assumes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BsmConfig {
+pub struct BeamSquintConfig {
     /// Standard deviation of what calibration errors of a face leave in (s_x, s_z) beside their constant part.
     pub residual_sigma: [f32; 2],
     /// Standard deviation of the delay by the arrays' delay errors, m.
     pub delay_sigma_m: f32,
 }
 
-impl Default for BsmConfig {
+impl Default for BeamSquintConfig {
     /// What the GMT's errors of docs/signal-model.md, "Error budget" leave beside their constant part: 0.33 and 0.19 mrad; 50 ps of each of about
     /// two arrays that share the signal, 1 cm.
     fn default() -> Self {
@@ -85,7 +85,7 @@ impl Default for BsmConfig {
     }
 }
 
-impl BsmConfig {
+impl BeamSquintConfig {
     /// Perfect arrays: covariances are those of noise.
     #[must_use]
     pub fn ideal() -> Self {
@@ -144,7 +144,7 @@ pub struct BeamSquint<
     const Z: usize = 8,
     const ACTIVE: usize = 416,
 > {
-    config: BsmConfig,
+    config: BeamSquintConfig,
     arrays: UavArrays<f32, A, E>,
     /// Symbols of one face; all faces send the same.
     schedule: [SquintSymbol; SYMBOLS],
@@ -171,7 +171,7 @@ impl<
     /// `ACTIVE` subcarriers.
     #[must_use]
     pub fn new<const AZIMUTHS: usize, const ELEVATIONS: usize>(
-        config: BsmConfig,
+        config: BeamSquintConfig,
         scheme: SquintScheme,
         sweeps: &SquintConfig<AZIMUTHS, ELEVATIONS>,
         arrays: UavArrays<f32, A, E>,

@@ -17,7 +17,7 @@ fn sighting() -> Sighting {
 
 fn listener() -> BeamSquint<11> {
     BeamSquint::new(
-        BsmConfig::ideal(),
+        BeamSquintConfig::ideal(),
         SEQUENTIAL,
         &SquintConfig::default(),
         UavArrays::default(),
@@ -29,10 +29,10 @@ fn listener() -> BeamSquint<11> {
 /// A receiver that has heard the exact pattern of face 0 at `cosines`, `amplitude` over noise of variance one, with
 /// gains of any phase; `late_m` beyond the reference delay.
 fn received(cosines: [f64; 2], late_m: f64, amplitude: f64) -> BeamSquint<11> {
-    let mut bsm = listener();
-    bsm.begin(&sighting()).expect("line of sight");
+    let mut squint = listener();
+    squint.begin(&sighting()).expect("line of sight");
     let band_hz = [-208.0 * 480e3, 207.0 * 480e3];
-    for (index, slot) in bsm.spectra.iter_mut().enumerate() {
+    for (index, slot) in squint.spectra.iter_mut().enumerate() {
         let symbol: SquintSymbol<f64> = SquintConfig::default()
             .symbol(SEQUENTIAL, index, 1, band_hz, 30e9)
             .expect("symbol");
@@ -47,7 +47,7 @@ fn received(cosines: [f64; 2], late_m: f64, amplitude: f64) -> BeamSquint<11> {
         });
         *slot = Some(Spectrum { bins, noise: 1.0 });
     }
-    bsm
+    squint
 }
 
 #[test]
@@ -58,8 +58,8 @@ fn exact_patterns_give_the_exact_place() {
             -0.05 + 0.55 * (0.414_214 * f64::from(k)).fract(),
         ];
         let late_m = -0.5 + f64::from(k % 11) * 0.1;
-        let bsm = received(cosines, late_m, 100.0);
-        let bearing = bsm.fit().unwrap_or_else(|e| panic!("{e} at {cosines:?}"));
+        let squint = received(cosines, late_m, 100.0);
+        let bearing = squint.fit().unwrap_or_else(|e| panic!("{e} at {cosines:?}"));
         let off = [0, 1].map(|i| f64::from(bearing.cosines[i]) - cosines[i]);
         assert!(
             off[0].abs() < 2e-6 && off[1].abs() < 2e-6,
@@ -84,8 +84,8 @@ fn places() -> impl Iterator<Item = [f64; 2]> {
 fn peaks_are_as_good_as_their_covariance_says() {
     let (mut picked, mut fitted, mut count) = (0.0, 0.0, 0.0);
     for cosines in places() {
-        let bsm = received(cosines, 0.0, 100.0);
-        for (sum, bearing) in [(&mut picked, bsm.pick()), (&mut fitted, bsm.parabola())] {
+        let squint = received(cosines, 0.0, 100.0);
+        for (sum, bearing) in [(&mut picked, squint.pick()), (&mut fitted, squint.parabola())] {
             let bearing = bearing.expect("strong");
             assert!(bearing.delay.is_none());
             for i in 0..2 {
@@ -118,24 +118,24 @@ fn a_null_of_one_symbol_does_not_hold_the_fit() {
 
 #[test]
 fn what_cannot_be_heard_is_refused_with_its_reason() {
-    let mut bsm = listener();
-    assert_eq!(bsm.fit(), Err(Refusal::NotBegun));
+    let mut squint = listener();
+    assert_eq!(squint.fit(), Err(Refusal::NotBegun));
     let behind_a_house = Sighting {
         line_of_sight: false,
         ..sighting()
     };
-    assert_eq!(bsm.begin(&behind_a_house), Err(Refusal::NotLineOfSight));
-    assert_eq!(bsm.fit(), Err(Refusal::NotBegun));
+    assert_eq!(squint.begin(&behind_a_house), Err(Refusal::NotLineOfSight));
+    assert_eq!(squint.fit(), Err(Refusal::NotBegun));
     let broken = Sighting {
         c_tau_m: f32::NAN,
         ..sighting()
     };
-    assert_eq!(bsm.begin(&broken), Err(Refusal::NotFinite));
+    assert_eq!(squint.begin(&broken), Err(Refusal::NotFinite));
     let mut masked = sighting();
     masked.interferers.push(masked.aoa).expect("room");
-    assert_eq!(bsm.begin(&masked), Err(Refusal::Masked));
-    assert_eq!(bsm.begin(&sighting()), Ok(()));
-    for result in [bsm.pick(), bsm.parabola(), bsm.fit()] {
+    assert_eq!(squint.begin(&masked), Err(Refusal::Masked));
+    assert_eq!(squint.begin(&sighting()), Ok(()));
+    for result in [squint.pick(), squint.parabola(), squint.fit()] {
         assert_eq!(result, Err(Refusal::SymbolsMissing));
     }
     // Azimuth sweeps alone do not tell the elevation.
@@ -156,14 +156,15 @@ fn a_zero_block_is_not_heard_and_other_faces_are_passed_over() {
     extern crate std;
     let (correlator, mut work) = (Correlator::new(&Waveform::default()), Workspace::new());
     let mut samples = std::boxed::Box::new([[crate::signal::Iq::ZERO; 512]; 32]);
-    let mut bsm = listener();
-    bsm.begin(&Sighting {
-        face: 1,
-        ..sighting()
-    })
-    .expect("line of sight");
+    let mut squint = listener();
+    squint
+        .begin(&Sighting {
+            face: 1,
+            ..sighting()
+        })
+        .expect("line of sight");
     assert_eq!(
-        [10, 11, 21, 22].map(|symbol| bsm.wants(symbol)),
+        [10, 11, 21, 22].map(|symbol| squint.wants(symbol)),
         [false, true, true, false]
     );
     for (beam, value) in [(10, 1000), (11, 0), (12, 1000)] {
@@ -175,10 +176,10 @@ fn a_zero_block_is_not_heard_and_other_faces_are_passed_over() {
             beam,
             exponent: -30,
         };
-        bsm.push(block, &correlator, &mut work);
+        squint.push(block, &correlator, &mut work);
     }
     // Symbol 10 is another face's, 11 nothing but zeros.
-    let received = [0, 1, 10].map(|index| bsm.spectra[index].is_some());
+    let received = [0, 1, 10].map(|index| squint.spectra[index].is_some());
     assert_eq!(received, [false, true, false]);
 }
 
@@ -227,27 +228,27 @@ fn level() -> Direction<Gmt> {
 fn bounced(cosines: [f64; 2], range_m: f64, knows_of_it: bool) -> BeamSquint<11> {
     let [x, z] = cosines;
     let down = Direction::<crate::geometry::Body>::from_vector(-Vector3::z()).expect("unit");
-    let mut bsm = received(cosines, 0.1, 60.0);
+    let mut squint = received(cosines, 0.1, 60.0);
     let begun = if knows_of_it {
         sighting().with_ground(range_m as f32, 1.5, &down, &level())
     } else {
         sighting()
     };
-    let direct = bsm.spectra;
-    bsm.begin(&begun).expect("line of sight");
+    let direct = squint.spectra;
+    squint.begin(&begun).expect("line of sight");
     // The UAV's image is as far under the ground as the UAV is over it.
     let image = range_m * range_m * (1.0 - z * z) + (range_m * z + 3.0) * (range_m * z + 3.0);
     let length_m = image.sqrt();
     let mirrored = [x * range_m / length_m, -(range_m * z + 3.0) / length_m];
     let bounce = received(mirrored, 0.1 + length_m - range_m, 30.0).spectra;
     let turn = crate::array::phasor(2.1_f32);
-    for ((slot, direct), bounce) in bsm.spectra.iter_mut().zip(direct).zip(bounce) {
+    for ((slot, direct), bounce) in squint.spectra.iter_mut().zip(direct).zip(bounce) {
         *slot = direct.zip(bounce).map(|(direct, bounce)| Spectrum {
             bins: core::array::from_fn(|k| direct.bins[k] + bounce.bins[k] * turn),
             noise: 1.0,
         });
     }
-    bsm
+    squint
 }
 
 #[test]

@@ -37,7 +37,7 @@ impl Default for WorkLimit {
     }
 }
 
-/// What the search does. Its thousands of instructions are those of the kernels (`tests/golden/ltd_cost.txt`) and, where work depends on
+/// What the search does. Its thousands of instructions are those of the kernels (`tests/golden/kernel_cost.txt`) and, where work depends on
 /// what is heard, of the stages of the table in docs/performance.md over how often each ran.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Work {

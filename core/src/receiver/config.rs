@@ -11,7 +11,7 @@ use super::receive::Residuals;
 use super::rules::Rules;
 use crate::array::{Codebook, SquintConfig, SquintScheme, UavArrays};
 use crate::association::AssociationConfig;
-use crate::beam_squint::{BeamSquint, BsmConfig};
+use crate::beam_squint::{BeamSquint, BeamSquintConfig};
 use crate::estimator::baseline;
 use crate::estimator::{self, FilterConfig};
 use crate::inertial::{ImuConfig, MagneticField, RestConfig};
@@ -125,7 +125,7 @@ pub struct Config<'m> {
     /// Direction of departure of the line of sight.
     pub departures: Departures,
     /// Errors that beam squint reckons with.
-    pub bsm: BsmConfig,
+    pub beam_squint: BeamSquintConfig,
     /// What each path is.
     pub link_states: LinkStates<'m>,
     /// When a path alone is taken for one reflection, where data association is not asked; and the ground's height at the start,
@@ -183,7 +183,7 @@ impl<'m> Config<'m> {
     /// [`ConfigError::Squint`].
     pub fn beam_squint(&self) -> Result<BeamSquint, ConfigError> {
         BeamSquint::new(
-            self.bsm,
+            self.beam_squint,
             self.squint_scheme,
             &self.squint,
             self.arrays,
@@ -208,7 +208,7 @@ impl<'m> Config<'m> {
             magnetic_field: None,
             localization: Localization::Filter(FilterConfig::default()),
             departures: Departures::SquintFit,
-            bsm: BsmConfig::default(),
+            beam_squint: BeamSquintConfig::default(),
             link_states,
             accept: AcceptGate {
                 point: Gates {

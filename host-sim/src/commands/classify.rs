@@ -10,9 +10,9 @@ use cslam_core::reflection::{Bounds, Ends, Form, Gates, Verdict, solve};
 use serde::Serialize;
 
 use crate::input::InputError;
-use crate::lscn::judge::{Judge, received};
-use crate::lscn::model_file::ModelFile;
-use crate::lscn::shipped::Shipped;
+use crate::link_state::judge::{Judge, received};
+use crate::link_state::model_file::ModelFile;
+use crate::link_state::shipped::Shipped;
 use crate::measurement::{self, Sigmas};
 use crate::paths::{self, Link};
 use crate::progress;

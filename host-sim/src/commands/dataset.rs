@@ -8,9 +8,9 @@ use serde::Serialize;
 use crate::commands::threads::Threads;
 use crate::input::InputError;
 use crate::input::limits::DATASET_SHARDS;
-use crate::lscn::dataset::{self, Description};
-use crate::lscn::links::Links;
-use crate::lscn::protocol::{Protocol, SetName, Source};
+use crate::link_state::dataset::{self, Description};
+use crate::link_state::links::Links;
+use crate::link_state::protocol::{Protocol, SetName, Source};
 use crate::progress;
 use crate::scene::Scene;
 

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::input::InputError;
-use crate::lscn::dataset;
-use crate::lscn::errors::Errors;
-use crate::lscn::float_model::{FloatModel, Kind};
-use crate::lscn::links::Links;
-use crate::lscn::quantise::{self, Quantised, largest_activations};
-use crate::lscn::samples::{Samples, Task};
+use crate::link_state::dataset;
+use crate::link_state::errors::Errors;
+use crate::link_state::float_model::{FloatModel, Kind};
+use crate::link_state::links::Links;
+use crate::link_state::quantise::{self, Quantised, largest_activations};
+use crate::link_state::samples::{Samples, Task};
 use crate::table::Table;
 
 /// Arguments of `cslam quantize`.

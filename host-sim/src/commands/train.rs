@@ -12,14 +12,14 @@ use crate::campaign::Lists;
 use crate::commands::threads::Threads;
 use crate::evaluation::PathStateFigures;
 use crate::input::InputError;
-use crate::lscn::calibration::{self, CalibrationError, most_likely};
-use crate::lscn::errors::Errors;
-use crate::lscn::flight_samples::FlightSamples;
-use crate::lscn::float_model::{FloatModel, MAX_K};
-use crate::lscn::links::Links;
-use crate::lscn::samples::{Samples, Task};
-use crate::lscn::training::{self, Epoch, Settings};
-use crate::lscn::{boosting, curves, dataset};
+use crate::link_state::calibration::{self, CalibrationError, most_likely};
+use crate::link_state::errors::Errors;
+use crate::link_state::flight_samples::FlightSamples;
+use crate::link_state::float_model::{FloatModel, MAX_K};
+use crate::link_state::links::Links;
+use crate::link_state::samples::{Samples, Task};
+use crate::link_state::training::{self, Epoch, Settings};
+use crate::link_state::{boosting, curves, dataset};
 use crate::progress;
 
 /// Arguments of `cslam train`.

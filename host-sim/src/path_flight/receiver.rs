@@ -11,7 +11,7 @@ use cslam_core::telemetry::{
 };
 
 use super::Sweep;
-use crate::lscn::judge::{Judge, received};
+use crate::link_state::judge::{Judge, received};
 use crate::paths::Link;
 
 /// The map of a board.
@@ -154,7 +154,7 @@ impl<'m> ListReceiver<'m> {
         let judged = match judge.link(&sweep.ends, &heard) {
             Ok(judged) => judged,
             // Every path says for itself what is wrong.
-            Err(_) if verdicts.iter().all(Result::is_err) => crate::lscn::judge::Judged {
+            Err(_) if verdicts.iter().all(Result::is_err) => crate::link_state::judge::Judged {
                 link: None,
                 paths: vec![None; heard.len()],
             },

@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use cslam_host_sim::lscn::float_model::FloatModel;
-use cslam_host_sim::lscn::quantise::{Quantised, largest_activations};
+use cslam_host_sim::link_state::float_model::FloatModel;
+use cslam_host_sim::link_state::quantise::{Quantised, largest_activations};
 use serde_json::Value;
 
 /// What the script prints: rows of inputs and their logits.

@@ -11,5 +11,5 @@ fn no_stage_costs_more_than_committed() {
     let run = chip::run("best", &recording, Some("10"));
     let mut measured = counts(&run.log);
     assert_eq!(measured.remove("sweeps"), Some(recording.names.len() as f64));
-    costs_no_more_than_committed("ltd_sweep_cost.txt", &measured);
+    costs_no_more_than_committed("path_cost.txt", &measured);
 }

@@ -1,4 +1,4 @@
-//! Instruction text of a dense layer (`lscn::dense`), as macros that give string literals.
+//! Instruction text of a dense layer (`dense`), as macros that give string literals.
 //!
 //! Registers: r0..r3 sums of four rows, r4..r6 and r8 weights, r9 and r12 a quad of inputs, r10 inputs, r11 records,
 //! r7 quads left, lr outputs.

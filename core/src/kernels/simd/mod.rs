@@ -2,7 +2,7 @@
 //! file of this crate with `unsafe`. Each has a portable twin that defines its result, and gives the same bits; it is safe to
 //! call with any argument.
 //!
-//! The stages of `ltd::stages`: each kernel is one `asm!` block that runs a whole stage, so that registers, loops and the
+//! The stages of `stages`: each kernel is one `asm!` block that runs a whole stage, so that registers, loops and the
 //! sticky Q flag are its own.
 //! What makes them short: a complex product with its rounding is three instructions (SMLSD or SMLAD, SMLADX or SMLSDX,
 //! PKHTB); a factor of +-j costs nothing (QASX, QSAX); four neighbouring words move in one LDM or STM, which is why the
@@ -468,7 +468,7 @@ pub(crate) fn sqrt(x: f32) -> f32 {
     f32::from_bits(word)
 }
 
-/// See `lscn::dense::dense`.
+/// See `dense::dense`.
 #[inline(never)]
 pub(crate) fn dense(records: &[u8], input: &[Quad], output: &mut [Quad]) -> [i32; 4] {
     let groups = output.len().min(records.len() / record_length(input.len()));

@@ -10,7 +10,7 @@ use cslam_core::link_state::{
     Activations, Features, LinkGeometry, Network, PathClassifier, Probabilities, models, paper_inputs,
 };
 use cslam_core::reflection::InputError;
-use cslam_firmware::lscn_check::{
+use cslam_firmware::link_state_check::{
     LINKS, Link, ModelFile, Networks, PAPER_INPUTS, PATHS, Which, trees_digest,
 };
 

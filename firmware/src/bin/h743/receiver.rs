@@ -26,7 +26,7 @@ use crate::uav_clock::UavClock;
 use crate::{clocks, fault, inertial, magnetic, radio, stack, supervise};
 
 /// The application of this board.
-pub(crate) type Receiver = Application<'static, Best, VOXELS, { states(2) }, CrcUnit>;
+pub(crate) type App = Application<'static, Best, VOXELS, { states(2) }, CrcUnit>;
 
 /// Inertial samples wait this long for a sweep that may have begun before them, ns: a frame takes 1.64 ms to come.
 const HOLD_NS: u64 = 20_000_000;
@@ -63,7 +63,7 @@ pub(crate) fn application(
     ledger: &Ledger<SettingsFlash>,
     key: &Key,
     reset: ResetCause,
-) -> Option<&'static mut Receiver> {
+) -> Option<&'static mut App> {
     let mut config = Config::best(LinkStates::Trees(models::trees().ok()?));
     let settings = ledger.settings();
     settings.configure(&mut config);
@@ -83,7 +83,7 @@ pub(crate) fn application(
         reset,
         ..AppConfig::default()
     };
-    let place = cortex_m::singleton!(: Option<Receiver> = None)?;
+    let place = cortex_m::singleton!(: Option<App> = None)?;
     Some(place.insert(Application::new(
         config_of_app,
         front_end,
@@ -131,7 +131,7 @@ impl Observer for Watch {
 
 /// Flies as long as the board runs.
 #[embassy_executor::task]
-pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
+pub(crate) async fn receive(app: &'static mut App, board: Board) -> ! {
     let Board {
         mut link,
         clock,
@@ -257,7 +257,7 @@ pub(crate) async fn receive(app: &'static mut Receiver, board: Board) -> ! {
 }
 
 /// Samples of the inertial sensor and the magnetometer up to a time.
-fn inertial_samples(app: &mut Receiver, until_ns: u64, watch: &mut Watch) {
+fn inertial_samples(app: &mut App, until_ns: u64, watch: &mut Watch) {
     while let Ok(sample) = inertial::SAMPLES.try_peek() {
         if sample.time_ns > until_ns {
             return;
@@ -274,7 +274,7 @@ fn inertial_samples(app: &mut Receiver, until_ns: u64, watch: &mut Watch) {
 }
 
 /// Says that the settings' flash does not take what it is given; that it will do so a little later is nothing to say.
-fn damaged(app: &mut Receiver, error: &StorageError<FlashError>) {
+fn damaged(app: &mut App, error: &StorageError<FlashError>) {
     if matches!(error, StorageError::Busy) {
         return;
     }
@@ -283,7 +283,7 @@ fn damaged(app: &mut Receiver, error: &StorageError<FlashError>) {
 }
 
 /// Both ways of the radio, without waiting. Setting counters of the uplink aside is a write of 128 bytes, less than a millisecond.
-fn talk(app: &mut Receiver, now_ns: u64, ledger: &mut Ledger<SettingsFlash>, watch: &mut Watch) {
+fn talk(app: &mut App, now_ns: u64, ledger: &mut Ledger<SettingsFlash>, watch: &mut Watch) {
     let mut bytes = [0; 64];
     while let Ok(length) = radio::UP.try_read(&mut bytes) {
         let bytes = bytes.get(..length).unwrap_or_default();

@@ -53,7 +53,7 @@ use stages::Stages;
 use words::words;
 
 type Best = cslam_firmware::app::Best<&'static Stages>;
-type Receiver = Application<'static, Best, VOXELS, { states(2) }>;
+type App = Application<'static, Best, VOXELS, { states(2) }>;
 type Frames = Consumer<Psram, FRAME_LENGTH>;
 type Records = Consumer<Psram, { sensor_stream::LENGTH }>;
 
@@ -87,7 +87,7 @@ fn main() -> ! {
     clippy::mut_from_ref,
     reason = "it lies in static memory, apart from the meter"
 )]
-fn receiver(stages: &'static Stages) -> Option<&'static mut Receiver> {
+fn receiver(stages: &'static Stages) -> Option<&'static mut App> {
     let config = Config::best(LinkStates::Trees(models::trees().ok()?));
     let memory = Memory {
         estimator: estimator(stages)?,
@@ -99,7 +99,7 @@ fn receiver(stages: &'static Stages) -> Option<&'static mut Receiver> {
         downlink: Downlink::new(UAV, &Key::TEST, 0),
         uplink: Decoder::new(UAV, &Key::TEST),
     };
-    let place = cortex_m::singleton!(: Option<Receiver> = None)?;
+    let place = cortex_m::singleton!(: Option<App> = None)?;
     Some(place.insert(Application::new(
         AppConfig::default(),
         FrontEnd::new(SoftwareCrc, sensor_stream::SESSION),
@@ -147,7 +147,7 @@ impl Observer for Watch {
 }
 
 #[inline(never)]
-fn fly(receiver: &mut Receiver, stages: &'static Stages, lines: Lines) -> Result<(), Exit> {
+fn fly(receiver: &mut App, stages: &'static Stages, lines: Lines) -> Result<(), Exit> {
     let frame = cortex_m::singleton!(: [u8; FRAME_LENGTH] = [0; FRAME_LENGTH]).ok_or(Exit::Panic)?;
     let samples =
         cortex_m::singleton!(: Block = [[cslam_core::signal::Iq::ZERO; 512]; 32]).ok_or(Exit::Panic)?;
@@ -204,7 +204,7 @@ fn fly(receiver: &mut Receiver, stages: &'static Stages, lines: Lines) -> Result
 }
 
 /// Everything that waits goes out: the emulated wire is as fast as it has to be.
-fn drain(receiver: &mut Receiver, downlink: &mut uart::Downlink) {
+fn drain(receiver: &mut App, downlink: &mut uart::Downlink) {
     let mut bytes = [0; 64];
     loop {
         let taken = receiver.downlink().take(&mut bytes);

@@ -6,7 +6,7 @@ use cslam_core::beam_squint::BeamSquint;
 use cslam_firmware::app::Map;
 use cslam_firmware::front_end::{Block, FRAME_LENGTH};
 
-use crate::{Best, Receiver};
+use crate::{App, Best};
 
 /// What cortex-m-rt paints with (its feature `paint-stack`).
 const PAINT: u32 = 0xcccc_cccc;
@@ -29,7 +29,7 @@ pub(crate) fn print() {
         ("map", size_of::<Map>()),
         (
             "filter, inertial unit, surfaces, link to the ground",
-            size_of::<Receiver>(),
+            size_of::<App>(),
         ),
         ("block that is worked on", size_of::<Block>()),
         ("frame that arrives", FRAME_LENGTH),

@@ -11,7 +11,7 @@ use cslam_core::kernels::{Native, Native as NativeLayers};
 use cslam_core::link_state::Activations;
 use cslam_core::signal::{Correlator, Iq, SAMPLES, Waveform, Workspace};
 use cslam_firmware::front_end_check::{self, BLOCKS, Block, CHANNELS};
-use cslam_firmware::lscn_check::{LINKS, Link, Networks};
+use cslam_firmware::link_state_check::{LINKS, Link, Networks};
 use defmt_semihosting as _;
 use semihosting::process::exit;
 

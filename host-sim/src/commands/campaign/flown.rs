@@ -13,7 +13,7 @@ use crate::commands::fly::raw::{Site, described, fly};
 use crate::config::{Config, ReceiverConfig};
 use crate::evaluation::evaluate;
 use crate::flight_log::Header;
-use crate::lscn::flight_samples::{Collector, Origin};
+use crate::link_state::flight_samples::{Collector, Origin};
 use crate::progress;
 use crate::raw_flight::{Shared, Source, Swept, UNHEARD};
 use crate::recording::Keeper;

@@ -13,7 +13,7 @@ use crate::config::{Config, Mode};
 use crate::evaluation::downlink;
 use crate::flight_log::Header;
 use crate::input::InputError;
-use crate::lscn::judge::Judge;
+use crate::link_state::judge::Judge;
 use crate::path_flight::{self, ListMap, ListReceiver, Methods, Times, as_measured, measure};
 use crate::paths::{self, Link};
 use crate::progress;

@@ -1,14 +1,14 @@
 //! `cslam reproduce`: the paper's figures and tables, ours beside the printed values. One file a name.
 
 mod attacks;
-mod bsm;
+mod beam_squint;
 mod complexity;
 mod flights;
 mod known_pose;
 mod lines;
 mod link;
+mod link_state;
 mod localization;
-mod lscn;
 mod map_plot;
 mod maps;
 mod pattern;
@@ -35,7 +35,7 @@ enum What {
     /// Seeded trials through channel, 12-bit converter, path estimation and exactly the code that flies: line of sight
     /// alone, with calibration errors, beside a ground bounce; and the range of large arrays in their near field.
     /// docs/beam-squint.md holds the tables.
-    Bsm(bsm::Args),
+    BeamSquint(beam_squint::Args),
     /// Cost of a reflection point: the closed forms beside iteration and search
     ///
     /// Evaluations and time for one point at several precisions, as a table and a plot; the time is this machine's.
@@ -59,7 +59,7 @@ enum What {
     /// Trains the paper's network for K = 1, 3, 5, 9 and 15 on the paper's protocol, and scores the models that come with
     /// the program on links that they have not seen. Takes about ten minutes of processor time, all of it for the paper's
     /// networks. docs/link-state.md holds the tables.
-    Lscn(lscn::Args),
+    LinkState(link_state::Args),
     /// Maps: outdoors and indoors, from raw samples with the true pose
     ///
     /// Flies through each scene with every error of the budget but those of the pose, estimates, classifies, solves and maps as
@@ -83,7 +83,7 @@ enum What {
     Telemetry(telemetry::Args),
     /// Training curves of the paper's network, K = 9, as a table and a plot
     ///
-    /// Trains on the paper's protocol as `reproduce lscn` does; about two minutes of processor time. --rate 1 takes the paper's whole
+    /// Trains on the paper's protocol as `reproduce link-state` does; about two minutes of processor time. --rate 1 takes the paper's whole
     /// training set, 28.8 million links.
     Training(training::Args),
 }
@@ -91,12 +91,12 @@ enum What {
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     match &args.what {
         What::Attacks(args) => attacks::run(args),
-        What::Bsm(args) => bsm::run(args),
+        What::BeamSquint(args) => beam_squint::run(args),
         What::Complexity(args) => complexity::run(args),
         What::Flights(args) => flights::run(args),
         What::Localization(args) => localization::run(args),
         What::Link(args) => link::run(args),
-        What::Lscn(args) => lscn::run(args),
+        What::LinkState(args) => link_state::run(args),
         What::Maps(args) => maps::run(args),
         What::Pattern(args) => pattern::run(args),
         What::Points(args) => points::run(args),

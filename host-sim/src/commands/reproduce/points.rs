@@ -8,12 +8,12 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::known_pose::{Arrays, KnownPose};
-use super::lscn::links;
+use super::link_state::links;
 use super::selected::{Believed, FAR_M, Measured, measure};
 use crate::channel::{ChannelConfig, Simulator};
 use crate::commands::threads::Threads;
 use crate::estimate::Mode;
-use crate::lscn::protocol::SetName;
+use crate::link_state::protocol::SetName;
 use crate::measurement::Sigmas;
 use crate::paths::Link;
 use crate::progress;

@@ -540,7 +540,7 @@ pub(crate) const STAGES: &[Stage] = &[
             "--test=chips",
             "--test=kernels",
             "--test=sweeps",
-            "--test=lscn",
+            "--test=link_state",
         ])]),
     },
 ];

@@ -1,4 +1,4 @@
-//! `cslam reproduce lscn`: link state classification, the paper's and ours.
+//! `cslam reproduce link-state`: link state classification, the paper's and ours.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -10,22 +10,22 @@ use serde::Serialize;
 
 use crate::commands::threads::Threads;
 use crate::input::InputError;
-use crate::lscn::calibration::most_likely;
-use crate::lscn::errors::Errors;
-use crate::lscn::float_model::FloatModel;
-use crate::lscn::links::Links;
-use crate::lscn::protocol::{Protocol, SetName, Source};
-use crate::lscn::quantise::{self, Quantised, largest_activations};
-use crate::lscn::samples::{Samples, Task};
-use crate::lscn::scores::{MapScore, Scores, Subject};
-use crate::lscn::shipped::{Shipped, float_geometric, read_float_geometric};
-use crate::lscn::training::{self, Settings};
+use crate::link_state::calibration::most_likely;
+use crate::link_state::errors::Errors;
+use crate::link_state::float_model::FloatModel;
+use crate::link_state::links::Links;
+use crate::link_state::protocol::{Protocol, SetName, Source};
+use crate::link_state::quantise::{self, Quantised, largest_activations};
+use crate::link_state::samples::{Samples, Task};
+use crate::link_state::scores::{MapScore, Scores, Subject};
+use crate::link_state::shipped::{Shipped, float_geometric, read_float_geometric};
+use crate::link_state::training::{self, Settings};
 use crate::progress;
 use crate::scene::Scene;
 use crate::statistics::quantile;
 use crate::table::Table;
 
-/// Arguments of `cslam reproduce lscn`.
+/// Arguments of `cslam reproduce link-state`.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Share of the paper's 28.8 million training links; 0.09 gives a million with a path

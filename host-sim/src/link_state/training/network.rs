@@ -3,7 +3,7 @@
 //! Every sum runs in one fixed order and no operation is fused, so a gradient has the same bits on every machine. Inner
 //! loops run along a row and vectorise without reordering anything.
 
-use crate::lscn::float_model::{FloatModel, Kind, Layer, PAPER_INPUTS_PER_PATH, STATES};
+use crate::link_state::float_model::{FloatModel, Kind, Layer, PAPER_INPUTS_PER_PATH, STATES};
 
 /// Samples of a gradient that is computed in one go.
 pub(super) const SUB_BATCH: usize = 125;

@@ -1,7 +1,7 @@
 //! What hears the symbols of a trial: path estimation and beam squint as they fly, one set for each thread.
 
 use cslam_core::array::{GmtArrays, SquintConfig, SquintScheme, UavArrays};
-use cslam_core::beam_squint::{BeamSquint, Bearing, BsmConfig, Joined, Refusal, Sighting};
+use cslam_core::beam_squint::{BeamSquint, BeamSquintConfig, Bearing, Joined, Refusal, Sighting};
 use cslam_core::paths::{ElementErrors, Estimator, EstimatorConfig, PathEstimator};
 use cslam_core::signal::{Correlator, Waveform, Workspace};
 
@@ -24,24 +24,25 @@ impl Receiver {
         if !case.uav_errors {
             config.element_errors = ElementErrors::Known(0.0);
         }
-        let mut bsm = if case.gmt_errors {
-            BsmConfig::default()
+        let mut squint = if case.gmt_errors {
+            BeamSquintConfig::default()
         } else {
-            BsmConfig::ideal()
+            BeamSquintConfig::ideal()
         };
         if !case.uav_errors {
-            bsm.delay_sigma_m = 0.0;
+            squint.delay_sigma_m = 0.0;
         }
         let (sweeps, waveform) = (SquintConfig::default(), Waveform::default());
         let arrays = UavArrays::default();
         Self {
             estimator: Box::new(Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&config)),
             sequential: Box::new(
-                BeamSquint::new(bsm, SquintScheme::Sequential, &sweeps, arrays, &waveform)
+                BeamSquint::new(squint, SquintScheme::Sequential, &sweeps, arrays, &waveform)
                     .expect("11 symbols"),
             ),
             raster: Box::new(
-                BeamSquint::new(bsm, SquintScheme::Raster, &sweeps, arrays, &waveform).expect("one symbol"),
+                BeamSquint::new(squint, SquintScheme::Raster, &sweeps, arrays, &waveform)
+                    .expect("one symbol"),
             ),
             correlator: Correlator::new(&waveform),
             work: Box::new(Workspace::new()),
@@ -62,14 +63,14 @@ impl Receiver {
             s.face == face
         });
         macro_rules! hear {
-            ($bsm:expr) => {{
-                if let Err(refusal) = $bsm.begin(sighting) {
+            ($squint:expr) => {{
+                if let Err(refusal) = $squint.begin(sighting) {
                     return [Err(refusal); 3];
                 }
                 for block in &mut sweep.blocks {
-                    $bsm.push(block.view(), &self.correlator, &mut self.work);
+                    $squint.push(block.view(), &self.correlator, &mut self.work);
                 }
-                [$bsm.fit(), $bsm.parabola(), $bsm.pick()]
+                [$squint.fit(), $squint.parabola(), $squint.pick()]
             }};
         }
         if case.raster {

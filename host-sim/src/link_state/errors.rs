@@ -121,7 +121,7 @@ fn turned(angles_rad: [f32; 2], sigma_deg: f64, stream: &mut Stream) -> Result<D
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lscn::links::tests::one_link;
+    use crate::link_state::links::tests::one_link;
 
     fn none() -> Errors {
         Errors {

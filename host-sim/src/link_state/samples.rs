@@ -221,7 +221,7 @@ fn ends(values: &mut [f32], beyond: f64) -> (f32, f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lscn::links::tests::one_link;
+    use crate::link_state::links::tests::one_link;
 
     #[test]
     fn every_path_is_a_sample_and_the_first_stands_for_the_link() {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::Quantised;
-use crate::lscn::float_model::{FloatModel, STATES};
+use crate::link_state::float_model::{FloatModel, STATES};
 
 /// Signal and noise of a layer's outputs over some samples.
 #[derive(Clone, Debug, Serialize)]

@@ -237,7 +237,7 @@ pub fn softmax(logits: [f32; STATES], temperature: f32) -> [f32; STATES] {
 pub(super) mod tests {
     use super::*;
 
-    pub(in crate::lscn) fn layer(inputs: usize, outputs: usize, seed: u32) -> Layer {
+    pub(in crate::link_state) fn layer(inputs: usize, outputs: usize, seed: u32) -> Layer {
         let mut state = seed;
         let mut next = || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -250,7 +250,7 @@ pub(super) mod tests {
         }
     }
 
-    pub(in crate::lscn) fn paper(k: usize) -> FloatModel {
+    pub(in crate::link_state) fn paper(k: usize) -> FloatModel {
         let n = 3 * k;
         FloatModel::new(
             Kind::Paper { k },
@@ -263,7 +263,7 @@ pub(super) mod tests {
         .expect("fits")
     }
 
-    pub(in crate::lscn) fn geometric() -> FloatModel {
+    pub(in crate::link_state) fn geometric() -> FloatModel {
         let names = vec!["excess".into(), "angle".into()];
         let layers = vec![layer(2, 4, 7), layer(4, 3, 8)];
         FloatModel::new(Kind::Geometric, names, vec![0.0; 2], vec![1.0; 2], 0.8, layers).expect("fits")

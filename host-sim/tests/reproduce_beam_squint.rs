@@ -1,6 +1,6 @@
-//! Reduced trials of `cslam reproduce bsm`: the figures of docs/beam-squint.md hold within what so few trials can say.
+//! Reduced trials of `cslam reproduce beam-squint`: the figures of docs/beam-squint.md hold within what so few trials can say.
 
-use cslam_host_sim::bsm::{Case, Row, near, run};
+use cslam_host_sim::beam_squint::{Case, Row, near, run};
 
 const TRIALS: usize = 16;
 

@@ -1,12 +1,12 @@
-//! `cslam reproduce bsm`: beam squint localization against its physical limit.
+//! `cslam reproduce beam-squint`: beam squint localization against its physical limit.
 
 use serde::Serialize;
 
-use crate::bsm::{Case, NearRow, Row, near, run as run_case};
+use crate::beam_squint::{Case, NearRow, Row, near, run as run_case};
 use crate::progress;
 use crate::table::Table;
 
-/// Arguments of `cslam reproduce bsm`.
+/// Arguments of `cslam reproduce beam-squint`.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Trials of each row

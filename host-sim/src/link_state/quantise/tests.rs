@@ -1,7 +1,7 @@
 use cslam_core::link_state::{Activations, Network};
 
 use super::*;
-use crate::lscn::float_model::Layer as FloatLayer;
+use crate::link_state::float_model::Layer as FloatLayer;
 use crate::random::Stream;
 
 fn layer(inputs: usize, outputs: usize, random: &mut Stream) -> FloatLayer {

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use cslam_host_sim::lscn::dataset;
-use cslam_host_sim::lscn::float_model::FloatModel;
+use cslam_host_sim::link_state::dataset;
+use cslam_host_sim::link_state::float_model::FloatModel;
 use cslam_host_sim::paths;
 use serde_json::Value;
 

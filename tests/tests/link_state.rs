@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use cslam_core::kernels::Native;
 use cslam_core::link_state::{Activations, models};
-use cslam_firmware::lscn_check::{LINKS, Link, ModelFile, Networks, Which, trees_digest};
+use cslam_firmware::link_state_check::{LINKS, Link, ModelFile, Networks, Which, trees_digest};
 use cslam_tests::cost::{costs_no_more_than_committed, counts};
 use cslam_tests::counted_on_the_chip;
 
@@ -18,7 +18,7 @@ fn output() -> &'static str {
 
 #[test]
 fn no_step_costs_more_than_committed() {
-    costs_no_more_than_committed("lscn_cost.txt", &counts(output()));
+    costs_no_more_than_committed("link_state_cost.txt", &counts(output()));
 }
 
 /// The design's budgets, whatever the table says: instructions for each multiplication, requantisation and the rounding of

@@ -258,13 +258,13 @@ impl Links {
 
 /// Links for tests.
 #[cfg(test)]
-pub(in crate::lscn) mod tests {
+pub(in crate::link_state) mod tests {
     use super::*;
     use crate::scene::Scene;
     use crate::tracer::Tracer;
 
     /// A link over the reference scene with several paths.
-    pub(in crate::lscn) fn one_link() -> Links {
+    pub(in crate::link_state) fn one_link() -> Links {
         let scene = Scene::load("outdoor_a").expect("built in");
         let tracer = Tracer::new(&scene, 3).expect("order 3");
         let (tx_m, rx_m) = ([93.847903, 108.226018, 2.0], [108.871389, 75.565727, 19.035177]);
