@@ -52,8 +52,10 @@ enum Preset {
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Sent {
     Beams,
-    BsmSeq,
-    BsmRaster,
+    #[value(name = "bsm-seq")]
+    SquintSequential,
+    #[value(name = "bsm-raster")]
+    SquintRaster,
 }
 
 /// A line of `--json`.
@@ -139,8 +141,8 @@ fn synthesise(
     let index = u32::try_from(index).map_err(|_| "too many links".to_owned())?;
     match send {
         Sent::Beams => simulator.sweep(link, instant, index),
-        Sent::BsmSeq => simulator.squint(link, instant, index, SquintScheme::Sequential),
-        Sent::BsmRaster => simulator.squint(link, instant, index, SquintScheme::Raster),
+        Sent::SquintSequential => simulator.squint(link, instant, index, SquintScheme::Sequential),
+        Sent::SquintRaster => simulator.squint(link, instant, index, SquintScheme::Raster),
     }
     .map_err(|e| e.to_string())
 }
@@ -149,8 +151,8 @@ impl Sent {
     fn codebook(self) -> Codebook {
         match self {
             Self::Beams => Codebook::Beams,
-            Self::BsmSeq => Codebook::SquintSequential,
-            Self::BsmRaster => Codebook::SquintRaster,
+            Self::SquintSequential => Codebook::SquintSequential,
+            Self::SquintRaster => Codebook::SquintRaster,
         }
     }
 }

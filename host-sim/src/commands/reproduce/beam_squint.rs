@@ -98,7 +98,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let trials = args.trials.max(1);
     let rows: Vec<(Kind, usize)> = KINDS.iter().flat_map(|k| (0..3).map(|d| (*k, d))).collect();
     let near_rows = [10.0, 20.0, 50.0, 100.0];
-    let bar = progress::bar((rows.len() + 3 * near_rows.len()) as u64, "bsm");
+    let bar = progress::bar((rows.len() + 3 * near_rows.len()) as u64, "trials");
     let print = |line: &str| bar.suspend(|| println!("{line}"));
     let mut table = Table::new([
         "rms 3-D position error, m",
