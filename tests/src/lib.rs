@@ -1,5 +1,7 @@
 //! Cross-crate tests are in `tests/`, the verify driver (`cargo verify`) in `src/bin/verify`.
 
+#[cfg(feature = "constants")]
+pub mod constants;
 pub mod cost;
 pub mod elf;
 pub mod tables;

@@ -92,6 +92,14 @@ pub(super) struct Innovation {
 
 /// Two sweeps that err by as many standard deviations of their difference agree: one in a hundred is further apart.
 const APART_SIGMAS: f64 = 3.0;
+/// They agree within this besides, m: what two places err by that their claims do not hold.
+const AGREEMENT_M: f64 = 0.35;
+/// Part of it that grows with the range, rad.
+const AGREEMENT_RAD: f64 = 0.004;
+/// Directions of arrival agree within this besides what they claim, rad.
+const TURN_RAD: f64 = 0.009;
+/// Sweeps further apart in time never agree, s.
+const LONGEST_S: f64 = 3.0;
 
 impl Innovation {
     /// What an update leaves: a later sweep agrees with it when it agrees with the filter.
@@ -104,16 +112,16 @@ impl Innovation {
         }
     }
 
-    /// Whether a later sweep errs in the same way: within 0.35 m, 4 mrad of the range, 0.5 deg, what both claim to err by, and what an uncertain
-    /// velocity explains (`sigma_m_per_s` at a range of `range_m`). Sweeps more than 3 s apart never agree.
+    /// Whether a later sweep errs in the same way: within [`AGREEMENT_M`], [`AGREEMENT_RAD`] of the range, [`TURN_RAD`], what both claim to err
+    /// by, and what an uncertain velocity explains (`sigma_m_per_s` at a range of `range_m`).
     pub(super) fn agrees(&self, later: &Self, sigma_m_per_s: f64, range_m: f64) -> bool {
         let dt = later.time_ns.saturating_sub(self.time_ns) as f64 * 1e-9;
-        let moved = (1.0 + 3.0 * sigma_m_per_s) * dt;
+        let moved = (1.0 + APART_SIGMAS * sigma_m_per_s) * dt;
         // A place at a distance is as uncertain as its direction.
-        let place = 0.35 + 0.004 * range_m + APART_SIGMAS * libm::hypot(self.sigma.0, later.sigma.0);
-        let turn = 0.009 + APART_SIGMAS * libm::hypot(self.sigma.1, later.sigma.1);
+        let place = AGREEMENT_M + AGREEMENT_RAD * range_m + APART_SIGMAS * libm::hypot(self.sigma.0, later.sigma.0);
+        let turn = TURN_RAD + APART_SIGMAS * libm::hypot(self.sigma.1, later.sigma.1);
         dt > 0.0
-            && dt < 3.0
+            && dt < LONGEST_S
             && (self.offset_m - later.offset_m).norm() < place + moved
             && (self.turn_rad - later.turn_rad).norm() < turn + moved / range_m.max(1.0)
     }
