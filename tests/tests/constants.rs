@@ -7,7 +7,11 @@ use cslam_tests::constants::{Effects, found, page};
 #[test]
 fn every_number_says_where_it_comes_from() {
     let found = found();
-    assert!(found.constants.len() > 300, "only {} numbers were found", found.constants.len());
+    assert!(
+        found.constants.len() > 300,
+        "only {} numbers were found",
+        found.constants.len()
+    );
     let wrong = found.wrong();
     assert!(wrong.is_empty(), "{} numbers:\n{}", wrong.len(), wrong.join("\n"));
 }
@@ -17,11 +21,18 @@ fn names_are_unique_and_effects_are_of_numbers_that_exist() {
     let constants = found().constants;
     let mut keys = BTreeSet::new();
     for constant in &constants {
-        assert!(keys.insert(constant.key()), "two numbers are called {}", constant.key());
+        assert!(
+            keys.insert(constant.key()),
+            "two numbers are called {}",
+            constant.key()
+        );
     }
     for (name, _) in Effects::committed().of.keys() {
         let key = name.split('#').next().unwrap_or(name);
-        assert!(keys.contains(key), "tests/golden/constants.csv: there is no {key}");
+        assert!(
+            keys.contains(key),
+            "tests/golden/constants.csv: there is no {key}"
+        );
     }
 }
 
@@ -30,7 +41,10 @@ fn the_page_is_what_the_sources_say() {
     let path = cslam_tests::root().join("docs/constants.md");
     let committed = std::fs::read_to_string(path).unwrap_or_default();
     let expected = page(&found().constants, &Effects::committed());
-    let differs = committed.lines().zip(expected.lines()).find(|(committed, expected)| committed != expected);
+    let differs = committed
+        .lines()
+        .zip(expected.lines())
+        .find(|(committed, expected)| committed != expected);
     assert!(
         committed == expected,
         "docs/constants.md is stale, `cargo constants > docs/constants.md` writes it: {differs:?}"

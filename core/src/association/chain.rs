@@ -16,9 +16,11 @@ use crate::geometry::{Plane, Real};
 use crate::surfaces::LEAST_HEIGHT_M;
 pub(super) use crate::surfaces::MOST_REFLECTIONS;
 
-/// Numbers that a path measures: delay, two of arrival, two of departure.
+/// Numbers that a path measures.
+/// Derived: delay, two of arrival, two of departure.
 pub const ROWS: usize = 5;
-/// Errors of a pose: position (3, m), attitude (3, rad), clock (1, m).
+/// Errors of a pose.
+/// Derived: position (3, m), attitude (3, rad), clock (1, m).
 pub const POSE_STATES: usize = 7;
 
 /// Points of a chain, from the transmitter on, m.

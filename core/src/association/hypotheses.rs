@@ -17,7 +17,8 @@ use crate::link_state::Probabilities;
 use crate::paths::departure_outliers;
 use crate::surfaces::SurfaceIds;
 
-/// Confirmed surfaces that threes are made of: a third of a million instructions for nine paths.
+/// Confirmed surfaces that threes are made of.
+/// Capacity: a third of a million instructions for nine paths.
 pub const SURFACES_OF_THREES: usize = 16;
 
 /// What a sweep's paths are held against.

@@ -20,6 +20,7 @@ use crate::surfaces::birth::BirthPath;
 use crate::surfaces::{MOST_REFLECTIONS, Sighting, StatusChanges, SurfaceIds, Surfaces, Waiting};
 
 /// Points that a sweep hands over at most. Those of paths that waited stay for the next sweep when there is no room.
+/// Capacity: memory of a sweep.
 pub const POINTS: usize = 64;
 
 /// What a sweep was associated with.

@@ -14,6 +14,7 @@ use super::pose::PoseEstimate;
 use crate::geometry::Plane;
 
 /// Natural logarithm of two pi.
+/// Given: mathematics.
 pub(super) const LOG_TWO_PI: f64 = 1.837_877_066_409_345_5;
 
 /// Derivatives by each surface once: a surface that a chain meets twice has the sum of both.

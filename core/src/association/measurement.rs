@@ -11,7 +11,8 @@ use crate::path::Path;
 use crate::paths::{Neighbourhood, PathErrors, ReceivedPath, covariance};
 use crate::signal::wrap_delay_m;
 
-/// Departures are known no better than this, rad: keeps densities finite.
+/// Departures are known no better than this, rad.
+/// Numerical: keeps densities finite.
 const LEAST_DEPARTURE_RAD: f64 = 1e-4;
 
 /// A path in world axes with the pose's clock taken out, and with all its errors but the pose's.
@@ -113,7 +114,9 @@ pub fn leaves_in_beams(mast: &Rotation<Gmt, World, f64>, departure: &Vector3<f64
 /// of elements fall to half the power 7 degrees beside: zenith angles of 58 to 97 degrees.
 fn is_in_beams(upwards: f64) -> bool {
     /// `sin 7` and `sin 32` degrees.
+    /// Derived: minus the sine of 7 degrees: half a row under the lowest row of the GMT's beams.
     const LOWEST: f64 = -0.121_869;
+    /// Derived: the sine of 32 degrees: half a row over the highest row.
     const HIGHEST: f64 = 0.529_919;
     (LOWEST..=HIGHEST).contains(&upwards)
 }

@@ -8,7 +8,8 @@ use crate::geometry::{Plane, Position, World};
 use crate::reflection::ReflectionPoint;
 use crate::surfaces::{MOST_REFLECTIONS, SurfaceIds, Surfaces, Waiting};
 
-/// Step of difference quotients, m and rad: in `f64` both their errors are below a millionth.
+/// Step of difference quotients, m and rad.
+/// Numerical: in `f64` both their errors are below a millionth.
 const STEP: f64 = 1e-5;
 
 /// A point of a surface.

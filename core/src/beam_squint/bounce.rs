@@ -10,22 +10,30 @@
 use heapless::Vec;
 use nalgebra::{Complex, Matrix2, Matrix3, Vector2, Vector3};
 
-use super::fit::{BLIND_STEPS, Fit, LONGEST_M, NEAR_ENOUGH, Place, ROUNDING, ReceivedSymbols, SETTLED};
+use super::fit::{
+    BLIND_STEPS, FREE, Fit, LEAST_DETERMINANT, LONGEST_M, MOST_DAMPING, NEAR_ENOUGH, Place, ROUNDING, ReceivedSymbols, SETTLED,
+};
 use super::pattern::{Row, Spin};
 use super::reception::Spectrum;
 use super::robust::BLOCKS;
 use crate::array::SquintSymbol;
 
-/// Subcarriers added up to one sample: neither the patterns nor the bounce's phase turn over so few.
+/// Subcarriers added up to one sample.
+/// Numerical: neither the patterns nor the bounce's phase turn over so few.
 const STRIDE: usize = 4;
-/// Samples: up to 512 subcarriers.
+/// Samples.
+/// Derived: up to 512 subcarriers.
 const SAMPLES: usize = 128;
 /// Symbols heard with less than this share of the best one's energy say nothing.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const LEAST_SHARE: f32 = 0.03;
 /// Prior standard deviation of the bounce's amplitude against that of the line of sight.
+/// Given: what the ground reflects at 30 GHz (docs/beam-squint.md).
 const BOUNCE: f32 = 0.7;
 /// Iterations at most, and the longest step.
+/// Capacity: work of a fit.
 const ITERATIONS: usize = 12;
+/// Numerical: a step of an iteration.
 const LONGEST: f32 = 0.03;
 
 /// Flat ground under the GMT, and how far the UAV is.
@@ -151,7 +159,7 @@ impl Normal {
         let scaled = self.hessian.component_mul(&(scale * scale.transpose()));
         let damped = scaled + Matrix3::identity() * damping;
         // Rounding of the products sets the limit.
-        let usable = damped.determinant() > 1e-6;
+        let usable = damped.determinant() > LEAST_DETERMINANT;
         let inverse = damped.try_inverse().filter(|_| usable)?;
         Some(inverse.component_mul(&(scale * scale.transpose())))
     }
@@ -174,7 +182,10 @@ impl<const SYMBOLS: usize, const ACTIVE: usize> ReceivedSymbols<'_, SYMBOLS, ACT
         for _ in 0..ITERATIONS {
             let step = normal.inverse(damping)? * normal.gradient;
             length = normal.gradient.dot(&step);
-            if length.is_nan() || damping > 1e4 || (length < SETTLED && damping < 0.1) || blind == BLIND_STEPS
+            if length.is_nan()
+                || damping > MOST_DAMPING
+                || (length < SETTLED && damping < FREE)
+                || blind == BLIND_STEPS
             {
                 break;
             }
@@ -185,7 +196,7 @@ impl<const SYMBOLS: usize, const ACTIVE: usize> ReceivedSymbols<'_, SYMBOLS, ACT
                 cosines: [x + step.x * scale, z + step.y * scale],
                 delay_m: place.delay_m + step.z * scale,
             };
-            let near = length < ROUNDING * normal.energy && damping < 0.1;
+            let near = length < ROUNDING * normal.energy && damping < FREE;
             match evaluate(&candidate) {
                 Some(next) if near || next.energy > normal.energy => {
                     (place, normal) = (candidate, next);

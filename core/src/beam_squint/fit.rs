@@ -14,25 +14,42 @@ use super::pattern::{Band, Row, Spin};
 use super::reception::Spectrum;
 use crate::array::SquintSymbol;
 
-/// Longest step of an iteration: a quarter of the pattern's half lobe, and a metre.
+/// Longest step of an iteration.
+/// Numerical: a quarter of the pattern's half lobe, and a metre.
 const LONGEST: f32 = 0.06;
+/// Numerical: a step of an iteration.
 pub(super) const LONGEST_M: f32 = 1.0;
-/// Subcarriers that a first fit takes as one: a lobe of the pattern is sixty wide, and they move the optimum by hundredths of a
-/// milliradian.
+/// Subcarriers that a first fit takes as one.
+/// Numerical: a lobe of the pattern is sixty wide, and they move the optimum by hundredths of a milliradian.
 pub(super) const PAIR: usize = 2;
-/// Iterations at most. The sixth is usually the last.
+/// Iterations at most.
+/// Capacity: the sixth is usually the last.
 const ITERATIONS: usize = 16;
 /// Steps under this share of a standard deviation (squared, all parameters) end the iteration.
+/// Numerical: an end of an iteration.
 pub(super) const SETTLED: f32 = 1e-4;
-/// Energies are not compared when the step promises less than this share of them: they would differ by rounding. That
-/// near, two full steps are taken without a look.
+/// Energies are not compared when the step promises less than this share of them.
+/// Numerical: they would differ by rounding. That near, two full steps are taken without a look.
 pub(super) const ROUNDING: f32 = 4e-6;
+/// Numerical: an end of an iteration.
 pub(super) const BLIND_STEPS: u32 = 2;
 /// A fit whose next step is shorter than half a standard deviation is good enough when the iterations are used up.
+/// Numerical: an end of an iteration.
 pub(super) const NEAR_ENOUGH: f32 = 0.25;
+/// Damping under which a step is as long as without, and over which there is none.
+/// Numerical: a guard of an iteration.
+pub(super) const FREE: f32 = 0.1;
+/// See [`FREE`].
+/// Numerical: a guard of an iteration.
+pub(super) const MOST_DAMPING: f32 = 1e4;
+/// Determinant, of a matrix of unit diagonal, that rounding leaves of none.
+/// Numerical: a guard of a division.
+pub(super) const LEAST_DETERMINANT: f32 = 1e-6;
 /// Iterations after which symbols may be left out or taken in.
+/// Capacity: work of a fit.
 const CHOICES: usize = 8;
 /// Most gain of a symbol, against the best heard one.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const MOST_GAIN: f32 = 2.0;
 
 /// Where the path is: cosines in the face frame, delay beyond the reference in m.
@@ -97,7 +114,10 @@ impl<'a, const SYMBOLS: usize, const ACTIVE: usize> ReceivedSymbols<'a, SYMBOLS,
                 break;
             };
             length = normal.gradient.dot(&step) + normal.delay_gradient * delay_step;
-            if length.is_nan() || damping > 1e4 || (length < SETTLED && damping < 0.1) || blind == BLIND_STEPS
+            if length.is_nan()
+                || damping > MOST_DAMPING
+                || (length < SETTLED && damping < FREE)
+                || blind == BLIND_STEPS
             {
                 break;
             }
@@ -109,7 +129,7 @@ impl<'a, const SYMBOLS: usize, const ACTIVE: usize> ReceivedSymbols<'a, SYMBOLS,
             };
             sums = self.evaluate::<X, Z, P>(&candidate);
             let next = total(&sums, &heeded);
-            let near = length < ROUNDING * normal.energy && damping < 0.1;
+            let near = length < ROUNDING * normal.energy && damping < FREE;
             if near || next.energy > normal.energy {
                 (place, normal) = (candidate, next);
                 damping *= 0.2;
@@ -292,6 +312,6 @@ impl Normal {
 pub(super) fn invert(matrix: &Matrix2<f32>) -> Option<Matrix2<f32>> {
     let determinant = matrix.m11 * matrix.m22 - matrix.m12 * matrix.m21;
     // Rounding of the products sets the limit.
-    (determinant.is_finite() && determinant > 1e-6 * matrix.m11 * matrix.m22)
+    (determinant.is_finite() && determinant > LEAST_DETERMINANT * matrix.m11 * matrix.m22)
         .then(|| Matrix2::new(matrix.m22, -matrix.m12, -matrix.m21, matrix.m11) / determinant)
 }

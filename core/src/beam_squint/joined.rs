@@ -12,13 +12,14 @@ use super::{Bearing, Delay, Expected, Sighting};
 use crate::array::{GmtArrays, GmtFace};
 use crate::geometry::{Direction, Gmt, Vector3};
 
-/// Cosine of the angle off a face's normal from which on it is listened to: 84 degrees. Beyond, its elements are at their
-/// floor and the cosine along the row stands still.
+/// Cosine of the angle off a face's normal from which on it is listened to: 84 degrees.
+/// Derived: Beyond, its elements are at their floor and the cosine along the row stands still.
 const LEAST_AHEAD: f32 = 0.1;
-/// How far from where one face puts the path another looks for it, direction cosine: a step of the search and a few
-/// standard deviations.
+/// How far from where one face puts the path another looks for it, direction cosine.
+/// Derived: a step of the search and a few standard deviations.
 const RADIUS: f32 = 0.06;
-/// Chi-square of two degrees of freedom beyond which a face contradicts what the faces before it said: one in 10 000.
+/// Chi-square of two degrees of freedom beyond which a face contradicts what the faces before it said.
+/// Derived: one in 10 000.
 const GATE: f32 = 18.4;
 
 /// Direction and delay of the UAV as all faces see it that were heard.

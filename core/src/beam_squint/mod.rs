@@ -53,19 +53,23 @@ use reception::{Reception, Spectrum};
 /// Standard deviation of what calibration errors of a face (5 degrees and 20 ps an element) add to its cosines (s_x, s_z),
 /// the same in every direction. Not in a [`Bearing`]'s covariance: a constant of the face is a state of the filter, not
 /// noise.
-///
 /// Independent phase errors of e rad over 8 x 8 elements tilt the wave front by `e / (pi sqrt(sum n^2))` along each axis,
 /// `sum n^2` = 64 x 5.25: 1.5 mrad for 5 degrees, whatever reads the pattern.
+/// Derived: 5 degrees and 20 ps an element of the error budget.
 pub const FACE_BIAS_SIGMA: [f32; 2] = [1.5e-3, 1.5e-3];
 
-/// Energy beyond what noise gives that a fit must explain, in noise variances: a false one in 1e12.
+/// Energy beyond what noise gives that a fit must explain, in noise variances.
+/// Derived: a false one in 1e12.
 const LEAST_ENERGY: f32 = 40.0;
 /// Log-likelihood by which the best place must beat every other one.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const LEAST_LEAD: f32 = 12.0;
 /// Places closer than this in both cosines are the same.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const SAME: f32 = 0.02;
 
 /// What the receiver knows and assumes.
+/// Derived: what the error budget leaves beside the constant part (docs/signal-model.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BeamSquintConfig {
     /// Standard deviation of what calibration errors of a face leave in (s_x, s_z) beside their constant part.

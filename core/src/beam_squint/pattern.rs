@@ -8,7 +8,8 @@
 use crate::array::{SquintSymbol, phasor};
 use crate::geometry::Complex;
 
-/// Subcarriers between fresh sines: a product a step loses a unit in the last place, 32 of them 2e-6.
+/// Subcarriers between fresh sines.
+/// Derived: a product a step loses a unit in the last place, 32 of them 2e-6.
 const FRESH: usize = 32;
 
 /// `exp(j (first + k step))` for k = 0, 1, ...: products, begun anew every [`FRESH`] steps.

@@ -13,14 +13,19 @@ use crate::array::SquintSymbol;
 
 /// Reach of the parabola on both sides and width of the smoothing, as shares of a lobe (peak to null): 20 and 9
 /// subcarriers of an azimuth sweep.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const REACH: f32 = 1.0 / 3.0;
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const SMOOTHING: f32 = 0.15;
 /// What a parabola gets wrong of a lobe that is none, and that the band may cut, as a share of the lobe (measured).
+/// Measured: against the lobe itself (docs/beam-squint.md).
 const MODEL: f32 = 0.003;
 /// Most subcarriers of the reach.
+/// Capacity: memory of a parabola.
 const MOST: usize = 40;
-/// Noise variances over which the strongest subcarrier must stand: of 5000 of noise, one in a hundred thousand does.
-const LEAST_PEAK: f32 = 20.0;
+/// Noise variances over which the strongest subcarrier must stand.
+/// Derived: of 5000 of noise, one in a hundred thousand does.
+pub(super) const LEAST_PEAK: f32 = 20.0;
 
 /// One axis read off a peak.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -17,19 +17,26 @@ use crate::kernels::Channel;
 use crate::signal::{BeamBlock, Correlator, Iq, SAMPLES, Waveform, Workspace, bin_at};
 
 /// Interferers that can be nulled, the ground bounce among them.
+/// Capacity: work of a reception.
 pub const NULLS: usize = 2;
 /// Share of its power towards the path that an array must keep beside its nulls (-35 dB): weaker ones are left out.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const LEAST_KEPT: f32 = 3e-4;
 /// The same beside the null of the ground bounce (-10 dB): an array that would keep less does without that null. The fit has the
 /// bounce as well, and a path that the null weakens is one that everything else outweighs.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const LEAST_KEPT_OF_BOUNCE: f32 = 0.1;
 /// Subcarriers beside the band that tell the noise begin this many beyond its edges.
+/// Given: the waveform's edge.
 const GUARD: i32 = 12;
-/// Amplitudes are kept in units of 2^-34: thermal noise in sqrt(W) is then of the order of one.
+/// Amplitudes are kept in units of 2^-34.
+/// Derived: thermal noise in sqrt(W) is then of the order of one.
 const REFERENCE_EXPONENT: i32 = -34;
 /// One, Q15.
+/// Given: the format Q15.
 const Q15_ONE: f32 = 32_767.0;
-/// Iterations for the principal direction: the path stands far over the noise, a few suffice.
+/// Iterations for the principal direction.
+/// Capacity: the path stands far over the noise, a few suffice.
 const ITERATIONS: usize = 8;
 
 const ZERO: Complex<f32> = Complex::new(0.0, 0.0);

@@ -12,8 +12,8 @@ use super::fit::{Fit, Place, ReceivedSymbols, invert};
 use super::reception::Spectrum;
 use crate::array::SquintSymbol;
 
-/// Blocks that the subcarriers of a symbol are cut into: each spans a quarter of the band, over which a path that comes 5 m
-/// later turns once.
+/// Blocks that the subcarriers of a symbol are cut into.
+/// Derived: each spans a quarter of the band, over which a path that comes 5 m later turns once.
 pub(super) const BLOCKS: usize = 4;
 
 /// Variances that a fit has shown, never less than those of noise alone.

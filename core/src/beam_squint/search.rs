@@ -12,17 +12,24 @@ use super::sighting::Expected;
 use crate::array::SquintSymbol;
 use crate::numeric::gather;
 
-/// Step of the grid: a quarter of the distance from a beam's peak to its null (docs/signal-model.md, "Beam squint").
+/// Step of the grid.
+/// Derived: a quarter of the distance from a beam's peak to its null (docs/signal-model.md, "Beam squint").
 const STEP: f32 = 0.06;
-/// Cells along each axis: cosines from -0.96 to 0.96, and from -0.24 up.
+/// Cells along each axis.
+/// Derived: cosines from -0.96 to 0.96, and from -0.24 up.
 const CELLS: [usize; 2] = [33, 22];
+/// Derived: cosines from -0.96, and from -0.24 up.
 const FIRST: [f32; 2] = [-0.96, -0.24];
 /// Subcarriers added up to one sample of power.
+/// Numerical: neither the patterns nor a bounce turn over so few.
 const STRIDE: usize = 4;
-/// Samples of power: up to 512 subcarriers.
+/// Samples of power.
+/// Derived: up to 512 subcarriers.
 const SAMPLES: usize = 128;
 /// Candidates, and how many cells they are apart at least.
+/// Capacity: work of the fits.
 pub(super) const CANDIDATES: usize = 3;
+/// Derived: a half lobe.
 const APART: usize = 2;
 
 type Grid = [[f32; CELLS[1]]; CELLS[0]];

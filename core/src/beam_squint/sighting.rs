@@ -11,8 +11,10 @@ use crate::signal::wrap_delay_m;
 
 /// Paths closer than this to the line of sight in arrival are images of it that the transmitter's element errors make,
 /// or cannot be told from it: not nulled, rad. Half a degree.
+/// Tuned: on flights with tuning seeds (docs/flights.md). Half a degree.
 const IMAGE_RAD: f32 = 0.0087;
 /// A path this near to where the ground bounce must come from is the ground bounce, rad. Two degrees.
+/// Tuned: on flights with tuning seeds (docs/flights.md). Two degrees.
 const BOUNCE_RAD: f32 = 0.035;
 
 /// What path estimation and link state said of the line of sight in the sweep before the symbols.
@@ -66,8 +68,8 @@ impl Expected {
 }
 
 impl Sighting {
-    /// Interferers are sought among the paths that come up to this much later than the line of sight, m: such a path is
-    /// not told apart by its delay in the narrow part of the band in which a symbol looks at the UAV.
+    /// Interferers are sought among the paths that come up to this much later than the line of sight, m.
+    /// Derived: such a path is not told apart by its delay in the narrow part of the band in which a symbol looks at the UAV.
     pub const NEAR_M: f32 = 30.0;
 
     /// From the paths of a sweep (strongest first), of which number `los` is the line of sight if there is one. None

@@ -27,6 +27,7 @@ use crate::geometry::{Body, Position, Rotation, World};
 use crate::inertial::ImuIncrement;
 
 /// Nanoseconds in a second.
+/// Given: a unit.
 const NS: f64 = 1e-9;
 
 /// Where the velocity of the inertial sum comes from.

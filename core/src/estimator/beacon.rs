@@ -10,20 +10,26 @@
 //! An error that a beacon has had from its first word on moves everything alike, and no measurement on board can show it. Only
 //! whoever set the GMT up can: [`BeaconLimits::setup`].
 
+use super::gate::BELIEVED_OF_THREE;
 use nalgebra::Vector3;
 
 /// Limits of the check.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BeaconLimits {
     /// Fastest drive of the GMT, m/s.
+    /// Given: the GMT is a slow vehicle.
     pub speed_m_per_s: f64,
     /// Slack of a single position, m.
+    /// Tuned: on flights with tuning seeds (docs/flights.md).
     pub slack_m: f64,
     /// Walk of an honest beacon's error, m per root s and axis.
+    /// Derived: 20 mm that wander over a minute, sqrt(2 / 60 s).
     pub walk_m: f64,
     /// The part of an honest beacon's error that is new in each, m per axis.
+    /// Given: carrier phase noise of a satellite receiver, twice over for the height.
     pub white_m: f64,
     /// Share of the creep that is kept from stop to stop.
+    /// Tuned: on flights with tuning seeds (docs/flights.md).
     pub memory: f64,
     /// Where the GMT was set up, if whoever did so says it.
     pub setup: Option<Setup>,
@@ -113,12 +119,9 @@ impl Creep {
     fn is_a_lie(&self) -> bool {
         let scatter_m2 = (self.squares_m2 / 3.0).min(self.walked_m2 + self.white_m2);
         let variance_m2 = self.walked_m2.max(scatter_m2);
-        self.sum_m.norm_squared() > CREEP_GATE * variance_m2
+        self.sum_m.norm_squared() > BELIEVED_OF_THREE * variance_m2
     }
 }
-
-/// Chi-square of three degrees of freedom that two of ten thousand are beyond: an hour of stops.
-const CREEP_GATE: f64 = 20.0;
 
 /// Memory of the beacons.
 #[derive(Clone, Copy, Debug)]
@@ -247,4 +250,5 @@ impl BeaconMonitor {
 }
 
 /// The GMT's pace between its stops, m/s: how fast the last trusted position ages.
-pub(super) const GMT_PACE_M_PER_S: f64 = 0.3;
+/// Given: how the GMT drives, its stops included.
+pub(crate) const GMT_PACE_M_PER_S: f64 = 0.3;

@@ -6,15 +6,14 @@
 
 use super::Filter;
 use super::beacon::{BeaconVerdict, GMT_PACE_M_PER_S, Place};
-use super::gate::chi_square;
+use super::gate::{APART_SIGMAS, chi_square};
 use super::layout::POSITION;
 use super::measurement::{PathMeasurement, PathRows, Transmitter};
 use super::sweep_measurement::SweepMeasurement;
 use crate::geometry::{Gmt, Real, Rotation, World};
 
-/// A claim so many standard deviations from where the GMT was may be the wrong one of the two.
-const APART_SIGMAS: f64 = 3.0;
-/// The same for the mast, rad: twenty times what it is off by.
+/// The same for the mast, rad.
+/// Derived: twenty times what it is off by.
 const TURNED_RAD: f64 = 0.02;
 
 /// What a beacon claims, and what is taken instead when it is not believed.

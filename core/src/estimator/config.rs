@@ -4,12 +4,16 @@
 //! flying.
 
 use super::beacon::BeaconLimits;
+use super::gate::BELIEVED_OF_THREE;
 use crate::constants::{SPEED_OF_LIGHT_M_PER_S, STANDARD_GRAVITY_M_PER_S2};
 
+/// Given: a unit.
 const NS_M: f64 = SPEED_OF_LIGHT_M_PER_S * 1e-9;
+/// Given: a unit.
 const DEG_RAD: f64 = core::f64::consts::PI / 180.0;
 
 /// Noise that drives the state between measurements. All figures are densities: standard deviation per root second.
+/// Given: the error budget (docs/signal-model.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProcessNoise {
     /// White noise of the accelerometer, m/s per root s.
@@ -35,12 +39,15 @@ pub struct ProcessNoise {
     /// crosses in some ten seconds.
     pub face_bias: f64,
     /// Acceleration that is possible without inertial data, m/s per root s.
+    /// Given: what a quadrotor can do.
     pub gap_accel_m_per_s: f64,
     /// Turn that is possible without inertial data, rad per root s.
+    /// Given: what a quadrotor can do.
     pub gap_gyro_rad: f64,
 }
 
 /// A TCXO (docs/localization.md, "The model", has other clocks): white frequency noise, m per root s; random walk, m/s per root s; thermal ramp, m/s^2.
+/// Given: a data sheet.
 const TCXO: [f64; 3] = [0.1 * NS_M, 0.3 * NS_M, 0.5 * NS_M];
 
 impl Default for ProcessNoise {
@@ -67,6 +74,7 @@ impl Default for ProcessNoise {
 
 /// Errors of the measurements that their own covariance does not hold: multipath, the rest of the calibration. Added in
 /// squares to what a measurement claims.
+/// Given: the error budget (docs/signal-model.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RadioNoise {
     /// Angle of arrival, rad per axis.
@@ -99,6 +107,7 @@ impl Default for RadioNoise {
 }
 
 /// Standard deviations before any measurement.
+/// Given: the error budget (docs/signal-model.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Priors {
     /// Gyroscope bias, rad/s.
@@ -147,19 +156,25 @@ impl Default for Priors {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gates {
     /// Joint chi-square of a path with angle of departure: 5 degrees of freedom.
+    /// Derived: one honest path in 17 500 is beyond.
     pub five: f64,
     /// The same without: 3 degrees of freedom.
     pub three: f64,
     /// Chi-square of a scalar.
+    /// Derived: one honest scalar in 15 800 is beyond: four standard deviations.
     pub one: f64,
     /// Position sigma (norm, m) up to which a sweep without a consistent neighbour is believed.
+    /// Tuned: on flights with tuning seeds (docs/flights.md).
     pub trusted_m: f64,
     /// Position sigma (norm, m) above which the filter counts as lost.
+    /// Tuned: on flights with tuning seeds (docs/flights.md).
     pub lost_m: f64,
     /// Attitude sigma (norm, rad) above which the attitude counts as lost and is found anew.
+    /// Tuned: on flights with tuning seeds (docs/flights.md).
     pub attitude_lost_rad: f64,
     /// Contested sweeps in a row before the pose is fixed anew: more than any run of equal outliers that is to be
     /// ridden out.
+    /// Tuned: on flights with tuning seeds (docs/flights.md).
     pub refix_after: u32,
 }
 
@@ -167,7 +182,7 @@ impl Default for Gates {
     fn default() -> Self {
         Self {
             five: 27.0,
-            three: 20.0,
+            three: BELIEVED_OF_THREE,
             one: 16.0,
             trusted_m: 0.4,
             lost_m: 3.0,

@@ -13,7 +13,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::layout::{ATTITUDE, CLOCK_OFFSET, POSITION};
-use super::measurement::{PathMeasurement, Transmitter};
+use super::measurement::{LEAST_RANGE_M, PathMeasurement, Transmitter};
 use super::sweep_measurement::SweepVerdict;
 use super::window::WINDOW;
 use super::{Filter, attitude};
@@ -21,7 +21,8 @@ use crate::geometry::Real;
 use crate::inertial::MagneticField;
 use crate::signal::wrap_delay_m;
 
-/// A magnetic field older than this says nothing of an attitude, ns: a UAV turns by a degree in that time.
+/// A magnetic field older than this says nothing of an attitude, ns.
+/// Derived: a UAV turns by a degree in that time.
 const FIELD_AGE_NS: u64 = 100_000_000;
 
 /// What speaks for the pose and what against it.
@@ -90,7 +91,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// A line of sight was taken in: it speaks for the pose.
     pub(super) fn sighted(&mut self, gmt: &Transmitter) {
         self.doubt.contrary = 0;
-        let Some(way) = (self.nominal.position_m - gmt.position_m).try_normalize(0.1) else {
+        let Some(way) = (self.nominal.position_m - gmt.position_m).try_normalize(LEAST_RANGE_M) else {
             return;
         };
         // An image turns by twice the angle against the gyroscope: beyond the gate of an attitude as unsure as this one.
@@ -122,7 +123,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// Whether a path is shorter than the straight way, beyond the gate of a scalar.
     fn is_early(&self, gmt: &Transmitter, path: &PathMeasurement) -> bool {
         let way = gmt.position_m - self.nominal.position_m;
-        let Some(l) = way.try_normalize(0.1) else {
+        let Some(l) = way.try_normalize(LEAST_RANGE_M) else {
             return false;
         };
         let shorter_m = -wrap_delay_m(path.c_tau_m - self.nominal.clock_offset_m - way.norm());

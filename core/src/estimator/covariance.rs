@@ -62,7 +62,8 @@ impl<T: Real> Transition<T> {
     }
 }
 
-/// States that a motion changes: position, velocity, attitude, the clock's offset and drift.
+/// States that a motion changes.
+/// Derived: position, velocity, attitude, the clock's offset and drift.
 const CHANGED: [usize; 11] = [0, 1, 2, 3, 4, 5, 6, 7, 8, CLOCK_OFFSET, CLOCK_DRIFT];
 
 /// Covariance of `N` state errors.

@@ -19,20 +19,27 @@ use super::sweep_measurement::SweepMeasurement;
 use crate::geometry::Real;
 use crate::signal::wrap_delay_m;
 
-/// Paths of a sweep that are kept for the next one: as many as path estimation finds.
+/// Paths of a sweep that are kept for the next one.
+/// Capacity: as many as path estimation finds.
 const MOST_PATHS: usize = 9;
 /// Time between two sweeps whose paths are compared, s.
+/// Derived: of sweeps twice a second, the next but one at most.
 const APART_S: (f64, f64) = (0.1, 1.2);
-/// Two paths are one when they have grown by nothing but what the motion explains, m, and come from one direction, rad.
-const SAME: (f64, f64) = (1.0, 0.05);
-/// Square of the standard deviations beyond which a difference is no growth of one path: three, where others have four. A path that was
-/// exchanged for its neighbour errs by decimetres.
+/// Two paths are one when they have grown by nothing but what the motion explains, m, and come from one direction ([`SAME_RAD`]).
+/// Tuned: on flights with tuning seeds (docs/flights.md).
+const SAME_M: f64 = 1.0;
+/// Directions closer than this are one, rad. A departure known worse does not tell what the GMT's motion does.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
+const SAME_RAD: f64 = 0.05;
+/// Square of the standard deviations beyond which a difference is no growth of one path: one that was exchanged for its neighbour errs by
+/// decimetres.
+/// Derived: one honest difference in 370 is beyond: three standard deviations, where others have four.
 const GATE: f64 = 9.0;
-/// A departure known worse than this does not tell what the GMT's motion does, rad.
-const LEFT_RAD: f64 = 0.05;
 /// A GMT that has moved less stands, m.
+/// Derived: what an honest beacon scatters between two sweeps: 5 mm an axis in each, and its walk.
 const STANDING_M: f64 = 0.01;
 /// Standard deviation of a difference beside what the delays claim, m: paths that come nearly at once pull at each other.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const PULLED_M: f64 = 0.02;
 
 /// A path as the next sweep needs it.
@@ -72,8 +79,8 @@ impl Between {
 
     /// How unlike two paths are, in units of what one path may be.
     fn unlike(&self, before: &Length, now: &Length) -> f64 {
-        let growth = self.growth_m(before, now).abs() / SAME.0;
-        growth.max((before.towards - now.towards).norm() / SAME.1)
+        let growth = self.growth_m(before, now).abs() / SAME_M;
+        growth.max((before.towards - now.towards).norm() / SAME_RAD)
     }
 
     /// The path of the last sweep that a path goes on from: each is the other's nearest.
@@ -94,7 +101,7 @@ impl Between {
         if shifted_m > STANDING_M {
             let left = (before.left? + now.left?) * 0.5;
             residual += left.dot(&self.shifted_m);
-            variance += LEFT_RAD * LEFT_RAD * shifted_m * shifted_m;
+            variance += SAME_RAD * SAME_RAD * shifted_m * shifted_m;
         }
         let mut row = Row::new(residual, variance);
         row.push_vector(VELOCITY, &((before.towards + now.towards) * (-0.5 * self.dt_s)));
@@ -125,7 +132,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
 
     fn length(&self, gmt: &Transmitter, path: &PathMeasurement) -> Length {
         let noise = self.config.radio.delay_m;
-        let known = |sigma: &f64| *sigma < LEFT_RAD;
+        let known = |sigma: &f64| *sigma < SAME_RAD;
         let departure = path.departure.filter(|left| left.sigma.iter().all(known));
         Length {
             c_tau_m: path.c_tau_m,

@@ -7,6 +7,7 @@
 use super::covariance::Covariance;
 use super::measurement::PATH_ROWS;
 use super::row::Row;
+use super::scalar::SUSPECT_S;
 use crate::geometry::Real;
 use nalgebra::Vector3;
 
@@ -90,16 +91,21 @@ pub(super) struct Innovation {
     pub(super) sigma: (f64, f64),
 }
 
-/// Two sweeps that err by as many standard deviations of their difference agree: one in a hundred is further apart.
-const APART_SIGMAS: f64 = 3.0;
+/// Two estimates of the same, of three axes each, differ by no more standard deviations of their difference.
+/// Derived: one honest pair in thirty is further apart.
+pub(super) const APART_SIGMAS: f64 = 3.0;
+/// Chi-square of three rows up to which they are believed.
+/// Derived: one honest measurement in 5900 is beyond: in an hour, two of a sweep's sights, or of a beacon's stops.
+pub(super) const BELIEVED_OF_THREE: f64 = 20.0;
 /// They agree within this besides, m: what two places err by that their claims do not hold.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const AGREEMENT_M: f64 = 0.35;
 /// Part of it that grows with the range, rad.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const AGREEMENT_RAD: f64 = 0.004;
 /// Directions of arrival agree within this besides what they claim, rad.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const TURN_RAD: f64 = 0.009;
-/// Sweeps further apart in time never agree, s.
-const LONGEST_S: f64 = 3.0;
 
 impl Innovation {
     /// What an update leaves: a later sweep agrees with it when it agrees with the filter.
@@ -118,10 +124,11 @@ impl Innovation {
         let dt = later.time_ns.saturating_sub(self.time_ns) as f64 * 1e-9;
         let moved = (1.0 + APART_SIGMAS * sigma_m_per_s) * dt;
         // A place at a distance is as uncertain as its direction.
-        let place = AGREEMENT_M + AGREEMENT_RAD * range_m + APART_SIGMAS * libm::hypot(self.sigma.0, later.sigma.0);
+        let place =
+            AGREEMENT_M + AGREEMENT_RAD * range_m + APART_SIGMAS * libm::hypot(self.sigma.0, later.sigma.0);
         let turn = TURN_RAD + APART_SIGMAS * libm::hypot(self.sigma.1, later.sigma.1);
         dt > 0.0
-            && dt < LONGEST_S
+            && dt < SUSPECT_S
             && (self.offset_m - later.offset_m).norm() < place + moved
             && (self.turn_rad - later.turn_rad).norm() < turn + moved / range_m.max(1.0)
     }

@@ -2,6 +2,8 @@
 //!
 //! 17 errors of motion, sensors and clock, 27 of calibration, two more of the clock, three of the mounting, then three of each mapped plane. Attitude errors are small
 //! rotation vectors in WORLD axes.
+//!
+//! Given: numbers here are the order of the states.
 
 /// Position, m, world axes.
 pub const POSITION: usize = 0;

@@ -16,12 +16,16 @@ use crate::inertial::Alignment;
 use nalgebra::{Matrix3, Vector3};
 
 /// This long after rest the level attitude is still one, ns: gyroscope and accelerometer carry it on.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const LEVEL_NS: u64 = 10_000_000_000;
 /// Standard deviation of the velocity of a UAV whose places of the last second are one, m/s per axis.
+/// Derived: a start's places lie within 0.25 m in up to 1.2 s (`core/src/cslam/level.rs`).
 const STILL_SIGMA_M_PER_S: f64 = 0.2;
 /// Part of the tilt's standard deviation that is not the accelerometer's bias, rad: how the gyroscope has carried it on.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const CARRIED_SIGMA_RAD: f64 = 2e-3;
 /// Standard deviation of an angle of arrival by the arrays' calibration, rad: their states learn it only later.
+/// Derived: slope and tilt of an array in the error budget, 1.7 and 1.75 mrad, in squares.
 const ARRIVAL_SIGMA_RAD: f64 = 2.5e-3;
 
 /// Yaw of the world against the level attitude.

@@ -68,7 +68,14 @@ fn wide(v: &Vector3<f32>) -> Vector3<f64> {
 }
 
 /// Most rows of one path.
+/// Derived: delay, two of arrival, two of departure.
 pub(super) const PATH_ROWS: usize = 5;
+/// Determinant of the arrays' gains under which they tell no direction.
+/// Numerical: a guard of a division.
+const LEAST_DETERMINANT: f64 = 1e-9;
+/// A way shorter than this has no direction, m.
+/// Numerical: a guard of a division.
+pub(super) const LEAST_RANGE_M: f64 = 0.1;
 
 /// Rows of one path: delay, two angles of arrival, then two cosines of departure when measured.
 pub(super) type PathRows<T> = heapless::Vec<Row<T>, PATH_ROWS>;
@@ -112,7 +119,7 @@ impl Model {
             *dw = [gain * a, gain * b];
         }
         let determinant = h11 * h22 - h12 * h12;
-        if determinant <= 1e-9 {
+        if determinant <= LEAST_DETERMINANT {
             return shift;
         }
         for (j, (array, [a, b])) in self.arrays.arrays().iter().zip(along).enumerate() {
@@ -225,7 +232,7 @@ impl Model {
         let source = mirrors.last().map_or(gmt.position_m, |m| m.image_m);
         let way = source - nominal.position_m;
         let range = way.norm();
-        if range.is_nan() || range < 0.1 {
+        if range.is_nan() || range < LEAST_RANGE_M {
             return None;
         }
         let l = way / range;
@@ -328,6 +335,7 @@ struct ArrayShift {
 }
 
 /// Most planes of one path.
+/// Capacity: memory of a row.
 pub(super) const MAX_BOUNCES: usize = 2;
 
 /// Planes that a wave met, from the GMT on.

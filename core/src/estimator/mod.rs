@@ -41,6 +41,7 @@ mod sweep;
 mod sweep_measurement;
 mod window;
 
+pub(crate) use beacon::GMT_PACE_M_PER_S;
 pub use beacon::{BeaconLimits, BeaconMonitor, BeaconVerdict, Setup};
 pub use config::{FilterConfig, Gates, Priors, ProcessNoise, RadioNoise};
 pub use covariance::{Covariance, Transition};
@@ -69,9 +70,11 @@ use crate::geometry::{Body, Direction, Position, Real, Rotation};
 use crate::inertial::{ImuErrors, ImuStep};
 use nalgebra::{Matrix3, Vector3};
 
-/// Increments that may wait for a late measurement: 0.64 s at 100 Hz, 1.28 s at 50 Hz.
+/// Increments that may wait for a late measurement.
+/// Capacity: 0.64 s at 100 Hz, 1.28 s at 50 Hz.
 pub const HISTORY: usize = 64;
 /// Most planes in a filter's state.
+/// Capacity: memory of the covariance.
 pub const MAX_PLANES: usize = 4;
 
 /// A filter without planes.

@@ -14,6 +14,10 @@ use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::inertial::{ImuErrors, ImuIncrement};
 use crate::signal::{DELAY_PERIOD_M, wrap_delay_m};
 
+/// Square of an angle up to which the series are exact to round-off, rad^2.
+/// Derived: the next term of each series is below the last bit.
+const SERIES_LIMIT: f64 = 0.01;
+
 /// A cyclic delay as the length of a way, m: from 0 up to a whole period.
 pub fn range_of_delay_m(length_m: f64) -> f64 {
     let wrapped = wrap_delay_m(length_m);
@@ -152,7 +156,7 @@ pub fn rotation(angle_rad: &Vector3<f64>) -> Matrix3<f64> {
     let square = angle_rad.norm_squared();
     // sin a / a and (1 - cos a) / a^2: nested series up to 0.1 rad, which is exact to round-off and every step of a sound
     // flight; a fifth of the instructions.
-    let (first, second) = if square < 0.01 {
+    let (first, second) = if square < SERIES_LIMIT {
         let s = square;
         (
             1.0 - s

@@ -13,12 +13,16 @@ use crate::inertial::{ImuIncrement, ImuStep, Motion};
 use nalgebra::Vector3;
 
 /// Gaps shorter than this are rounding of time stamps, ns.
+/// Given: how time stamps are rounded.
 const GAP_NS: u64 = 1_000_000;
 /// A gap is bridged in steps of this length, ns.
+/// Numerical: a step of an integration.
 const GAP_STEP_NS: u64 = 50_000_000;
 /// A gap longer than this many steps is bridged at once at the end: ten seconds.
+/// Capacity: work of a prediction, ten seconds.
 const MOST_GAP_STEPS: u32 = 200;
 /// Inertial trouble is shown for this long, ns.
+/// Given: how long a person needs to see it; nothing is reckoned with it.
 const GAP_SHOWN_NS: u64 = 1_000_000_000;
 
 impl<T: Real, const N: usize> Filter<T, N> {

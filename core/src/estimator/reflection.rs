@@ -10,8 +10,8 @@ use super::measurement::{MAX_BOUNCES, MappedPlane, ReflectedPath, Transmitter};
 use super::{Filter, Slot};
 use crate::geometry::Real;
 
-/// Reflected paths that a sweep corrects the pose by at most, the strongest: a quarter of a million instructions of a Cortex-M7 each.
-/// What goes beyond is counted as rejected.
+/// Reflected paths that a sweep corrects the pose by at most, the strongest.
+/// Capacity: a quarter of a million instructions of a Cortex-M7 each. What goes beyond is counted as rejected.
 const MOST_PATHS: usize = 4;
 
 impl<T: Real, const N: usize> Filter<T, N> {

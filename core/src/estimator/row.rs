@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 
 use crate::geometry::Real;
 
-/// Most entries of a row: the angle of arrival of a double reflection touches position, attitude, 12 calibrations and two
-/// planes.
+/// Most entries of a row.
+/// Capacity: the angle of arrival of a double reflection touches position, attitude, 12 calibrations and two planes.
 pub const ROW_CAPACITY: usize = 24;
 
 /// `z - h(x) = H dx + noise`, with the few entries of `H` that are not zero.

@@ -1,7 +1,7 @@
 //! Scalar measurements: two-way timing, magnetic heading. They wait until the horizon passes their time stamps.
 
 use super::layout::{ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, POSITION, TWO_WAY_BIAS, VELOCITY};
-use super::measurement::Transmitter;
+use super::measurement::{LEAST_RANGE_M, Transmitter};
 use super::row::Row;
 use super::sweep::BLIND_AFTER_NS;
 use super::window::Departure;
@@ -10,39 +10,54 @@ use crate::geometry::Real;
 use crate::signal::wrap_delay_m;
 
 /// Measurements that agree on a new offset within this may set the clock anew, m (besides what its drift explains).
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const STEP_AGREEMENT_M: f64 = 1.0;
-/// The same of exchanges that have told a rate of their own: four standard deviations of the difference of two.
+/// The same of exchanges that have told a rate of their own.
+/// Derived: four standard deviations of the difference of two.
 const LINE_AGREEMENT_M: f64 = 0.5;
 /// Exchanges stray as long as one has strayed within this, ns: what the strays of a shadow have done to the clock shows in that time.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const STRAYING_NS: u64 = 10_000_000_000;
-/// A constant error of timing beyond this is a lie: ten times what radios have, m.
+/// A constant error of timing beyond this is a lie.
+/// Derived: ten times what radios have, m.
 const TIMING_OFF_M: f64 = 0.3;
 /// Share of the exchanges in which another path than the first was stamped, in sight of the transmitter and without, and the standard
-/// deviation of the error that this makes, m. Over the air and without sight one exchange in six errs by more than 0.36 m and one in ten by
-/// more than 1 m; in sight three and one in a hundred (docs/localization.md, "What it believes").
+/// deviation of the error that this makes, m.
+/// Measured: over the air and without sight one exchange in six errs by more than 0.36 m and one in ten by more than 1 m; in sight three
+/// and one in a hundred (docs/localization.md, "What it believes").
 const STRAY: [f64; 2] = [0.03, 0.2];
+/// Measured: with [`STRAY`].
 const STRAY_M: f64 = 1.5;
-/// Exchanges further apart than this do not confirm each other, s.
-const SUSPECT_S: f64 = 3.0;
-/// As many exchanges in agreement contradict the clock. A single one may be right after an outlier that a silence has let pass
-/// (docs/localization.md, "When the GMT lies").
+/// Exchanges, and sweeps, further apart than this do not confirm each other, s.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
+pub(super) const SUSPECT_S: f64 = 3.0;
+/// As many exchanges in agreement contradict the clock.
+/// Derived: A single one may be right after an outlier that a silence has let pass (docs/localization.md, "When the GMT lies").
 const CONTRADICTION: u32 = 2;
-/// Exchanges in agreement that a start stands on: two tell offset and rate, the third that they are right.
+/// Exchanges in agreement that a start stands on.
+/// Derived: two tell offset and rate, the third that they are right.
 const ACQUIRED: u32 = 3;
-/// Lines of sight among the exchanges of a contradiction that refute them where exchanges stray: half of the sweeps. There, sights are poor,
-/// too, and one that passes by chance says nothing.
+/// Lines of sight among the exchanges of a contradiction that refute them where exchanges stray.
+/// Derived: half of the sweeps. There, sights are poor, too, and one that passes by chance says nothing.
 const REFUTED_STRAYING: u32 = 3;
 /// Standard deviation of a clock that a start may stand on, in those of an exchange.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const SETTLED: f64 = 2.0;
-/// A step that timing alone has told leaves the clock no less sure than it is long, up to this, m: single precision holds no more
-/// beside the centimetres of an exchange.
+/// A step that timing alone has told leaves the clock no less sure than it is long, up to this, m.
+/// Numerical: single precision holds no more beside the centimetres of an exchange.
 const MOST_DOUBT_M: f64 = 100.0;
-/// Standard deviation of the error of timing when ranges are doubted, m: single precision holds centimetres beside it.
+/// Standard deviation of the error of timing when ranges are doubted, m.
+/// Numerical: single precision holds centimetres beside it.
 const RANGE_DOUBT_M: f64 = 30.0;
 /// Measurements closer in time than this tell no rate, s.
+/// Numerical: a guard of a division.
 const SHORTEST_STEP_S: f64 = 0.1;
 /// Without line of sight for this long, the magnetic heading is better than none, ns (docs/localization.md, "The model").
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const HEADING_AFTER_NS: u64 = 10_000_000_000;
+/// Square of the level part of the nose's direction under which there is no heading.
+/// Numerical: a guard of a division.
+const LEAST_LEVEL_SQUARE: f64 = 0.1;
 
 /// A scalar measurement that waits.
 #[derive(Clone, Copy, Debug)]
@@ -322,7 +337,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// A line of sight agrees with the clock: if timing contradicts it, it is the timing that is wrong. A pose that is unsure of its range by a
     /// good part of the contradiction agrees with anything: clock and range have erred together.
     pub(super) fn refute_timing(&mut self, gmt: &Transmitter) {
-        let way = (self.nominal.position_m - gmt.position_m).try_normalize(0.1);
+        let way = (self.nominal.position_m - gmt.position_m).try_normalize(LEAST_RANGE_M);
         let variance = way.map_or(0.0, |way| {
             way.dot(&(self.covariance.block(POSITION, POSITION).map(T::to_f64) * way))
         });
@@ -386,7 +401,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let r = &self.nominal.attitude;
         let (c, s) = (r.m11, r.m21);
         let square = c * c + s * s;
-        if square < 0.1 {
+        if square < LEAST_LEVEL_SQUARE {
             return;
         }
         let floor = self.config.radio.heading_rad;

@@ -1,33 +1,31 @@
 //! Start-up and hard re-fix: the pose from a window of sweeps, everything else kept.
 
-use super::gate::Innovation;
+use super::gate::{APART_SIGMAS, Innovation};
 use super::layout::{
     ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ARRAYS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, FACE_BIAS,
     FACES, GYRO_BIAS, GYRO_MATRIX, MOUNTING, POSITION, TWO_WAY_BIAS, VELOCITY,
 };
 use super::measurement::{PathMeasurement, Transmitter};
 use super::nominal::Nominal;
-use super::window::Solution;
+use super::window::{SIGHT_SCATTER_RAD, Solution};
 use super::{Covariance, Filter};
 use crate::geometry::Real;
 use crate::inertial::Alignment;
 use crate::signal::DELAY_PERIOD_M;
 
 /// Fixes that a start needs.
+/// Derived: three tell a motion that bends, two more which of them is wrong.
 pub(super) const START_FIXES: usize = 5;
 /// Standard deviations of a pose from a window beside the noise of its fixes: position m, velocity m/s, attitude rad (angles of
 /// arrival, arrays).
-const FIXED_SIGMA: (f64, f64, f64) = (0.3, 0.3, 0.008);
-/// What all departures of a window may share, rad: before there is a pose, the ground's bounce is not known, and draws them
-/// aside.
-const SHARED_RAD: f64 = 0.008;
-/// An attitude that is within so many standard deviations of that of a window stands.
-const STANDS_SIGMAS: f64 = 3.0;
+/// Tuned: on flights with tuning seeds (docs/flights.md).
+const FIXED_SIGMA: (f64, f64, f64) = (0.3, 0.3, SIGHT_SCATTER_RAD);
 
-/// Mean square of the change of a face's cosine with the mast's tilt: that of the cosine of the angle off the face's normal, over
-/// its 120 degrees.
+/// Mean square of the change of a face's cosine with the mast's tilt.
+/// Derived: that of the cosine of the angle off the face's normal, over its 120 degrees.
 const MAST_SHARE: f64 = 0.7;
 /// Cosine of the angle between two faces.
+/// Given: three faces, 120 degrees apart.
 const FACES_COSINE: f64 = -0.5;
 
 impl<T: Real, const N: usize> Filter<T, N> {
@@ -100,7 +98,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     fn attitude_stands(&self, solution: &Solution) -> bool {
         let turn = solution.attitude * self.nominal.attitude.transpose();
         let angle_rad = ((turn.trace() - 1.0) * 0.5).acos_libm();
-        angle_rad < STANDS_SIGMAS * libm::hypot(solution.attitude_sigma_rad, FIXED_SIGMA.2)
+        angle_rad < APART_SIGMAS * libm::hypot(solution.attitude_sigma_rad, FIXED_SIGMA.2)
     }
 
     fn refix(&mut self, gmt: &Transmitter, solution: &Solution) -> bool {
@@ -135,7 +133,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.nominal.position_m = solution.position_m;
         self.nominal.velocity_m_per_s = solution.velocity_m_per_s;
         let square = |x: f64| x * x;
-        let shared_m = SHARED_RAD * (solution.position_m - gmt.position_m).norm();
+        let shared_m = SIGHT_SCATTER_RAD * (solution.position_m - gmt.position_m).norm();
         let (position_m, velocity_m_per_s, _) = FIXED_SIGMA;
         let position = square(position_m) + square(solution.position_sigma_m) + square(shared_m);
         let velocity = square(velocity_m_per_s) + square(solution.velocity_sigma_m_per_s);
@@ -162,7 +160,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let tilt = solution.attitude_sigma_rad;
         // The increments of the window turned with the gyroscope's bias for a second on average.
         let turned = self.variance(GYRO_BIAS);
-        let attitude = sight * sight + SHARED_RAD * SHARED_RAD + tilt * tilt + turned;
+        let attitude = sight * sight + SIGHT_SCATTER_RAD * SIGHT_SCATTER_RAD + tilt * tilt + turned;
         for i in 0..3 {
             self.covariance.reset(ATTITUDE + i, T::of(attitude));
         }

@@ -4,7 +4,7 @@ use super::Filter;
 use super::claim::Claim;
 use super::gate::{Innovation, chi_square};
 use super::layout::{ATTITUDE, POSITION, VELOCITY};
-use super::measurement::{MappedPlane, PATH_ROWS, PathMeasurement, PathRows, Transmitter};
+use super::measurement::{LEAST_RANGE_M, MappedPlane, PATH_ROWS, PathMeasurement, PathRows, Transmitter};
 use super::row::Row;
 use super::sweep_measurement::{SweepMeasurement, SweepVerdict};
 use super::window::WINDOW;
@@ -12,20 +12,26 @@ use crate::geometry::Real;
 use nalgebra::Vector3;
 
 /// Without aid from outside for this long, the pose is dead reckoning, ns.
+/// Given: what the state is called; nothing is reckoned with it.
 const DEAD_AFTER_NS: u64 = 2_000_000_000;
 /// The vote takes a contradiction of up to this many gates in by inflation.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const MOST_INFLATED: f64 = 4.0;
-/// The same of a path that proves itself.
-const MOST_INFLATED_PROVEN: f64 = 16.0;
+/// The same of a path that proves itself: twice over.
+const MOST_INFLATED_PROVEN: f64 = MOST_INFLATED * MOST_INFLATED;
 /// Without a line of sight, believed or not, for this long, the filter lives on reflections and inertial data, ns.
+/// Derived: of sweeps twice a second, two without one.
 pub(super) const BLIND_AFTER_NS: u64 = 1_200_000_000;
 
 /// Rows of delay and arrival, before those of departure.
+/// Derived: delay, and two of arrival.
 const ARRIVAL_ROWS: usize = 3;
 /// Half of what lies between two beams of the GMT's rows of eight elements, direction cosine.
+/// Derived: rows of eight elements at half a wavelength have beams 0.25 apart.
 const HALF_BEAM: f64 = 0.125;
 
 /// Chi-square of three and of five rows that one sight in twenty is beyond.
+/// Derived: quantiles of the chi-square.
 const USUAL: (f64, f64) = (7.81, 11.07);
 
 impl SweepVerdict {
@@ -228,7 +234,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             Vector3::zeros()
         } else {
             let seen = self.nominal.attitude * self.model.corrected(&path.aoa, &self.nominal);
-            seen - (gmt.position_m - place).try_normalize(0.1)?
+            seen - (gmt.position_m - place).try_normalize(LEAST_RANGE_M)?
         };
         let range_m = (gmt.position_m - place).norm();
         let (across_rad, turn_sigma_rad) = match &path.departure {

@@ -15,26 +15,38 @@ use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::inertial::ImuIncrement;
 
 /// Fixes kept.
+/// Capacity: memory of the window.
 pub(super) const WINDOW: usize = 6;
 /// Sweeps further apart do not belong together, s.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const LONGEST_GAP_S: f64 = 2.6;
 /// A fix further than this from the common line is wrong, m.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const LINE_TOLERANCE_M: f64 = 0.5;
 /// An angle of arrival further than this from the common attitude is wrong, rad (3 deg: gyro bias within the window).
+/// Tuned: on flights with tuning seeds (docs/flights.md). 3 degrees.
 const SIGHT_TOLERANCE_RAD: f64 = 0.052;
-/// Scatter of the angles between the two ends of a sight beside what its departure claims, rad per axis: the ground's bounce draws
-/// departures aside, and a gyroscope's bias of 0.5 deg/s turns the body as far in a second.
-const SIGHT_SCATTER_RAD: f64 = 0.008;
+/// Scatter of the angles between the two ends of a sight beside what its departure claims, rad per axis.
+/// Derived: the ground's bounce draws departures aside, and a gyroscope's bias of 0.5 deg/s turns the body as far in a second.
+pub(super) const SIGHT_SCATTER_RAD: f64 = 0.008;
 /// Normal deviate that one window in a thousand is beyond.
+/// Derived: the quantile .999 of the normal distribution.
 const DEVIATE: f64 = 3.09;
 /// Specific force seen from outside and from inside agree up to this, m/s^2.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const FORCE_TOLERANCE_M_PER_S2: f64 = 2.0;
 /// Scatter of fixes per axis beside what their departures claim, m.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const FIX_SCATTER_M: f64 = 0.06;
 /// Error of the specific force seen in the body: an accelerometer bias of 20 mg, rad.
+/// Given: the error budget.
 const FORCE_TILT_RAD: f64 = 0.02;
 /// Line of sight and specific force must not be nearer to parallel than this: sine of 15 deg.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const LEAST_SINE: f64 = 0.26;
+/// A vector shorter than this has no direction.
+/// Numerical: a guard of a division.
+const LEAST_NORM: f64 = 1e-6;
 
 /// Motion since the previous fix, in the body axes at that fix.
 #[derive(Clone, Copy, Debug)]
@@ -375,7 +387,7 @@ impl Bend {
             shape * shape
         };
         let norm: f64 = from_mean().map(square).sum();
-        if norm.is_nan() || norm < 1e-6 {
+        if norm.is_nan() || norm < LEAST_NORM {
             return None;
         }
         for t in from_mean() {

@@ -15,9 +15,14 @@ use crate::inertial::ImuSample;
 /// Standard gravity as the numbers here are.
 const G: f32 = STANDARD_GRAVITY_M_PER_S2 as f32;
 /// One degree per second, rad/s.
+/// Given: a unit.
 const DPS: f32 = core::f32::consts::PI / 180.0;
+/// Square of the standard deviations that two means of one block differ by at most.
+/// Derived: five, of honest blocks one in a million.
+const GATE: f32 = 25.0;
 
 /// What counts as rest. Defaults: the sensors of design section 6.
+/// Given: rest as the sensor of the error budget shows it (docs/inertial.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestConfig {
     /// Samples in a block (at least 2): a quarter of a second.
@@ -162,10 +167,10 @@ impl Blocks {
         }
         let difference = mean - self.mean;
         let noise = (variance + self.variance / f32::from(self.count)) / n;
-        // |d| <= drift + 5 sqrt v, without the root.
+        // |d| <= drift + sqrt(GATE v), without the root.
         let within = |d: f32, v: f32| {
             let beyond = d.abs() - drift;
-            beyond <= 0.0 || beyond * beyond <= 25.0 * v
+            beyond <= 0.0 || beyond * beyond <= GATE * v
         };
         within(difference.x, noise.x) && within(difference.y, noise.y) && within(difference.z, noise.z)
     }

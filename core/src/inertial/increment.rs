@@ -7,6 +7,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 /// Nanoseconds in a second.
+/// Given: a unit.
 const NS: f32 = 1e-9;
 
 /// One sample of the inertial sensor: means over the interval that ends at its time stamp, body axes (FLU).

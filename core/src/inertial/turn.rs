@@ -5,6 +5,10 @@
 
 use crate::geometry::{Body, GeometryError, Matrix3, Real, Rotation, Vector3, World};
 
+/// Square of the tangent of half an angle up to which the series are exact to round-off.
+/// Derived: the next term of each series is below the last bit.
+const SMALL: f64 = 1e-3;
+
 /// A rotation as a unit quaternion w + x i + y j + z k (Hamilton): turns vectors of the body frame into those of the
 /// frame in which the rotation began.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +19,7 @@ pub struct Turn<T: Real = f64> {
 
 impl<T: Real> Turn<T> {
     /// Square of half the angle up to which the series are exact to the last bit of an `f64` (angle 0.2 rad).
+    /// Derived: the next term of each series is below the last bit.
     const SERIES_LIMIT: f64 = 0.01;
 
     /// No rotation.
@@ -80,7 +85,7 @@ impl<T: Real> Turn<T> {
             (self.w, self.v)
         };
         let square = v.x * v.x + v.y * v.y + v.z * v.z;
-        if square <= T::of(1e-3) * w * w {
+        if square <= T::of(SMALL) * w * w {
             // 2 atan(r) / r with r = |v| / w.
             let r2 = square / (w * w);
             let series = T::one()

@@ -9,15 +9,19 @@ use super::{ImuConfig, ImuCounters, ImuHealth, Integrator};
 use crate::inertial::{ImuErrors, ImuIncrement, ImuSample};
 
 /// Nanoseconds in seconds.
+/// Given: a unit.
 const NS: f32 = 1e-9;
-/// Growth of the attitude variance per axis while nobody measures the rotation, rad^2/s: a quadrotor that may turn
-/// by half a radian in the first second.
+/// Growth of the attitude variance per axis while nobody measures the rotation, rad^2/s.
+/// Given: a quadrotor that may turn by half a radian in the first second.
 const UNKNOWN_ANGLE_RAD2_PER_S: f32 = 0.25;
-/// Growth of the velocity variance per axis while nobody measures the force, (m/s)^2/s: 2 m/s in the first second.
+/// Growth of the velocity variance per axis while nobody measures the force, (m/s)^2/s.
+/// Given: 2 m/s in the first second.
 const UNKNOWN_VELOCITY_M2_PER_S3: f32 = 4.0;
 /// Standard deviation of the angular acceleration within a bridged gap, rad/s^2.
+/// Given: what a quadrotor can do.
 const GAP_ANGULAR_ACCELERATION: f32 = 10.0;
 /// Standard deviation of the change of force over time within a bridged gap, m/s^3.
+/// Given: what a quadrotor can do.
 const GAP_JERK_M_PER_S3: f32 = 50.0;
 
 /// Where an increment comes from.

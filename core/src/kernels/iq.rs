@@ -3,6 +3,8 @@
 //! The operations are those of the ARMv7E-M SIMD instructions, lane for lane and bit for bit, so that the stages of the
 //! transform can be written once with these and once in assembly. Nothing wraps: additions halve or saturate. The
 //! saturating ones report how many lanes clipped.
+//!
+//! Given: numbers here are those of the format Q15.
 
 /// Complex 16-bit sample: real part in the low half-word, imaginary part in the high one.
 ///

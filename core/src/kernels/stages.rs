@@ -10,6 +10,8 @@
 //! two are exact on samples of 14 bits or less, left-aligned). Every stage reads one buffer and writes another, so its
 //! input is still there when it must be repeated to count clipped lanes. Passes are inlined: where only their strain is
 //! asked for, the count costs nothing.
+//!
+//! Given: numbers here are those of the transform and of the format Q15.
 
 use super::iq::{Clips, Iq};
 

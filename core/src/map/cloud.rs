@@ -84,11 +84,13 @@ pub struct PointCloud<const N: usize> {
 
 impl<const N: usize> PointCloud<N> {
     /// How many stored points a new one competes with when the map is full.
+    /// Capacity: work of an insertion.
     pub const EVICTION_WINDOW: usize = 16;
-    /// Default edge of a voxel, m: a little over the design's median point error of 0.15 m.
+    /// Default edge of a voxel, m.
+    /// Given: a little over the design's median point error of 0.15 m.
     pub const DEFAULT_EDGE_M: f32 = 0.25;
-    /// Smallest variance a weight is taken from, m^2: a millimetre. A point that claims to be exact must not freeze its
-    /// voxel.
+    /// Smallest variance a weight is taken from, m^2: a millimetre.
+    /// Numerical: A point that claims to be exact must not freeze its voxel.
     const MIN_VARIANCE_M2: f32 = 1e-6;
 
     const CAPACITY_FITS: () = assert!(N > 0 && N < NONE as usize, "capacity must be 1..=65534 voxels");

@@ -10,7 +10,8 @@
 //! the last sweeps counts. Until there is one, the share is that of arrays of the poorest kind this receiver is made for: a share that begins
 //! too small would take the errors for paths, and cancel what it should learn from.
 
-/// Sweeps whose median counts: half a minute, in which the UAV shows its arrays to many directions.
+/// Sweeps whose median counts.
+/// Capacity: half a minute, in which the UAV shows its arrays to many directions.
 const SWEEPS: usize = 61;
 
 /// Errors of the receive arrays, as standard deviation of an element's response relative to what it should be.
@@ -23,7 +24,8 @@ pub enum ElementErrors {
 }
 
 impl ElementErrors {
-    /// Two degrees, those of the error budget: for a sweep alone, from which nothing can be learned before its paths are wanted.
+    /// Two degrees.
+    /// Given: those of the error budget: for a sweep alone, from which nothing can be learned before its paths are wanted.
     pub const BUDGET: Self = Self::Known(0.035);
 
     /// The standard deviation that is known, or begun with.

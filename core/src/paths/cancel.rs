@@ -15,10 +15,11 @@ use crate::kernels::stages::{Channel, FRACTION_BITS};
 use crate::kernels::{Iq, Native};
 use crate::signal::{SAMPLES, phasor};
 
-/// Sidelobes are cancelled down to a third of the noise amplitude: what is left of them then holds 3.6 noise variances in all
-/// channels, a tenth of what a path must.
+/// Sidelobes are cancelled down to a third of the noise amplitude.
+/// Derived: what is left of them then holds 3.6 noise variances in all channels, a tenth of what a path must.
 const MARGIN: f32 = 3.0;
 /// Taps on both sides that are always cancelled.
+/// Capacity: work of a cancellation.
 const LEAST: usize = 8;
 
 /// A path as it is cancelled.

@@ -1,4 +1,6 @@
 //! What the configuration of an estimator cannot be.
+//!
+//! Given: every number here is a bound of what is accepted.
 
 use core::fmt;
 
@@ -11,6 +13,12 @@ const MOST_RANGE_DB: f32 = 120.0;
 const MOST_ELEMENT_ERROR: f32 = 1.0;
 /// A beam whose gain is known no better than this says nothing of a direction, dB.
 const MOST_GAIN_DB: f32 = 20.0;
+/// The square of a unit vector is one within this.
+const UNIT_WITHIN: f32 = 1e-3;
+/// An array further than this from the body's centre is none of a UAV's, m.
+const MOST_LEVER_M: f32 = 10.0;
+/// Rounding of half a wavelength in single precision.
+const HALF_WAVELENGTH_WITHIN: f32 = 1.000_1;
 
 /// Why an estimator cannot be built: the field, in the words of [`EstimatorConfigError::field`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,8 +109,8 @@ impl<
     pub fn check(&self, beams: usize) -> Result<(), EstimatorConfigError> {
         use EstimatorConfigError as Error;
         self.waveform.check()?;
-        let unit = |v: &nalgebra::Vector3<f32>| (v.norm_squared() - 1.0).abs() < 1e-3;
-        let placed = |v: &nalgebra::Vector3<f32>| v.norm_squared() < 100.0;
+        let unit = |v: &nalgebra::Vector3<f32>| (v.norm_squared() - 1.0).abs() < UNIT_WITHIN;
+        let placed = |v: &nalgebra::Vector3<f32>| v.norm_squared() < MOST_LEVER_M * MOST_LEVER_M;
         let arrays = self.arrays.arrays();
         let directed = |m| {
             let beam = self.codebook.beam(m);
@@ -117,9 +125,8 @@ impl<
                     .all(|a| unit(&a.axis) && unit(&a.normal) && placed(&a.centre_m)),
                 Error::Arrays,
             ),
-            // Rounding of half a wavelength in single precision.
             (
-                phase_step_rad > 0.0 && phase_step_rad < core::f32::consts::PI * 1.000_1,
+                phase_step_rad > 0.0 && phase_step_rad < core::f32::consts::PI * HALF_WAVELENGTH_WITHIN,
                 Error::Aliasing,
             ),
             (

@@ -1,6 +1,7 @@
 //! Small symmetric systems: the step of a fit, and its covariance, from the Gauss-Newton Hessian.
 
 /// Smallest share of its information that a direction may have left beside the others.
+/// Numerical: a guard of the division by a pivot, ten times the rounding of single precision.
 const LEAST_SHARE: f32 = 1e-6;
 
 /// Solves `(H + damping diag H) x = g`. A direction without information gets no step.

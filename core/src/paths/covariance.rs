@@ -13,20 +13,24 @@ use crate::geometry::Matrix3;
 /// against the truth, in the world `budget`; a path with another one near is worse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathErrors {
-    /// Standard deviation of the delay beside the estimator's own, m: alone, and with a neighbour. Medians of the error: 11 and
-    /// 21 mm; 90 %: 25 and 69 mm.
+    /// Standard deviation of the delay beside the estimator's own, m: alone, and with a neighbour.
+    /// Measured: medians of the error: 11 and 21 mm; 90 %: 25 and 69 mm.
     pub delay_m: [f32; 2],
-    /// The same of the arrival along any tangent, rad. Medians of the error: 1.9 and 4.5 mrad; 90 %: 3.8 and 18 mrad.
+    /// The same of the arrival along any tangent, rad.
+    /// Measured: medians of the error: 1.9 and 4.5 mrad; 90 %: 3.8 and 18 mrad.
     pub arrival_rad: [f32; 2],
-    /// Share of departures that mean nothing: alone, with a neighbour, and where the path leaves beside the beams. Beyond 3.7
-    /// standard deviations: 6 and 17 %; upwards 26 %, downwards 96 %.
+    /// Share of departures that mean nothing: alone, with a neighbour, and where the path leaves beside the beams.
+    /// Measured: beyond 3.7 standard deviations: 6 and 17 %; upwards 26 %, downwards 96 %.
     pub departure_outliers: [f32; 3],
-    /// Difference of lengths within which paths are neighbours, m: one and a half times what the band resolves (1.22 m).
+    /// Difference of lengths within which paths are neighbours, m.
+    /// Derived: one and a half times what the band resolves (1.22 m).
     pub neighbour_m: f32,
-    /// Angle within which they are, rad: what the arrays resolve (16 degrees).
+    /// Angle within which they are, rad.
+    /// Derived: what the arrays resolve (16 degrees).
     pub neighbour_rad: f32,
     /// A path that is weaker by more is no neighbour, and one that is stronger by more may have an echo of the estimator within
-    /// [`Self::neighbour_m`], dB. Echoes were met 15 to 20 dB down.
+    /// [`Self::neighbour_m`], dB.
+    /// Measured: echoes were met 15 to 20 dB down.
     pub comparable_db: f32,
 }
 

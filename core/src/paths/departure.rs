@@ -14,24 +14,34 @@ use crate::geometry::{Direction, Gmt};
 use crate::signal::phasor;
 
 /// Beams used for one path: the strongest.
+/// Capacity: work of a fit.
 pub(super) const LOOKS: usize = 24;
-/// Standard deviation of the prior around the strongest beam, rad: 7 degrees, the spacing of the beams.
+/// Standard deviation of the prior around the strongest beam, rad.
+/// Derived: 7 degrees, the spacing of the beams.
 const PRIOR_RAD: f32 = 0.122;
 /// Step of the coarse search (4 on either side), and of the numerical slopes, rad.
+/// Numerical: a step of a search that a fit follows.
 const COARSE_RAD: f32 = 0.035;
+/// Derived: four steps are 8 degrees, the prior's standard deviation.
 const COARSE_STEPS: i32 = 4;
-/// Additive amplitude error that each pass of the fit allows, relative to the strongest beam. The magnitude of a field has a
-/// kink at each null, so the exact cost is full of local minima; wide errors first smooth it. The last one is what 5
-/// degrees rms of phase error on each of 64 elements leave in a beam.
+/// Additive amplitude error that each pass of the fit allows, relative to the strongest beam. The magnitude of a field has a kink at each
+/// null, so the exact cost is full of local minima; wide errors first smooth it.
+/// Derived: the last one is what 5 degrees rms of phase error on each of 64 elements leave in a beam.
 pub(super) const PASSES: [f32; 3] = [0.15, 0.04, 0.011];
+/// Numerical: a difference quotient.
 const SLOPE_RAD: f32 = 0.002;
+/// Capacity: steps of a descent, which usually ends before.
 const ITERATIONS: usize = 12;
-/// A step shorter than this ends a descent: in the last pass a hundredth of the best standard deviation there is, in those before it
-/// little beside what the next one moves.
+/// A step shorter than this ends a descent.
+/// Numerical: in the last pass a hundredth of the best standard deviation there is, in those before it little beside what the next one
+/// moves.
 pub(super) const STILL_RAD: [f32; 3] = [1e-3, 1e-3, 1e-5];
-/// Share of the product of its diagonal above which a Hessian's determinant is one: sums of [`LOOKS`] terms round by 24 x 6e-8 of
-/// each product at most.
+/// Share of the product of its diagonal above which a Hessian's determinant is one.
+/// Derived: sums of [`LOOKS`] terms round by 24 x 6e-8 of each product at most.
 const LEAST_DETERMINANT: f32 = 3e-6;
+/// Sine of half the turn from element to element under which a row's sum is that of equal terms.
+/// Numerical: a guard of a division.
+const LEAST_SINE: f32 = 1e-4;
 
 /// Where a beam looks.
 #[derive(Clone, Copy, Debug)]
@@ -338,7 +348,7 @@ fn mean_variance(h11: f32, h12: f32, h22: f32) -> f32 {
 fn row_factor<const COUNT: usize>(turns: f32) -> [f32; 2] {
     let step = phasor(0.5 * turns);
     let root = libm::sqrtf(COUNT as f32);
-    if step.im.abs() < 1e-4 {
+    if step.im.abs() < LEAST_SINE {
         // Near the peak (and its repetitions a turn away, where even rows change sign, which an amplitude does not see).
         return [root, 0.0];
     }

@@ -11,13 +11,14 @@ use heapless::Vec;
 
 use crate::signal::{Detector, FOLDED_TAPS, Folded, quantile};
 
-/// Standard deviations by which a path at the floor may fall short of its mean: one in ten does, and one in forty 1 dB
-/// over the floor.
+/// Standard deviations by which a path at the floor may fall short of its mean.
+/// Derived: one in ten does, and one in forty 1 dB over the floor.
 const MISS_SIGMAS: f32 = 1.28;
-/// Power of a path's two strongest neighbouring taps over that of a tap at its peak, at the worst fraction of a tap:
-/// D(0)^2 + D(1)^2.
+/// Power of a path's two strongest neighbouring taps over that of a tap at its peak, at the worst fraction of a tap.
+/// Derived: D(0)^2 + D(1)^2.
 const PAIR_SHARE: f32 = 1.05;
 /// Chance that a beam of noise passes for more than noise, from which on a look is worth its cost.
+/// Tuned: on `cslam accuracy` and flights with tuning seeds (docs/path-estimation.md).
 const WORTH: f64 = 0.25;
 
 /// Screen for `C` channels.

@@ -18,13 +18,30 @@ use super::place::Place;
 use super::template::Template;
 use super::window::{Content, Window};
 
-/// Taps of the fit on both sides of a path. Costs 1.6 % of the delay's standard deviation against all taps, 0.5 % of the
-/// angles'; 4 would cost 2.9 %, 8 1.4 %.
+/// Taps of the fit on both sides of a path.
+/// Measured: costs 1.6 % of the delay's standard deviation against all taps, 0.5 % of the angles'; 4 would cost 2.9 %, 8 1.4 %.
 pub(super) const REACH: i32 = 6;
 
 /// Squared length of the last step of a single path's fit and of a joint one, in squared standard deviations.
+/// Numerical: an end of an iteration.
 const LAST_STEP: f32 = 0.1;
+/// Numerical: an end of an iteration.
 const LAST_STEP_JOINT: f32 = 0.02;
+/// Squared length of a step, in squared standard deviations, that is none.
+/// Numerical: an end of an iteration.
+const STILL: f32 = 1e-3;
+/// Damping under which a step is as long as without, and over which there is none.
+/// Numerical: a guard of an iteration.
+const FREE: f32 = 0.1;
+/// See [`FREE`].
+/// Numerical: a guard of an iteration.
+const MOST_DAMPING: f32 = 1e4;
+/// Share of an energy by which two that are equal differ.
+/// Numerical: rounding of single precision.
+const ROUNDING: f32 = 2e-7;
+/// Power of a kernel in a window under which it is rounding; of a sound one it is near 1.2 E.
+/// Numerical: a guard of a division.
+const LEAST_POWER: f32 = 1e-3;
 
 /// Result of a fit of `L` paths.
 #[derive(Clone, Copy, Debug)]
@@ -86,7 +103,7 @@ pub(super) fn fit<
         let step = solve(&normal.hessian, &normal.gradient, damping);
         let gain: f32 = step.iter().zip(&normal.gradient).map(|(s, g)| s * g).sum();
         // Twice the gain over the noise is the squared length of the step in standard deviations.
-        if gain.is_nan() || (2.0 * gain < 1e-3 * noise && damping < 0.1) || damping > 1e4 {
+        if gain.is_nan() || (2.0 * gain < STILL * noise && damping < FREE) || damping > MOST_DAMPING {
             break;
         }
         let mut candidate = places;
@@ -94,14 +111,14 @@ pub(super) fn fit<
             *place = place.moved(*step);
         }
         let last = if L == 1 { LAST_STEP } else { LAST_STEP_JOINT };
-        if damping < 0.1 && 2.0 * gain < last * noise {
+        if damping < FREE && 2.0 * gain < last * noise {
             places = candidate;
             break;
         }
         let next = normal_equations::<L, D, A, E, C, W>(model, template, window, &candidate);
         evaluations += 1;
         // A single path's surface is benign and a step is cheap; pairs must not walk uphill.
-        if L == 1 || next.energy > normal.energy * (1.0 - 2e-7) {
+        if L == 1 || next.energy > normal.energy * (1.0 - ROUNDING) {
             (places, normal) = (candidate, next);
             damping *= 0.2;
         } else {
@@ -285,7 +302,7 @@ fn eliminate<const L: usize, const D: usize>(
     for p in 0..L {
         let (pivot_row, pivot_value) = (gram[p], correlation[p]);
         let power = pivot_row[p];
-        if power < 1e-3 {
+        if power < LEAST_POWER {
             // The kernel's energy in a window is near 1.2 E: this is rounding.
             gram[p][p] = 0.0;
             continue;

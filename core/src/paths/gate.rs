@@ -14,19 +14,25 @@
 //! quiet loses no more than two of three turns.
 
 /// Sweeps in which every quiet beam has its turn.
+/// Capacity: work of a sweep.
 pub(super) const TURNS: u16 = 3;
 /// Standard deviations above the noise up to which a beam is quiet.
+/// Derived: one beam of noise in forty is beyond.
 const QUIET_SIGMAS: f64 = 2.0;
 /// Standard deviations by which the power of a beam with a path at the floor may fall short of its mean.
+/// Derived: one such beam in 740 falls short by more.
 const SHORT_SIGMAS: f64 = 3.0;
-/// Standard deviations by which the least of 72 equal powers lies under their mean: the median of that order statistic. Of the 24 that are
-/// transformed in a sweep of noise it would be 1.95.
+/// Standard deviations by which the least of 72 equal powers lies under their mean.
+/// Derived: the median of that order statistic. Of the 24 that are transformed in a sweep of noise it would be 1.95.
 const LEAST_SIGMAS: f64 = 2.4;
-/// Standard deviation of a median, in units of that of a mean: `sqrt(pi / 2)`.
+/// Standard deviation of a median, in units of that of a mean.
+/// Given: `sqrt(pi / 2)`.
 const MEDIAN: f64 = 1.253_314;
-/// What the least power may exceed the noise of the taps by: twice what that is known to.
+/// What the least power may exceed the noise of the taps by.
+/// Derived: twice what that is known to.
 const SIGNAL_EVERYWHERE: f64 = 1.05;
 /// Growth that a sweep allows: a noise that was learned too low, or that rises as the front end warms up, is caught up with by 0.1 % a second.
+/// Tuned: on `cslam accuracy` and flights with tuning seeds (docs/path-estimation.md).
 const GROWTH: f64 = 1.000_5;
 
 /// The noise, and what this sweep adds to it. Powers are those of [`super::Measured::mean_power`].

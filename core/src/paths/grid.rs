@@ -9,10 +9,13 @@ use nalgebra::{Complex, Vector3};
 use super::model::{ArrayModel, steering};
 use crate::signal::{phasor, round_half_up};
 
-/// Bins over one turn per element. The nearest bin loses at most 0.06 dB with eight elements.
+/// Bins over one turn per element.
+/// Derived: the nearest bin loses at most 0.06 dB with eight elements.
 const BINS: usize = 32;
 /// Step of the grid, degrees; divides 180.
+/// Capacity: memory and work of the grid; a fit follows.
 const STEP_DEG: usize = 4;
+/// Derived: both poles included.
 const RINGS: usize = 180 / STEP_DEG + 1;
 /// Directions of the grid: 4 pi over the square of the step, rounded ring by ring.
 pub(super) const DIRECTIONS: usize = directions();
@@ -36,10 +39,14 @@ const fn directions() -> usize {
 }
 
 /// Directions that one bound serves.
+/// Capacity: work of the grid's bounds.
 const GROUP: usize = 3;
-/// Bins by which neighbours in the table differ at most: a step along a ring or into the next one is 5.7 degrees at most,
-/// 1.6 bins, and each place is rounded.
+/// Bins by which neighbours in the table differ at most.
+/// Derived: a step along a ring or into the next one is 5.7 degrees at most, 1.6 bins, and each place is rounded.
 const NEAR: usize = 2;
+/// What a projection must leave of the grid's steering, as a share: under it an array cannot tell two directions apart.
+/// Numerical: a guard of a division.
+const LEAST_LEFT: f32 = 0.1;
 
 /// Table of the grid for `A` arrays.
 #[derive(Clone, Debug)]
@@ -130,6 +137,7 @@ impl<const A: usize> AngleGrid<A> {
         model: &ArrayModel<A, E>,
         snapshot: &[Complex<f32>; C],
     ) -> [Vector3<f32>; 2] {
+        /// Capacity: work of a search; the second turn changes little.
         const TURNS: usize = 3;
         let mut first = self.strongest::<E, C>(snapshot);
         let mut second = self.beside::<E, C>(model, snapshot, &first);
@@ -160,7 +168,7 @@ impl<const A: usize> AngleGrid<A> {
             for (bin, power) in powers.iter_mut().enumerate() {
                 // What the projection leaves of the grid's steering; under a tenth of it, the array cannot tell the two apart.
                 let left = E as f32 - self.sum(&steering, bin).norm_sqr() / E as f32;
-                *power = if left > 0.1 * E as f32 {
+                *power = if left > LEAST_LEFT * E as f32 {
                     self.sum(&rest, bin).norm_sqr() * (E as f32 / left)
                 } else {
                     0.0

@@ -12,19 +12,27 @@ use super::search::Search;
 use super::window::{Content, JOINT, Window};
 
 /// Residual of a joint fit beyond noise, in standard deviations, that asks for another start.
+/// Derived: one honest fit in 30 000 is beyond.
 const RESIDUAL_SIGMAS: f32 = 4.0;
 /// Steps of a joint fit.
+/// Capacity: work of a fit, which usually ends before.
 pub(super) const JOINT_STEPS: usize = 24;
 /// Steps of a joint fit from a start that is tried out.
+/// Capacity: work of a trial.
 const TRIAL_STEPS: usize = 6;
 /// Further starts of a joint fit.
+/// Capacity: work of a joint fit.
 const ATTEMPTS: usize = 3;
 /// Half the separation in delay at which two paths of one direction are started, taps.
+/// Numerical: a start, from which a fit goes on.
 const SPLIT_TAPS: f32 = 0.2;
-/// Distance to which two members that ran into each other are put apart: half a beam of an array, or a tenth of a tap.
+/// Distance to which two members that ran into each other are put apart.
+/// Numerical: half a beam of an array, or a tenth of a tap.
 const APART_RAD: f32 = 0.1;
+/// Numerical: a start, from which a fit goes on.
 const APART_TAPS: f32 = 0.1;
 /// Errors of the arrays are none where they leave less than this share of what noise does.
+/// Numerical: a fiftieth of the noise moves no fit.
 const EXACT: f32 = 0.02;
 
 impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {

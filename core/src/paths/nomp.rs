@@ -20,26 +20,34 @@ use crate::paths::early_termination::least_excess;
 use crate::signal::SAMPLES;
 
 /// Paths kept in a beam.
+/// Capacity: memory and work of a beam.
 const PATHS_PER_BEAM: usize = 5;
 /// Candidates looked at in a beam; some only improve what was found before.
+/// Capacity: work of a beam.
 const ATTEMPTS: usize = 12;
 /// Taps that are passed over in a beam: the beam ends with one more.
+/// Capacity: work of a beam.
 const MISSED: usize = 4;
 /// Of these, taps at which a fit found no path.
+/// Capacity: work of a beam.
 const MOST_REFUSED: usize = 2;
 /// Taps around the strongest path where a second one is tried.
+/// Capacity: work of a trial.
 const TRIAL_REACH: usize = 3;
-/// A candidate stands out of the profile's noise by at least this many standard deviations: half the beams of noise have
-/// one. The fit decides.
+/// A candidate stands out of the profile's noise by at least this many standard deviations.
+/// Derived: half the beams of noise have one. The fit decides.
 const CANDIDATE_SIGMAS: f32 = 3.0;
-/// A candidate is not fitted off the grid when the coarse grid explains less than this share of the energy asked for. Measured: it
-/// does for 95 % of the candidates under noise, and for 1 in 1000 that a fit would have accepted at -24 to -18 dB.
+/// A candidate is not fitted off the grid when the coarse grid explains less than this share of the energy asked for. Measured.
+/// Measured: it does for 95 % of the candidates under noise, and for 1 in 1000 that a fit would have accepted at -24 to -18 dB.
 const COARSE_SHARE: f32 = 0.7;
 /// A peak is a known path when that path's direction explains this share of what stands out of the noise.
+/// Tuned: on `cslam accuracy` and flights with tuning seeds (docs/path-estimation.md).
 const KNOWN_SHARE: f32 = 0.8;
-/// Times the energy that makes a path at which its place is beyond doubt: at -15 dB one in a thousand is in another lobe.
+/// Times the energy that makes a path at which its place is beyond doubt.
+/// Measured: at -15 dB one in a thousand is in another lobe.
 const SURE: f32 = 12.0;
 /// Others' sidelobes that may stay under a path without a refit, in noise variances.
+/// Numerical: a fiftieth of the noise moves no fit.
 const LEAKAGE: f32 = 0.02;
 
 impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {

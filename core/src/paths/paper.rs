@@ -12,6 +12,8 @@
 //! What it cannot do is published here as well: delays are whole taps (1.22 m), angles grid points, and singular vectors
 //! are orthogonal, which paths are not. Its covariance is that of the grid. The paper does not say whether a delay may lie
 //! between two taps, so both are here: [`TapDelays`].
+//!
+//! Given: numbers here are those of the paper's method, or bounds of its work; it is a baseline.
 
 use heapless::Vec;
 use nalgebra::{Complex, Matrix3, Vector3};

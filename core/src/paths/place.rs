@@ -4,8 +4,10 @@ use nalgebra::Vector3;
 
 use crate::geometry::{Body, Direction};
 
-/// Longest step of one iteration: 3 degrees and 0.5 m (docs/signal-model.md, "Path estimation").
+/// Longest step of one iteration.
+/// Numerical: 3 degrees and 0.5 m (docs/signal-model.md, "Path estimation").
 pub(super) const LONGEST_ANGLE_RAD: f32 = 0.052;
+/// Numerical: half a metre.
 pub(super) const LONGEST_DELAY_TAPS: f32 = 0.41;
 
 /// Where a path is: delay in window coordinates, direction.

@@ -17,17 +17,20 @@ use crate::paths::warm_start::{KnownPaths, Levels};
 use crate::signal::{Detector, SAMPLES};
 
 /// Sources cancelled in a beam: paths, and remainders that the arrays' errors leave behind.
+/// Capacity: memory of a beam.
 pub(super) const SOURCES: usize = 8;
 /// Steps of a single fit.
+/// Capacity: work of a fit, which usually ends before.
 pub(super) const SINGLE_STEPS: usize = 6;
 /// Members of a group.
+/// Capacity: memory and work of a joint fit.
 pub(super) const MEMBERS: usize = 4;
-/// Sidelobes are cancelled as if a tap had at least this share of the weakest reportable path's energy for noise: those that stay
-/// hold a hundredth of that energy in all channels, 20 dB under it.
+/// Sidelobes are cancelled as if a tap had at least this share of the weakest reportable path's energy for noise.
+/// Derived: those that stay hold a hundredth of that energy in all channels, 20 dB under it.
 const IGNORED: f32 = 1.0 / 360.0;
 
-/// What one draw of the arrays' errors leaves beside a path, in units of the mean: of 24 variables of equal variance (32 channels without
-/// what four gains and two angles explain) one sum in a thousand is larger.
+/// What one draw of the arrays' errors leaves beside a path, in units of the mean.
+/// Derived: of 24 variables of equal variance (32 channels without what four gains and two angles explain) one sum in a thousand is larger.
 const ONE_DRAW: f32 = 2.0;
 
 /// A path found in a beam.

@@ -12,21 +12,30 @@ use super::departure::{Aim, Departures, LOOKS, PASSES, STILL_RAD};
 use crate::geometry::{Direction, Gmt};
 
 /// Misfit a degree of freedom above which a fit is not believed. An honest one has 1.
+/// Tuned: on `cslam accuracy` and flights with tuning seeds (docs/path-estimation.md).
 const MISFIT: f32 = 2.0;
-/// Looks that tell anything about a misfit: two parameters and a strength are fitted.
+/// Looks that tell anything about a misfit.
+/// Derived: two parameters and a strength are fitted.
 const LEAST_LOOKS: usize = 6;
-/// Step of the search in both cosines of the face: half of the lobes' half width, which is the same everywhere in cosines.
+/// Step of the search in both cosines of the face.
+/// Derived: half of the lobes' half width, which is the same everywhere in cosines.
 const STEP: f32 = 0.07;
 /// Cells along the row (79 degrees to either side of the face) and up the column (57 degrees down, 66 up), and which one is zero.
+/// Derived: the face's field of view over the step: cells, and which one is zero.
 const ROW: [usize; 2] = [29, 14];
+/// Derived: the field of view over the step.
 const COLUMN: [usize; 2] = [26, 12];
 /// Looks that the search compares: the strongest of the face.
+/// Capacity: work of the search.
 const SEARCHED: usize = 12;
 /// Places that are fitted, and how far they are apart, rad.
+/// Capacity: work of the fits.
 const PLACES: usize = 6;
+/// Tuned: on `cslam accuracy` and flights with tuning seeds (docs/path-estimation.md).
 const APART_RAD: f32 = 0.2;
 /// Log-likelihood, doubled, by which the best place must lead the next: when it is the one around the strongest beam, and
 /// when it is not.
+/// Derived: odds of 20 to 1, and of 22 000 to 1.
 const LEADS: [f32; 2] = [6.0, 20.0];
 
 /// Where to look closer, each with its cost.

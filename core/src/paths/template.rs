@@ -13,8 +13,10 @@ use libm::{cos, sin};
 use crate::signal::{SAMPLES, Waveform, phasor};
 
 /// Table entries per tap.
+/// Numerical: entries of a table that is interpolated between them.
 const STEPS: usize = 16;
 /// Largest |x| that the table is asked for, taps.
+/// Capacity: memory of the table.
 pub(super) const SPAN: usize = 16;
 
 /// The kernel of one waveform: value, first and second derivative at each sixteenth of a tap. 3.5 KiB.

@@ -18,25 +18,38 @@ use crate::kernels::stage::Stages;
 use crate::kernels::stages::FRACTION_BITS;
 use crate::signal::{FOLDED_CHANNELS, FOLDED_TAPS, Folded, phasor};
 
-/// Paths remembered: the strongest. Twice what a sweep reports, for pairs and for what a path looks like through a neighbour.
+/// Paths remembered: the strongest.
+/// Capacity: twice what a sweep reports, for pairs and for what a path looks like through a neighbour.
 const MOST: usize = 18;
 /// Paths fitted to one beam: the strongest in it; what is left of others counts as unknown.
+/// Capacity: work of a beam.
 pub(super) const FITTED: usize = 10;
-/// Gates within which a path is the same one: 0.4 taps (0.5 m) and 6 degrees, as in the merge.
+/// Gates within which a path is the same one.
+/// Derived: 0.4 taps (0.5 m) and 6 degrees, as in the merge.
 const GATE_TAPS: f32 = 0.41;
+/// Derived: the cosine of 6 degrees, as in the merge.
 const GATE_COSINE: f32 = 0.994_5;
 /// A peak may be a known path whose delay is this near, taps.
+/// Tuned: on `cslam accuracy` and flights with tuning seeds (docs/path-estimation.md).
 const NEAR_TAPS: f32 = 0.75;
 /// Taps of the matched filter on both sides of a path.
+/// Derived: as in the fit ([`super::fit::REACH`]).
 const REACH: usize = 6;
 const WINDOW: usize = 2 * REACH + 1;
 /// Paths are taken out when they may hold this share of the energy asked for.
+/// Derived: what is left in makes a path at the floor look half a decibel stronger at most.
 const SHARE: f32 = 0.125;
+/// Power that a path half-way between two taps shows in each.
+/// Derived: the square of `sinc(1/2)`, `(2 / pi)^2`.
+const HALF_WAY: f32 = 0.4;
 /// Sidelobes are cancelled down to a quarter of the amplitude asked for.
+/// Derived: what is left of them lies 12 dB under a path at the floor.
 const MARGIN: f32 = 4.0;
 /// A path is worth another transform where it is stronger than in any beam before by this factor, 1 dB.
+/// Tuned: on `cslam accuracy` and flights with tuning seeds (docs/path-estimation.md).
 const BETTER: f32 = 1.26;
-/// Load on the diagonal of the joint fit: two paths that a beam cannot tell apart share what is there.
+/// Load on the diagonal of the joint fit.
+/// Numerical: two paths that a beam cannot tell apart share what is there.
 const LOAD: f32 = 1e-3;
 
 /// A path of this sweep.
@@ -172,7 +185,7 @@ impl KnownPaths {
             let power = |n: usize| folded.profile[n & (FOLDED_TAPS - 1)];
             // What no beam has shown over the floor is not expected to matter here: often it is a blend, which a joint fit would
             // set against the paths that it blends. Were it strong here, it would remain.
-            if known.energy * to_lsb < floor || (power(near).max(power(near + 1)) as f32) < 0.4 * least {
+            if known.energy * to_lsb < floor || (power(near).max(power(near + 1)) as f32) < HALF_WAY * least {
                 continue;
             }
             let found = Match::new(model, template, channels, folded, index, known);

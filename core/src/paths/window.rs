@@ -8,13 +8,18 @@ use super::template::Template;
 use crate::kernels::stages::Channel;
 use crate::signal::{SAMPLES, phasor};
 
-/// Taps of a window around one path: [`super::fit::REACH`] on both sides.
+/// Taps of a window around one path.
+/// Derived: [`super::fit::REACH`] on both sides.
 pub(super) const SINGLE: usize = 13;
-/// Taps of a window around a group at most four metres (3.3 taps) wide.
+/// Taps of a window around a group at most.
+/// Derived: four metres (3.3 taps) wide.
 pub(super) const JOINT: usize = 18;
 
 /// Taps of a snapshot.
+/// Capacity: memory of a snapshot.
 const SNAPSHOT: usize = 5;
+/// Half of it.
+const HALF_SNAPSHOT: f32 = SNAPSHOT as f32 / 2.0;
 
 /// Consecutive taps of all channels, turned so that the band is centred: a path is then a real kernel times a constant.
 #[derive(Clone, Debug)]
@@ -119,12 +124,12 @@ impl<const C: usize, const W: usize> Window<C, W> {
     /// side.
     pub(super) fn snapshot(&self, template: &Template, delay_taps: f32) -> [Complex<f32>; C] {
         let mut weights = [0.0; SNAPSHOT];
-        let first = delay_taps - self.first as f32 - 2.5;
+        let first = delay_taps - self.first as f32 - HALF_SNAPSHOT;
         let start = (first.max(0.0) as usize + usize::from(first >= 0.0)).min(W.saturating_sub(SNAPSHOT));
         let mut power = 0.0;
         for (weight, x) in weights.iter_mut().zip(self.coordinates().skip(start)) {
             let away = x - delay_taps;
-            if away.abs() < 2.5 {
+            if away.abs() < HALF_SNAPSHOT {
                 *weight = template.at(away)[0];
                 power += *weight * *weight;
             }

@@ -7,15 +7,18 @@
 //! Knife edge: J(nu) = 6.9 + 20 log10(sqrt((nu - 0.1)^2 + 1) + nu - 0.1) dB (Recommendation ITU-R P.526, for nu > -0.78), the detour is
 //! lambda nu^2 / 4, and an edge at a share `s` of a way of length r turns the wave at its near end by nu sqrt(lambda (1 - s) / (2 s r)).
 
-/// A path that came straight may have lost this much more than through free space, dB. A reflection costs 8 dB at normal
-/// incidence (docs/signal-model.md, "Waveform and link budget") and less the more it grazes; near the edge of the beams the gain is known to 5 dB.
-/// Nor can it be so much stronger: the ground's bounce adds 6 dB at most.
+/// A path that came straight may have lost this much more than through free space, dB.
+/// Derived: A reflection costs 8 dB at normal incidence (docs/signal-model.md, "Waveform and link budget") and less the more it grazes;
+/// near the edge of the beams the gain is known to 5 dB. Nor can it be so much stronger: the ground's bounce adds 6 dB at most.
 pub(super) const UNREFLECTED_DB: f32 = 7.0;
 /// A wave that has lost more is no longer told from the images that the arrays make of others, dB.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const MOST_DB: f32 = 25.0;
-/// The mean of (1 - s) / s over edges from a tenth to nine tenths of the way: ln 9 - 0.8 over 0.8.
+/// The mean of (1 - s) / s over edges from a tenth to nine tenths of the way.
+/// Derived: ln 9 - 0.8 over 0.8.
 const MEAN_LEVER: f64 = 1.75;
-/// Delay of what dims a wave without an edge, standard deviation, m: a board of plaster holds it up by 20 to 30 mm.
+/// Delay of what dims a wave without an edge, standard deviation, m.
+/// Given: a board of plaster holds it up by 20 to 30 mm.
 const HELD_UP_M: f64 = 0.03;
 
 /// Standard deviations of a bent wave beside those of the line of sight; zeros where it is not bent.

@@ -4,16 +4,20 @@
 //! not enough: its rate, from the last two, carries it on.
 
 /// Exchanges further apart than this tell no rate, ns.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const LONGEST_GAP_NS: u64 = 5_000_000_000;
-/// A rate beyond this is a step of the clock, or a wrong exchange, m/s: 20 parts per million.
+/// A rate beyond this is a step of the clock, or a wrong exchange, m/s.
+/// Given: 20 parts per million.
 const MOST_DRIFT_M_PER_S: f64 = 6_000.0;
 
-/// An exchange is off what the ones before it say by no more than this, m, besides what the clock's ramp explains. Their noise carries
-/// a third of it.
+/// An exchange is off what the ones before it say by no more than this, m, besides what the clock's ramp explains.
+/// Derived: their noise carries a third of it.
 const AGREEMENT_M: f64 = 1.0;
 /// The ramp of a TCXO, 0.5 ns/s^2, m/s^2: it may turn round in between.
+/// Given: a data sheet.
 const RAMP_M_PER_S2: f64 = 0.15;
 /// Exchanges that contradict the ones before and agree with each other, until they are believed: as many as the filter wants.
+/// Tuned: on flights with tuning seeds (docs/flights.md).
 const STEP_EXCHANGES: u32 = 6;
 
 /// Offset of the UAV's clock from the GMT's, as the last two exchanges have it that agree with those before.

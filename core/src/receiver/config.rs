@@ -45,6 +45,7 @@ impl Localization<'_> {
 }
 
 /// Figures of the paper's localization.
+/// Given: the paper's method, a baseline, and what the gates need of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HpcConfig {
     /// Where the velocity between fixes comes from.

@@ -10,6 +10,7 @@ use crate::geometry::{Direction, Gmt, Rotation, World};
 use crate::paths::EstimatedPath;
 
 /// Transmitted power and known losses.
+/// Given: the link budget (docs/signal-model.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkBudget {
     /// Transmit power of a beam over all active subcarriers, dBm.
@@ -31,8 +32,8 @@ impl Default for LinkBudget {
     }
 }
 
-/// Least power gain of a beam that a path gain is computed from, relative to an isotropic antenna: beside its beam a path
-/// shows the errors of the codeword, not its gain.
+/// Least power gain of a beam that a path gain is computed from, relative to an isotropic antenna.
+/// Derived: beside its beam a path shows the errors of the codeword, not its gain.
 const LEAST_BEAM_GAIN: f32 = 1.0;
 
 impl LinkBudget {

@@ -15,6 +15,7 @@ use crate::inertial::{Alignment, ImuErrors, ImuStep, MagneticField, Motion, Turn
 use crate::signal::wrap_delay_m;
 
 /// Nanoseconds in a second.
+/// Given: a unit.
 const NS: f64 = 1e-9;
 
 /// Either way to a pose.

@@ -52,13 +52,17 @@ use crate::signal::{BeamBlock, wrap_delay_m};
 use crate::surfaces::{SurfaceConfig, Surfaces};
 
 /// Paths of a sweep.
+/// Given: the paper's K (docs/signal-model.md).
 pub const PATHS: usize = 9;
 /// Receive channels.
+/// Given: four arrays of eight elements.
 pub const CHANNELS: usize = 32;
 
-/// Surfaces that are kept: those of a street are a dozen, and as many may be in doubt.
+/// Surfaces that are kept.
+/// Capacity: those of a street are a dozen, and as many may be in doubt.
 pub const SURFACES: usize = 32;
-/// Headings are no more frequent than this, ns: their error hardly changes in between.
+/// Headings are no more frequent than this, ns.
+/// Derived: their error hardly changes in between.
 const HEADING_INTERVAL_NS: u64 = 1_000_000_000;
 
 /// What the GMT says about itself after a sweep.

@@ -11,9 +11,11 @@ use crate::reflection::{Ends, InputError};
 use crate::signal::{DELAY_PERIOD_M, wrap_delay_m};
 
 /// Delays this much shorter than nothing are errors of a short path, not the end of the period, m.
+/// Derived: beyond every error of a short delay, and far from the period's end.
 const SHORTEST_M: f64 = -5.0;
 
 /// What calibration leaves: errors that the estimator's own covariance, which is that of noise, does not hold.
+/// Given: the filter's radio noise (docs/localization.md); departures as the link state networks were trained.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Residuals {
     /// Delay, m.

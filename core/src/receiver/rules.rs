@@ -9,6 +9,7 @@ use crate::path::Path;
 use crate::reflection::{Ends, vector_point};
 
 /// Limits of the rules.
+/// Given: docs/signal-model.md; rules are a baseline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rules {
     /// Excess delay up to which a path may be the line of sight, m, and in its standard deviations; the larger counts.

@@ -5,6 +5,8 @@
 //! multiply-accumulates. With `r` the rms of the strongest channel, Cauchy-Schwarz bounds the taps of any
 //! input by `sqrt(416)/8 r = 2.55 r` LSB, all values of the final stage by `2.9 r`, and [`MAX_MEAN_POWER`] keeps that under
 //! 32 767: the final stage never clips. Forward bins reach `8 r` for a bare tone; there, lanes may clip, and are counted.
+//!
+//! Derived: numbers here follow from the range of 16 bits.
 
 use libm::scalbn;
 

@@ -18,9 +18,10 @@ use crate::signal::{BeamBlock, Levelled, Measured, SAMPLES, Waveform};
 /// Taps of the half-length correlation.
 pub const FOLDED_TAPS: usize = SAMPLES / 2;
 /// Channels of the half-length correlation, at most.
+/// Capacity: memory of the folded taps.
 pub const FOLDED_CHANNELS: usize = 8;
 
-/// Stages scale by 2^-12 in all, a tap is defined with 1/512.
+/// Given: stages scale by 2^-12 in all, a tap is defined with 1/512.
 pub(crate) const TAP_EXPONENT: i32 = 12 - 9;
 
 /// What the cheap stage saw of a beam.

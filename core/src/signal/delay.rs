@@ -3,7 +3,8 @@
 use super::SAMPLES;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 
-/// Length after which delays repeat, m: 512 samples at 245.76 Msps, times the speed of light (docs/signal-model.md, "Default configuration").
+/// Length after which delays repeat, m.
+/// Given: 512 samples at 245.76 Msps, times the speed of light (docs/signal-model.md, "Default configuration").
 pub const DELAY_PERIOD_M: f64 = SPEED_OF_LIGHT_M_PER_S * SAMPLES as f64 / 245.76e6;
 
 /// A length wrapped to half a delay period on either side of zero, m.

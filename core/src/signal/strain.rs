@@ -14,7 +14,8 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
-    /// Passes examined in a beam: with one channel's six, every kind of pass has its chance.
+    /// Passes examined in a beam.
+    /// Capacity: with one channel's six, every kind of pass has its chance.
     const MOST: u32 = 6;
 
     #[inline(always)]

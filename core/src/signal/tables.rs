@@ -14,6 +14,7 @@ const _: () = assert!(SAMPLES == 512);
 
 /// Residue modulo 8 of the bins in each eighth of the digit-reversed order. Even ones first: the transform of the even
 /// bins alone is then the first half of every stage.
+/// Given: the order of the transform.
 pub(crate) const RESIDUES: [usize; 8] = [0, 2, 4, 6, 1, 3, 5, 7];
 
 /// All factors of the 512-point transform and of one waveform. 4 KiB.

@@ -11,9 +11,11 @@ use super::{LEAST_HEIGHT_M, SurfaceConfig};
 use crate::geometry::{Direction, Matrix3, Plane, Position, Vector3, World};
 use crate::reflection::vector_point;
 
-/// Step of difference quotients, m and rad: in `f64` both their errors are below a millionth.
+/// Step of difference quotients, m and rad.
+/// Numerical: in `f64` both their errors are below a millionth.
 const STEP: f64 = 1e-5;
-/// Of the inputs of a birth: delay, two angles of arrival, three of the UAV's position, three of the known surface of a pair.
+/// Of the inputs of a birth.
+/// Derived: delay, two angles of arrival, three of the UAV's position, three of the known surface of a pair.
 const INPUTS: usize = 9;
 
 /// A path as a birth takes it: in world axes, without the clock's offset.

@@ -3,46 +3,62 @@
 /// What makes, confirms and ends a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceConfig {
-    /// Existence from which a tentative surface is confirmed: the precision that is wanted of the map. From its log-odds follow, by
-    /// symmetry, those at which a surface dies, and the most that are kept (twice them).
+    /// Existence from which a tentative surface is confirmed.
+    /// Given: the precision that is wanted of the map. From its log-odds follow, by symmetry, those at which a surface dies, and the most
+    /// that are kept (twice them).
     pub confirmed_probability: f32,
     /// Standard deviation of the shift that a confirmed surface, and a new one, has at most, m: a surface that is known worse
     /// says nothing of which of two paths is its own.
+    /// Tuned: on flights with tuning seeds (docs/flights.md).
     pub most_shift_m: f32,
-    /// Standard deviation of the lean of a wall and of the slope of a floor, rad: builders' plumb lines.
+    /// Standard deviation of the lean of a wall and of the slope of a floor, rad.
+    /// Given: builders' plumb lines.
     pub lean_rad: f32,
     /// Log-odds that a surface starts below even with when a path shows it less directly: as the other one of a pair, or
-    /// neither upright nor level. Tuned.
+    /// neither upright nor level.
+    /// Tuned: on flights with tuning seeds (docs/flights.md).
     pub doubtful_log_odds: f32,
-    /// A new surface is not born this near to a parallel one, m: that one was merely off. Within half of it two are merged. Tuned.
+    /// A new surface is not born this near to a parallel one, m: that one was merely off. Within half of it two are merged.
+    /// Tuned: on flights with tuning seeds (docs/flights.md).
     pub same_m: f32,
-    /// Angle between normals of parallel surfaces, rad. Tuned (3.6 degrees).
+    /// Angle between normals of parallel surfaces, rad.
+    /// Tuned: on flights with tuning seeds (docs/flights.md). 3.6 degrees.
     pub same_rad: f32,
-    /// Nothing is learnt of a surface further than this outside what was seen of it, m: a wall is only known where it was seen. Tuned.
+    /// Nothing is learnt of a surface further than this outside what was seen of it, m: a wall is only known where it was seen.
+    /// Tuned: on flights with tuning seeds (docs/flights.md).
     pub reach_m: f32,
-    /// Motion of the transmitter, or of the point of reflection, that makes what the network says of a path independent, m. Tuned.
+    /// Motion of the transmitter, or of the point of reflection, that makes what the network says of a path independent, m.
+    /// Tuned: on flights with tuning seeds (docs/flights.md).
     pub independent_m: f32,
     /// Share of the other chains whose image moves with the transmitter just as the surface's own does: three parallel walls are one plane to
-    /// a single reflection, and to each of a pair. Tuned.
+    /// a single reflection, and to each of a pair.
+    /// Tuned: on flights with tuning seeds (docs/flights.md).
     pub indistinct_share: f32,
     /// Probability that a reflection that should be seen is among the paths. The confirmed walls of flights would allow more, but
-    /// windows and strips between them reflect elsewhere. Tuned.
+    /// windows and strips between them reflect elsewhere.
+    /// Tuned: on flights with tuning seeds (docs/flights.md).
     pub detection: f32,
-    /// Log-odds that a contradiction takes: a line of sight through the surface, or its path through a confirmed one. Tuned.
+    /// Log-odds that a contradiction takes: a line of sight through the surface, or its path through a confirmed one.
+    /// Tuned: on flights with tuning seeds (docs/flights.md).
     pub contradiction_log_odds: f32,
-    /// Sightings in a row of which the pose's error makes as much as one, at two sweeps per second: of a plane they tell no more. Over 24
-    /// tuning flights the errors of position and attitude are correlated over 31 sweeps (`1 + 2` sums of their autocorrelation), and
-    /// their squares are a third of what the pose claims.
+    /// Sightings in a row of which the pose's error makes as much as one, at two sweeps per second: of a plane they tell no more.
+    /// Measured: over 24 tuning flights the errors of position and attitude are correlated over 31 sweeps (`1 + 2` sums of their
+    /// autocorrelation), and their squares are a third of what the pose claims.
     pub alike_sightings: f32,
-    /// Least standard deviations, shift in m: what errors of calibration, shared by all sightings, leave.
+    /// Least standard deviations, shift in m.
+    /// Derived: what errors of calibration, shared by all sightings, leave.
     pub least_shift_m: f32,
     /// The same of tilts, rad.
+    /// Derived: what errors of calibration leave.
     pub least_tilt_rad: f32,
-    /// Standard deviation of the ground's height at the start, m: where the UAV stood.
+    /// Standard deviation of the ground's height at the start, m.
+    /// Given: where the UAV stood.
     pub ground_shift_m: f32,
     /// The same of its slope, rad.
+    /// Given: where the UAV stood.
     pub ground_tilt_rad: f32,
     /// A point that is known worse than this (norm of the standard deviations) does not reach the map, m.
+    /// Given: what is wanted of the map.
     pub most_point_m: f32,
 }
 

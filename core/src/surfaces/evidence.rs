@@ -14,6 +14,10 @@
 use super::SurfaceConfig;
 use crate::geometry::Vector3;
 
+/// Logarithm of a likelihood beside which one is nothing, in single precision.
+/// Numerical: rounding.
+const BEYOND: f32 = 40.0;
+
 /// Log-odds of a surface from paths, position by position of the transmitter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Evidence {
@@ -58,6 +62,7 @@ pub struct Sighting {
 #[must_use]
 pub fn displacement_log_ratio(moved_m: f32, source_sigma_m: f32, chi_square: f32) -> f32 {
     /// `sqrt(2 pi)`.
+    /// Given: mathematics.
     const ROOT_TWO_PI: f32 = 2.506_628_3;
     let sigma_m = source_sigma_m.max(f32::MIN_POSITIVE);
     libm::log1pf((ROOT_TWO_PI * moved_m / sigma_m).min(1e6) * libm::expf(-0.5 * chi_square))
@@ -80,7 +85,7 @@ impl Evidence {
         let of = |(closed, open): (f32, f32)| {
             let log = closed + open;
             // `L` may be beyond any number; then the limit is reached.
-            if log > 40.0 {
+            if log > BEYOND {
                 -libm::logf(share)
             } else {
                 log - libm::logf(1.0 - share + share * libm::expf(log))

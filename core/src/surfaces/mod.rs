@@ -19,9 +19,11 @@ pub use surface::{Kind, Status, Surface};
 pub use waiting::{Waiting, WaitingPoints};
 
 /// Most reflections of a path that is followed.
+/// Capacity: work of an association.
 pub const MOST_REFLECTIONS: usize = 3;
 
 /// Height over a surface under which an end or a point lies in it, m.
+/// Numerical: a guard against legs that run within a surface.
 pub(crate) const LEAST_HEIGHT_M: f64 = 0.1;
 
 /// Surfaces that a path met, from the transmitter to the UAV; none: the line of sight.

@@ -10,8 +10,10 @@ use super::{SurfaceConfig, SurfaceIds};
 use crate::geometry::{Direction, Matrix3, Plane, Position, Vector3};
 
 /// Number of the ground.
+/// Given: a name.
 pub const GROUND: u16 = 0;
 /// Paths that wait for their surfaces. A flight has a few dozen at a time; when it is full the oldest goes.
+/// Capacity: memory of the store.
 const WAITING: usize = 64;
 
 /// What happened in the store, saturating.

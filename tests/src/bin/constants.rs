@@ -11,5 +11,9 @@ fn main() -> ExitCode {
     for line in &wrong {
         eprintln!("{line}");
     }
-    if wrong.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    if wrong.is_empty() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
 }

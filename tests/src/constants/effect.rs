@@ -72,7 +72,10 @@ impl Effects {
                         half: figures(0),
                         twice: figures(2),
                     };
-                    assert!(effects.of.insert(key, effect).is_none(), "twice in the table: {line}");
+                    assert!(
+                        effects.of.insert(key, effect).is_none(),
+                        "twice in the table: {line}"
+                    );
                 }
                 _ => panic!("expected a constant, flights and two or four numbers: {line}"),
             }

@@ -76,12 +76,14 @@ pub struct Constant {
     pub name: String,
     /// Its expression as it is written.
     pub value: String,
+    /// How many numbers it is: one, or those of a list that are literals.
+    pub numbers: usize,
     /// Where it comes from; `None` where no text says so.
     pub source: Option<Source>,
 }
 
 impl Constant {
-    /// What tells it apart: its name behind that of its file, without folders; a default has its structure instead.
+    /// What tells it apart: its name behind those of its room and its file, without folders; a default has its structure instead.
     #[must_use]
     pub fn key(&self) -> String {
         if self.name.contains('.') {
@@ -94,7 +96,7 @@ impl Constant {
             &path
         };
         let stem = path.file_name().unwrap_or_default().to_string_lossy();
-        format!("{stem}.{}", self.name)
+        format!("{}.{stem}.{}", self.room, self.name)
     }
 }
 
@@ -105,7 +107,11 @@ pub const ROOMS: [(&str, &[&str]); 7] = [
     ("association", &["association"]),
     (
         "estimator",
-        &["localization/filter", "localization/hpc.rs", "localization/pose.rs"],
+        &[
+            "localization/filter",
+            "localization/hpc.rs",
+            "localization/pose.rs",
+        ],
     ),
     ("inertial", &["localization/imu", "localization/inertial.rs"]),
     ("receiver", &["cslam", "localization/bsm"]),

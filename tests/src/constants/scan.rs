@@ -61,8 +61,11 @@ impl Scanner<'_> {
     fn constant(&mut self, name: &str, own: Option<Source>, kind: Option<&Type>, value: &Expr) {
         let mut numbers = Numbers::default();
         numbers.visit_expr(value);
-        let is_primitive = kind.is_none_or(is_number);
-        let is_plain = numbers.literals.iter().all(|&number| PLAIN[..4].contains(&number));
+        let is_primitive = kind.map_or_else(|| !matches!(value, Expr::Call(_) | Expr::Repeat(_)), is_number);
+        let is_plain = numbers
+            .literals
+            .iter()
+            .all(|&number| PLAIN[..4].contains(&number));
         if (numbers.literals.is_empty() && !numbers.has_constant)
             || (is_plain && !is_primitive)
             || (numbers.literals.is_empty() && !is_primitive)
@@ -80,6 +83,7 @@ impl Scanner<'_> {
             file: self.file.to_owned(),
             name: name.to_owned(),
             value: written(value),
+            numbers: count(value),
             source: own.or_else(in_code).or_else(|| self.of_file.clone()),
         });
     }
@@ -106,12 +110,22 @@ impl<'ast> Visit<'ast> for Scanner<'_> {
 
     fn visit_item_const(&mut self, item: &'ast syn::ItemConst) {
         if !is_of_tests(&item.attrs) {
-            self.constant(&item.ident.to_string(), source(&item.attrs), Some(&item.ty), &item.expr);
+            self.constant(
+                &item.ident.to_string(),
+                source(&item.attrs),
+                Some(&item.ty),
+                &item.expr,
+            );
         }
     }
 
     fn visit_impl_item_const(&mut self, item: &'ast syn::ImplItemConst) {
-        self.constant(&item.ident.to_string(), source(&item.attrs), Some(&item.ty), &item.expr);
+        self.constant(
+            &item.ident.to_string(),
+            source(&item.attrs),
+            Some(&item.ty),
+            &item.expr,
+        );
     }
 
     fn visit_item_impl(&mut self, item: &'ast ItemImpl) {
@@ -137,7 +151,10 @@ impl<'ast> Visit<'ast> for Scanner<'_> {
                     syn::Member::Named(name) => name.to_string(),
                     syn::Member::Unnamed(index) => index.index.to_string(),
                 };
-                let own = self.of_struct.get(&structure).and_then(|fields| fields.get(&name));
+                let own = self
+                    .of_struct
+                    .get(&structure)
+                    .and_then(|fields| fields.get(&name));
                 let own = own.cloned().flatten();
                 self.constant(&format!("{structure}.{name}"), own, None, &field.expr);
             }
@@ -174,7 +191,9 @@ struct Numbers {
 impl<'ast> Visit<'ast> for Numbers {
     fn visit_expr_lit(&mut self, literal: &'ast ExprLit) {
         match &literal.lit {
-            Lit::Int(number) => self.literals.extend(number.base10_parse::<u64>().map(|n| n as f64)),
+            Lit::Int(number) => self
+                .literals
+                .extend(number.base10_parse::<u64>().map(|n| n as f64)),
             Lit::Float(number) => {
                 let value = number.base10_parse::<f64>();
                 self.literals.extend(value.iter());
@@ -187,9 +206,29 @@ impl<'ast> Visit<'ast> for Numbers {
     fn visit_path(&mut self, path: &'ast syn::Path) {
         let name = path.segments.last().map(|segment| segment.ident.to_string());
         self.has_constant |= name.is_some_and(|name| {
-            name.len() > 1 && name.chars().all(|c| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_')
+            name.len() > 1
+                && name
+                    .chars()
+                    .all(|c| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_')
         });
         visit::visit_path(self, path);
+    }
+}
+
+/// How many numbers an expression is: those of a list that name no other constant.
+fn count(value: &Expr) -> usize {
+    let of = |elements: &syn::punctuated::Punctuated<Expr, syn::Token![,]>| {
+        let is_own = |element: &&Expr| {
+            let mut numbers = Numbers::default();
+            numbers.visit_expr(element);
+            !numbers.literals.is_empty()
+        };
+        elements.iter().filter(is_own).count().max(1)
+    };
+    match value {
+        Expr::Tuple(tuple) => of(&tuple.elems),
+        Expr::Array(array) => of(&array.elems),
+        _ => 1,
     }
 }
 
@@ -227,7 +266,10 @@ pub(super) fn source(attributes: &[Attribute]) -> Option<Source> {
         let Meta::NameValue(pair) = &attribute.meta else {
             continue;
         };
-        let Expr::Lit(ExprLit { lit: Lit::Str(line), .. }) = &pair.value else {
+        let Expr::Lit(ExprLit {
+            lit: Lit::Str(line), ..
+        }) = &pair.value
+        else {
             continue;
         };
         let line = line.value();

@@ -38,24 +38,41 @@ pub fn page(constants: &[Constant], effects: &Effects) -> String {
 }
 
 fn is_of(constant: &Constant, class: Class) -> bool {
-    constant.source.as_ref().is_some_and(|source| source.class == class)
+    constant
+        .source
+        .as_ref()
+        .is_some_and(|source| source.class == class)
 }
 
 /// How many numbers of a room are of a class.
 fn count(constants: &[Constant], room: &str, class: Class) -> usize {
     let of_room = constants.iter().filter(|constant| constant.room == room);
-    of_room.filter(|constant| is_of(constant, class)).count()
+    let of_class = of_room.filter(|constant| is_of(constant, class));
+    of_class.map(|constant| constant.numbers).sum()
 }
 
 fn counts(constants: &[Constant], text: &mut String) {
     let names = Class::ALL.map(Class::name).join(" | ");
-    let _ = writeln!(text, "\n## How many\n\n| room | {names} |\n|---|{}", "---:|".repeat(Class::ALL.len()));
+    let _ = writeln!(
+        text,
+        "\n## How many\n\n| room | {names} |\n|---|{}",
+        "---:|".repeat(Class::ALL.len())
+    );
     for (room, _) in ROOMS {
         let cells = Class::ALL.map(|class| count(constants, room, class).to_string());
         let _ = writeln!(text, "| {room} | {} |", cells.join(" | "));
     }
-    let sum = COUNTED.0.iter().map(|room| count(constants, room, Class::Tuned)).sum::<usize>();
-    let _ = writeln!(text, "\nTuned numbers of {}: {sum}. At most {} are wanted.", COUNTED.0.join(", "), COUNTED.1);
+    let sum = COUNTED
+        .0
+        .iter()
+        .map(|room| count(constants, room, Class::Tuned))
+        .sum::<usize>();
+    let _ = writeln!(
+        text,
+        "\nTuned numbers of {}: {sum}. At most {} are wanted.",
+        COUNTED.0.join(", "),
+        COUNTED.1
+    );
 }
 
 /// A cell of a table holds no bar and no line's end.
@@ -66,8 +83,14 @@ fn cell(text: &str) -> String {
 /// Name of an array's or a tuple's element in the table of effects, the number itself first.
 fn elements(constant: &Constant, effects: &Effects) -> Vec<String> {
     let key = constant.key();
-    let is_own = |name: &str| name == key || name.strip_prefix(&key).is_some_and(|rest| rest.starts_with('#'));
-    let mut names: Vec<String> = effects.of.keys().map(|(name, _)| name.clone()).filter(|name| is_own(name)).collect();
+    let is_own =
+        |name: &str| name == key || name.strip_prefix(&key).is_some_and(|rest| rest.starts_with('#'));
+    let mut names: Vec<String> = effects
+        .of
+        .keys()
+        .map(|(name, _)| name.clone())
+        .filter(|name| is_own(name))
+        .collect();
     names.dedup();
     if names.is_empty() {
         names.push(key);
@@ -88,11 +111,16 @@ fn tuned(constants: &[Constant], effects: &Effects, text: &mut String) {
         let _ = write!(header, " {set}: half | {set}: double |");
         rule.push_str("---:|---:|");
     }
-    let _ = writeln!(text, "\nCells: change of the precision in thousandths; rms position error of the median flight, m.\n");
+    let _ = writeln!(
+        text,
+        "\nCells: change of the precision in thousandths; rms position error of the median flight, m.\n"
+    );
     let _ = writeln!(text, "{header}\n{rule}");
     let mut first = "| *as it is* | | |".to_owned();
     for set in &sets {
-        let own = as_it_is(set).map_or_else(String::new, |f| format!("{:.4}; {:.3}", f.precision, f.position_m));
+        let own = as_it_is(set).map_or_else(String::new, |f| {
+            format!("{:.4}; {:.3}", f.precision, f.position_m)
+        });
         let _ = write!(first, " {own} | {own} |");
     }
     let _ = writeln!(text, "{first}");
@@ -118,11 +146,24 @@ fn cells(effect: Option<&Effect>, as_it_is: Option<Figures>) -> String {
 }
 
 fn others(room: &str, constants: &[Constant], text: &mut String) {
-    let of_room = constants.iter().filter(|constant| constant.room == room && !is_of(constant, Class::Tuned));
-    let _ = writeln!(text, "\n## Others of {room}\n\n| number | file | value | class | source |\n|---|---|---|---|---|");
+    let of_room = constants
+        .iter()
+        .filter(|constant| constant.room == room && !is_of(constant, Class::Tuned));
+    let _ = writeln!(
+        text,
+        "\n## Others of {room}\n\n| number | file | value | class | source |\n|---|---|---|---|---|"
+    );
     for constant in of_room {
-        let (class, said) = constant.source.as_ref().map_or(("", ""), |s| (s.class.name(), s.text.as_str()));
+        let (class, said) = constant
+            .source
+            .as_ref()
+            .map_or(("", ""), |s| (s.class.name(), s.text.as_str()));
         let (file, value) = (&constant.file, cell(&constant.value));
-        let _ = writeln!(text, "| `{}` | {file} | `{value}` | {class} | {} |", constant.name, cell(said));
+        let _ = writeln!(
+            text,
+            "| `{}` | {file} | `{value}` | {class} | {} |",
+            constant.name,
+            cell(said)
+        );
     }
 }

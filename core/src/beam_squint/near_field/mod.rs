@@ -16,8 +16,9 @@ pub use sweep::{Focus, FocusSweep};
 
 use nalgebra::{Complex, Matrix2, Vector2};
 
-use super::fit::{BLIND_STEPS, NEAR_ENOUGH, ROUNDING, SETTLED, invert};
+use super::fit::{BLIND_STEPS, FREE, MOST_DAMPING, NEAR_ENOUGH, ROUNDING, SETTLED, invert};
 use super::pattern::Spin;
+use super::peak::LEAST_PEAK;
 use super::reception::{Reception, Spectrum};
 use super::{Refusal, Sighting};
 use crate::array::UavArrays;
@@ -25,8 +26,10 @@ use crate::signal::{BeamBlock, Correlator, Waveform, Workspace};
 
 const ZERO: Complex<f32> = Complex::new(0.0, 0.0);
 /// Iterations of the fit at most.
+/// Capacity: work of a fit.
 const ITERATIONS: usize = 16;
 /// Longest step, as a share of the lobe of the focus over inverse range.
+/// Numerical: a step of an iteration.
 const LONGEST: f32 = 0.3;
 
 /// A measured range. Clock offsets are not in it.
@@ -127,7 +130,7 @@ impl<const N: usize, const A: usize, const E: usize, const C: usize, const ACTIV
             }
         }
         let (k, power) = best;
-        if power.is_nan() || power < 20.0 * spectrum.noise {
+        if power.is_nan() || power < LEAST_PEAK * spectrum.noise {
             return Err(Refusal::TooWeak);
         }
         let [f1, f2] = self.sweep.edges_hz;
@@ -167,14 +170,17 @@ impl<const N: usize, const A: usize, const E: usize, const C: usize, const ACTIV
             let Some(inverse) = invert(&matrix) else { break };
             let step = inverse * normal.gradient;
             length = normal.gradient.dot(&step);
-            if length.is_nan() || damping > 1e4 || (length < SETTLED && damping < 0.1) || blind == BLIND_STEPS
+            if length.is_nan()
+                || damping > MOST_DAMPING
+                || (length < SETTLED && damping < FREE)
+                || blind == BLIND_STEPS
             {
                 break;
             }
             let scale = (longest / step.x.abs()).min(1.0 / step.y.abs()).min(1.0);
             let (next_q, next_m) = (q + f64::from(step.x * scale), delay_m + step.y * scale);
             let next = self.normal(spectrum, next_q, sine, next_m);
-            let near = length < ROUNDING * normal.energy && damping < 0.1;
+            let near = length < ROUNDING * normal.energy && damping < FREE;
             if near || next.energy > normal.energy {
                 (q, delay_m, normal) = (next_q, next_m, next);
                 damping *= 0.2;

@@ -64,8 +64,7 @@ const fn refused(arguments: &'static [&'static str], reason: &'static str) -> St
 
 const THUMB: &str = "--target=thumbv7em-none-eabihf";
 /// Features of the tests' package: the verify driver and the emulated tests.
-const ALL_TESTS: &str =
-    "--features=cslam-tests/verify,cslam-tests/constants,cslam-tests/emulated,cslam-tests/outputs,cslam-tests/ground";
+const ALL_TESTS: &str = "--features=cslam-tests/verify,cslam-tests/constants,cslam-tests/emulated,cslam-tests/outputs,cslam-tests/ground";
 const EMULATED_BOARD: &str = "--features=qemu-an500";
 /// The emulated board with the rivals of the networks' table.
 const ALL_BOARD: &str = "--features=qemu-an500,rivals";
