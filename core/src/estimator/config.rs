@@ -5,6 +5,7 @@
 
 use super::beacon::BeaconLimits;
 use super::gate::BELIEVED_OF_THREE;
+use super::window::WINDOW;
 use crate::constants::{SPEED_OF_LIGHT_M_PER_S, STANDARD_GRAVITY_M_PER_S2};
 
 /// Given: a unit.
@@ -174,7 +175,7 @@ pub struct Gates {
     pub attitude_lost_rad: f64,
     /// Contested sweeps in a row before the pose is fixed anew: more than any run of equal outliers that is to be
     /// ridden out.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Derived: as many as a window holds fixes.
     pub refix_after: u32,
 }
 
@@ -187,7 +188,7 @@ impl Default for Gates {
             trusted_m: 0.4,
             lost_m: 3.0,
             attitude_lost_rad: 0.35,
-            refix_after: 6,
+            refix_after: WINDOW as u32,
         }
     }
 }

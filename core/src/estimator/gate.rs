@@ -8,6 +8,7 @@ use super::covariance::Covariance;
 use super::measurement::PATH_ROWS;
 use super::row::Row;
 use super::scalar::SUSPECT_S;
+use super::window::SIGHT_SCATTER_RAD;
 use crate::geometry::Real;
 use nalgebra::Vector3;
 
@@ -103,9 +104,6 @@ const AGREEMENT_M: f64 = 0.35;
 /// Part of it that grows with the range, rad.
 /// Tuned: on flights with tuning seeds (docs/flights.md).
 const AGREEMENT_RAD: f64 = 0.004;
-/// Directions of arrival agree within this besides what they claim, rad.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
-const TURN_RAD: f64 = 0.009;
 
 impl Innovation {
     /// What an update leaves: a later sweep agrees with it when it agrees with the filter.
@@ -118,7 +116,7 @@ impl Innovation {
         }
     }
 
-    /// Whether a later sweep errs in the same way: within [`AGREEMENT_M`], [`AGREEMENT_RAD`] of the range, [`TURN_RAD`], what both claim to err
+    /// Whether a later sweep errs in the same way: within [`AGREEMENT_M`], [`AGREEMENT_RAD`] of the range, [`SIGHT_SCATTER_RAD`], what both claim to err
     /// by, and what an uncertain velocity explains (`sigma_m_per_s` at a range of `range_m`).
     pub(super) fn agrees(&self, later: &Self, sigma_m_per_s: f64, range_m: f64) -> bool {
         let dt = later.time_ns.saturating_sub(self.time_ns) as f64 * 1e-9;
@@ -126,7 +124,7 @@ impl Innovation {
         // A place at a distance is as uncertain as its direction.
         let place =
             AGREEMENT_M + AGREEMENT_RAD * range_m + APART_SIGMAS * libm::hypot(self.sigma.0, later.sigma.0);
-        let turn = TURN_RAD + APART_SIGMAS * libm::hypot(self.sigma.1, later.sigma.1);
+        let turn = SIGHT_SCATTER_RAD + APART_SIGMAS * libm::hypot(self.sigma.1, later.sigma.1);
         dt > 0.0
             && dt < SUSPECT_S
             && (self.offset_m - later.offset_m).norm() < place + moved

@@ -15,9 +15,10 @@ use crate::geometry::Real;
 use crate::inertial::Alignment;
 use nalgebra::{Matrix3, Vector3};
 
-/// This long after rest the level attitude is still one, ns: gyroscope and accelerometer carry it on.
+/// Gyroscope and accelerometer carry an attitude on for this long, ns: the level one after rest, and the heading without a line of sight,
+/// beyond which the magnetic one is better than none (docs/localization.md, "The model").
 /// Tuned: on flights with tuning seeds (docs/flights.md).
-const LEVEL_NS: u64 = 10_000_000_000;
+pub(super) const CARRIED_NS: u64 = 10_000_000_000;
 /// Standard deviation of the velocity of a UAV whose places of the last second are one, m/s per axis.
 /// Derived: a start's places lie within 0.25 m in up to 1.2 s (`core/src/cslam/level.rs`).
 const STILL_SIGMA_M_PER_S: f64 = 0.2;
@@ -71,7 +72,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     fn level_of(&self) -> Option<Level> {
         let age_ns = |level: &Level| self.head.time_ns.saturating_sub(level.since_ns);
         self.level
-            .filter(|level| !self.running && age_ns(level) < LEVEL_NS)
+            .filter(|level| !self.running && age_ns(level) < CARRIED_NS)
     }
 
     /// Starts from a line of sight and a yaw, standing still.

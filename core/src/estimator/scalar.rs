@@ -1,6 +1,7 @@
 //! Scalar measurements: two-way timing, magnetic heading. They wait until the horizon passes their time stamps.
 
 use super::layout::{ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, POSITION, TWO_WAY_BIAS, VELOCITY};
+use super::level::CARRIED_NS;
 use super::measurement::{LEAST_RANGE_M, Transmitter};
 use super::row::Row;
 use super::sweep::BLIND_AFTER_NS;
@@ -52,9 +53,6 @@ const RANGE_DOUBT_M: f64 = 30.0;
 /// Measurements closer in time than this tell no rate, s.
 /// Numerical: a guard of a division.
 const SHORTEST_STEP_S: f64 = 0.1;
-/// Without line of sight for this long, the magnetic heading is better than none, ns (docs/localization.md, "The model").
-/// Tuned: on flights with tuning seeds (docs/flights.md).
-const HEADING_AFTER_NS: u64 = 10_000_000_000;
 /// Square of the level part of the nose's direction under which there is no heading.
 /// Numerical: a guard of a division.
 const LEAST_LEVEL_SQUARE: f64 = 0.1;
@@ -394,7 +392,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     fn take_heading(&mut self, yaw_rad: f64, sigma_rad: f64) {
-        let blind = self.nominal.time_ns.saturating_sub(self.last_sight_ns) > HEADING_AFTER_NS;
+        let blind = self.nominal.time_ns.saturating_sub(self.last_sight_ns) > CARRIED_NS;
         if !self.running || !blind {
             return;
         }

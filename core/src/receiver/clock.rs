@@ -16,8 +16,8 @@ const AGREEMENT_M: f64 = 1.0;
 /// The ramp of a TCXO, 0.5 ns/s^2, m/s^2: it may turn round in between.
 /// Given: a data sheet.
 const RAMP_M_PER_S2: f64 = 0.15;
-/// Exchanges that contradict the ones before and agree with each other, until they are believed: as many as the filter wants.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Exchanges that contradict the ones before and agree with each other, until they are believed.
+/// Derived: as many as the filter wants.
 const STEP_EXCHANGES: u32 = 6;
 
 /// Offset of the UAV's clock from the GMT's, as the last two exchanges have it that agree with those before.

@@ -1,4 +1,4 @@
-//! What half and twice each number of data association and its surfaces does.
+//! What half and twice each number of data association, its surfaces and the gates of the pose does.
 
 use toml::Value;
 
@@ -10,12 +10,18 @@ use crate::input::toml_keys::{find, put};
 use crate::table::Table;
 
 /// Tables of the configuration whose numbers are varied.
-const TABLES: [&str; 2] = ["receiver.association", "receiver.surfaces"];
+const TABLES: [&str; 4] = [
+    "receiver.association",
+    "receiver.surfaces",
+    "receiver.filter.gates",
+    "receiver.filter.beacon",
+];
 /// Probabilities that are wanted: what is halved and doubled is how often they are missed.
 const WANTED: [&str; 3] = ["explained", "tentative", "confirmed_probability"];
 /// Shares: doubled, they end at [`MOST_SHARE`].
-const SHARES: [&str; 4] = [
+const SHARES: [&str; 5] = [
     "departure_outliers",
+    "memory",
     "unknown_share",
     "detection",
     "indistinct_share",
@@ -143,8 +149,12 @@ fn collect(value: &Value, key: &str, found: &mut Vec<Constant>) {
     }
 }
 
-/// The figures of the table, by their keys.
-const COLUMNS: [&str; 2] = ["map.precision_by_faces", "map.accepted"];
+/// The figures of the table, by their keys, and whether the median over flights is given instead of all flights together.
+const COLUMNS: [(&str, bool); 3] = [
+    ("map.precision_by_faces", false),
+    ("map.accepted", false),
+    ("trajectory.position_rmse_m", true),
+];
 
 /// One number, and what comes of half and twice of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -168,8 +178,11 @@ impl ConstantsTable {
     pub fn of(shards: &[&Shard], constants: &[Constant]) -> Self {
         let of = |world: &str| {
             let summary = Summary::of_world(shards, world);
-            let pooled = COLUMNS.map(|key| summary.line(key)?.pooled);
-            (summary.flights, pooled)
+            let value = |(key, of_flights): (&str, bool)| {
+                let line = summary.line(key)?;
+                if of_flights { line.median } else { line.pooled }
+            };
+            (summary.flights, COLUMNS.map(value))
         };
         let (flights, as_they_are) = of(AS_THEY_ARE);
         let row = |constant: &Constant| Row {
@@ -187,8 +200,15 @@ impl ConstantsTable {
 
     /// It as text.
     pub fn text(&self, mode: &str) -> String {
-        let figures = COLUMNS.map(Figure::by_key);
-        let name = |figure: Option<&Figure>| figure.map_or("", |figure| figure.name);
+        let figures = COLUMNS.map(|(key, median)| (Figure::by_key(key), median));
+        let name = |(figure, median): (Option<&Figure>, bool)| {
+            let name = figure.map_or("", |figure| figure.name);
+            if median {
+                format!("{name} (median)")
+            } else {
+                name.to_owned()
+            }
+        };
         let mut header = vec![format!("{mode}, {} flights", self.flights), "value".into()];
         for by in ["half", "twice"] {
             header.extend(figures.map(|figure| format!("{by}: {}", name(figure))));
@@ -196,7 +216,7 @@ impl ConstantsTable {
         let cells = |values: &[Option<f64>; COLUMNS.len()]| -> Vec<String> {
             let figures = figures.iter().zip(values);
             figures
-                .map(|(figure, value)| figure.map_or_else(String::new, |figure| figure.text(*value)))
+                .map(|((figure, _), value)| figure.map_or_else(String::new, |figure| figure.text(*value)))
                 .collect()
         };
         let mut table = Table::new(header);

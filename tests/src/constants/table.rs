@@ -30,7 +30,15 @@ Units are those that the names end in.
 pub fn page(constants: &[Constant], effects: &Effects) -> String {
     let mut text = HEAD.to_owned();
     counts(constants, &mut text);
-    tuned(constants, effects, &mut text);
+    let _ = writeln!(text, "\n## Tuned\n");
+    for line in &effects.head {
+        let _ = writeln!(text, "{line}");
+    }
+    let is_tuned = |constant: &&Constant| is_of(constant, Class::Tuned);
+    varied(constants.iter().filter(is_tuned), effects, &mut text);
+    let _ = writeln!(text, "\n## Half and double of others\n");
+    let is_measured = |constant: &&Constant| !is_of(constant, Class::Tuned) && has_effect(constant, effects);
+    varied(constants.iter().filter(is_measured), effects, &mut text);
     for (room, _) in ROOMS {
         others(room, constants, &mut text);
     }
@@ -80,17 +88,22 @@ fn cell(text: &str) -> String {
     text.replace('|', "\\|")
 }
 
-/// Name of an array's or a tuple's element in the table of effects, the number itself first.
+/// Whether a name of the table of effects is that of a constant, or of an element of it.
+fn is_own(name: &str, key: &str) -> bool {
+    name.strip_prefix(key)
+        .is_some_and(|rest| rest.is_empty() || rest.starts_with('#'))
+}
+
+fn has_effect(constant: &Constant, effects: &Effects) -> bool {
+    let key = constant.key();
+    effects.of.keys().any(|(name, _)| is_own(name, &key))
+}
+
+/// Names of a constant's elements in the table of effects; its own where it has one, or none was measured.
 fn elements(constant: &Constant, effects: &Effects) -> Vec<String> {
     let key = constant.key();
-    let is_own =
-        |name: &str| name == key || name.strip_prefix(&key).is_some_and(|rest| rest.starts_with('#'));
-    let mut names: Vec<String> = effects
-        .of
-        .keys()
-        .map(|(name, _)| name.clone())
-        .filter(|name| is_own(name))
-        .collect();
+    let own = effects.of.keys().filter(|(name, _)| is_own(name, &key));
+    let mut names: Vec<String> = own.map(|(name, _)| name.clone()).collect();
     names.dedup();
     if names.is_empty() {
         names.push(key);
@@ -98,50 +111,43 @@ fn elements(constant: &Constant, effects: &Effects) -> Vec<String> {
     names
 }
 
-fn tuned(constants: &[Constant], effects: &Effects, text: &mut String) {
-    let _ = writeln!(text, "\n## Tuned\n");
-    for line in &effects.head {
-        let _ = writeln!(text, "{line}");
-    }
-    let sets: Vec<&String> = effects.as_it_is.keys().collect();
-    let as_it_is = |set: &str| effects.as_it_is.get(set).copied();
+/// A table of numbers with what half and double of each do.
+fn varied<'a>(constants: impl Iterator<Item = &'a Constant>, effects: &Effects, text: &mut String) {
     let mut header = "| number | value | source |".to_owned();
     let mut rule = "|---|---|---|".to_owned();
-    for set in &sets {
+    let mut first = "| *as it is* | | |".to_owned();
+    for (set, own) in &effects.as_it_is {
         let _ = write!(header, " {set}: half | {set}: double |");
         rule.push_str("---:|---:|");
-    }
-    let _ = writeln!(
-        text,
-        "\nCells: change of the precision in thousandths; rms position error of the median flight, m.\n"
-    );
-    let _ = writeln!(text, "{header}\n{rule}");
-    let mut first = "| *as it is* | | |".to_owned();
-    for set in &sets {
-        let own = as_it_is(set).map_or_else(String::new, |f| {
-            format!("{:.4}; {:.3}", f.precision, f.position_m)
-        });
+        let own = format!("{:.1} %; {:.3}", own.precision * 100.0, own.position_m);
         let _ = write!(first, " {own} | {own} |");
     }
-    let _ = writeln!(text, "{first}");
-    for constant in constants.iter().filter(|constant| is_of(constant, Class::Tuned)) {
+    let _ = writeln!(text, "\n{header}\n{rule}\n{first}");
+    for constant in constants {
         let said = constant.source.as_ref().map_or("", |source| source.text.as_str());
         for name in elements(constant, effects) {
             let mut row = format!("| `{name}` | `{}` | {} |", cell(&constant.value), cell(said));
-            for set in &sets {
-                let effect = effects.of.get(&(name.clone(), (*set).clone()));
-                let _ = write!(row, " {} |", cells(effect, as_it_is(set)));
+            for (set, own) in &effects.as_it_is {
+                let effect = effects.of.get(&(name.clone(), set.clone()));
+                let _ = write!(row, " {} |", cells(effect, *own));
             }
             let _ = writeln!(text, "{row}");
         }
     }
 }
 
-fn cells(effect: Option<&Effect>, as_it_is: Option<Figures>) -> String {
-    let (Some(effect), Some(own)) = (effect, as_it_is) else {
-        return "not measured | not measured".to_owned();
+/// Both cells of a number in one set of flights.
+fn cells(effect: Option<&Effect>, own: Figures) -> String {
+    let Some(effect) = effect else {
+        return "- | -".to_owned();
     };
-    let cell = |f: Figures| format!("{:+.1}; {:.3}", (f.precision - own.precision) * 1e3, f.position_m);
+    let cell = |f: Figures| {
+        format!(
+            "{:+.1}; {:.3}",
+            (f.precision - own.precision) * 100.0,
+            f.position_m
+        )
+    };
     format!("{} | {}", cell(effect.half), cell(effect.twice))
 }
 

@@ -58,7 +58,8 @@ pub(crate) struct Args {
     /// The worlds budget and real, then budget with each effect of real alone, and real without each: what breaks it
     #[arg(long, conflicts_with_all = ["profiles", "configs"])]
     effects: bool,
-    /// The receiver with each number of [receiver.association] and [receiver.surfaces] halved and doubled: what hangs on them. With
+    /// The receiver with each number of [receiver.association], [receiver.surfaces], [receiver.filter.gates] and
+    /// [receiver.filter.beacon] halved and doubled: what hangs on them. With
     /// --keep-paths each flight costs a second
     #[arg(long, conflicts_with = "effects")]
     constants: bool,
