@@ -41,9 +41,9 @@ fn the_page_is_what_the_sources_say() {
     let path = cslam_tests::root().join("docs/constants.md");
     let committed = std::fs::read_to_string(path).unwrap_or_default();
     let expected = page(&found().constants, &Effects::committed());
-    let differs = committed
-        .lines()
-        .zip(expected.lines())
+    let (mut before, mut after) = (committed.lines(), expected.lines());
+    let differs = std::iter::from_fn(|| Some((before.next(), after.next())))
+        .take_while(|lines| *lines != (None, None))
         .find(|(committed, expected)| committed != expected);
     assert!(
         committed == expected,

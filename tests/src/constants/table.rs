@@ -31,9 +31,7 @@ pub fn page(constants: &[Constant], effects: &Effects) -> String {
     let mut text = HEAD.to_owned();
     counts(constants, &mut text);
     let _ = writeln!(text, "\n## Tuned\n");
-    for line in &effects.head {
-        let _ = writeln!(text, "{line}");
-    }
+    let _ = writeln!(text, "{}", effects.head.join("\n"));
     let is_tuned = |constant: &&Constant| is_of(constant, Class::Tuned);
     varied(constants.iter().filter(is_tuned), effects, &mut text);
     let _ = writeln!(text, "\n## Half and double of others\n");
@@ -111,39 +109,40 @@ fn elements(constant: &Constant, effects: &Effects) -> Vec<String> {
     names
 }
 
-/// A table of numbers with what half and double of each do.
+/// A table of numbers with what half and double of each do: a row for each set of flights.
 fn varied<'a>(constants: impl Iterator<Item = &'a Constant>, effects: &Effects, text: &mut String) {
-    let mut header = "| number | value | source |".to_owned();
-    let mut rule = "|---|---|---|".to_owned();
-    let mut first = "| *as it is* | | |".to_owned();
+    let _ = writeln!(
+        text,
+        "\n| number | value | source | flights | half | double |\n|---|---|---|---|---:|---:|"
+    );
     for (set, own) in &effects.as_it_is {
-        let _ = write!(header, " {set}: half | {set}: double |");
-        rule.push_str("---:|---:|");
-        let own = format!("{:.1} %; {:.3}", own.precision * 100.0, own.position_m);
-        let _ = write!(first, " {own} | {own} |");
+        let own = format!("{:.2} %; {:.3}", own.precision * 100.0, own.position_m);
+        let _ = writeln!(text, "| *as it is* | | | {set} | {own} | {own} |");
     }
-    let _ = writeln!(text, "\n{header}\n{rule}\n{first}");
     for constant in constants {
         let said = constant.source.as_ref().map_or("", |source| source.text.as_str());
         for name in elements(constant, effects) {
-            let mut row = format!("| `{name}` | `{}` | {} |", cell(&constant.value), cell(said));
-            for (set, own) in &effects.as_it_is {
-                let effect = effects.of.get(&(name.clone(), set.clone()));
-                let _ = write!(row, " {} |", cells(effect, *own));
+            let head = format!("| `{name}` | `{}` | {} |", cell(&constant.value), cell(said));
+            let rows = effects.as_it_is.iter().filter_map(|(set, own)| {
+                let effect = effects.of.get(&(name.clone(), set.clone()))?;
+                Some(format!("{set} | {} |", cells(effect, *own)))
+            });
+            let rows: Vec<String> = rows.collect();
+            if rows.is_empty() {
+                let _ = writeln!(text, "{head} - | not measured | not measured |");
             }
-            let _ = writeln!(text, "{row}");
+            for row in rows {
+                let _ = writeln!(text, "{head} {row}");
+            }
         }
     }
 }
 
 /// Both cells of a number in one set of flights.
-fn cells(effect: Option<&Effect>, own: Figures) -> String {
-    let Some(effect) = effect else {
-        return "- | -".to_owned();
-    };
+fn cells(effect: &Effect, own: Figures) -> String {
     let cell = |f: Figures| {
         format!(
-            "{:+.1}; {:.3}",
+            "{:+.2}; {:.3}",
             (f.precision - own.precision) * 100.0,
             f.position_m
         )
