@@ -8,7 +8,7 @@ use super::covariance::Covariance;
 use super::measurement::PATH_ROWS;
 use super::row::Row;
 use super::scalar::SUSPECT_S;
-use super::window::SIGHT_SCATTER_RAD;
+use super::window::{LINE_TOLERANCE_M, SIGHT_SCATTER_RAD};
 use crate::geometry::Real;
 use nalgebra::Vector3;
 
@@ -98,12 +98,6 @@ pub(super) const APART_SIGMAS: f64 = 3.0;
 /// Chi-square of three rows up to which they are believed.
 /// Derived: one honest measurement in 5900 is beyond: in an hour, two of a sweep's sights, or of a beacon's stops.
 pub(super) const BELIEVED_OF_THREE: f64 = 20.0;
-/// They agree within this besides, m: what two places err by that their claims do not hold.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
-const AGREEMENT_M: f64 = 0.35;
-/// Part of it that grows with the range, rad.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
-const AGREEMENT_RAD: f64 = 0.004;
 
 impl Innovation {
     /// What an update leaves: a later sweep agrees with it when it agrees with the filter.
@@ -116,14 +110,12 @@ impl Innovation {
         }
     }
 
-    /// Whether a later sweep errs in the same way: within [`AGREEMENT_M`], [`AGREEMENT_RAD`] of the range, [`SIGHT_SCATTER_RAD`], what both claim to err
-    /// by, and what an uncertain velocity explains (`sigma_m_per_s` at a range of `range_m`).
+    /// Whether a later sweep errs in the same way: within [`LINE_TOLERANCE_M`], [`SIGHT_SCATTER_RAD`], what both claim to err by, and what an
+    /// uncertain velocity explains (`sigma_m_per_s` at a range of `range_m`).
     pub(super) fn agrees(&self, later: &Self, sigma_m_per_s: f64, range_m: f64) -> bool {
         let dt = later.time_ns.saturating_sub(self.time_ns) as f64 * 1e-9;
         let moved = (1.0 + APART_SIGMAS * sigma_m_per_s) * dt;
-        // A place at a distance is as uncertain as its direction.
-        let place =
-            AGREEMENT_M + AGREEMENT_RAD * range_m + APART_SIGMAS * libm::hypot(self.sigma.0, later.sigma.0);
+        let place = LINE_TOLERANCE_M + APART_SIGMAS * libm::hypot(self.sigma.0, later.sigma.0);
         let turn = SIGHT_SCATTER_RAD + APART_SIGMAS * libm::hypot(self.sigma.1, later.sigma.1);
         dt > 0.0
             && dt < SUSPECT_S

@@ -29,9 +29,9 @@ const TIMING_OFF_M: f64 = 0.3;
 const STRAY: [f64; 2] = [0.03, 0.2];
 /// Measured: with [`STRAY`].
 const STRAY_M: f64 = 1.5;
-/// Exchanges, and sweeps, further apart than this do not confirm each other, s.
+/// Exchanges, and sweeps, further apart than this do not confirm each other, s: five sweeps.
 /// Tuned: on flights with tuning seeds (docs/flights.md).
-pub(super) const SUSPECT_S: f64 = 3.0;
+pub(super) const SUSPECT_S: f64 = 2.6;
 /// As many exchanges in agreement contradict the clock.
 /// Derived: A single one may be right after an outlier that a silence has let pass (docs/localization.md, "When the GMT lies").
 const CONTRADICTION: u32 = 2;

@@ -11,18 +11,16 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::nominal::rotation;
+use super::scalar::SUSPECT_S;
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::inertial::ImuIncrement;
 
 /// Fixes kept.
 /// Capacity: memory of the window.
 pub(super) const WINDOW: usize = 6;
-/// Sweeps further apart do not belong together, s.
+/// A fix further than this from the common line is wrong, m; and two sweeps agree within it.
 /// Tuned: on flights with tuning seeds (docs/flights.md).
-const LONGEST_GAP_S: f64 = 2.6;
-/// A fix further than this from the common line is wrong, m.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
-const LINE_TOLERANCE_M: f64 = 0.5;
+pub(super) const LINE_TOLERANCE_M: f64 = 0.5;
 /// An angle of arrival further than this from the common attitude is wrong, rad (3 deg: gyro bias within the window).
 /// Tuned: on flights with tuning seeds (docs/flights.md). 3 degrees.
 const SIGHT_TOLERANCE_RAD: f64 = 0.052;
@@ -159,7 +157,7 @@ impl Window {
             velocity: increment.delta_velocity_m_per_s.map(f64::from),
             position: increment.delta_position_m.map(f64::from),
         });
-        if self.current.dt_s > LONGEST_GAP_S {
+        if self.current.dt_s > SUSPECT_S {
             self.fixes.clear();
         }
     }
