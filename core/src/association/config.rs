@@ -8,38 +8,38 @@ pub struct AssociationConfig {
     /// Errors of paths.
     pub errors: PathErrors,
     /// Share that each state has at least, whatever the classifier says: what it errs about in one sweep it errs about in the next.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub classifier_doubt: f32,
     /// Chains of one reflection that a place offers, a prior over which it is.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub singles_offered: f32,
     /// By how many times more chains each further reflection offers.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub offered_growth: f32,
     /// Log prior that a surface goes on for another metre beyond what was seen of it, negative, 1/m.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub reach_per_m: f32,
     /// Log prior of a way through a confirmed surface, negative. It weighs up the departure's density, which a chain of unknown surfaces can
     /// have exactly (three parallel walls are one phantom), and the network's best word for it.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub blocked: f32,
     /// A surface within this of an end of a leg does not block it, m: at a corner two walls meet.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub clear_m: f32,
     /// Share of single reflections that are off surfaces that are not in the store.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub unknown_share: f32,
     /// Spread of the lengths of unexplained paths, m.
     /// Given: the scale of a street.
     pub clutter_length_m: f32,
     /// Density of artefacts, in units of that of unexplained paths: they lie beside stronger ones.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub artefact_density: f32,
     /// Posterior of a path that is explained.
     /// Given: the precision that is wanted.
     pub explained: f32,
     /// Posterior of a path that is explained tentatively.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub tentative: f32,
     /// Standard deviations within which an explanation is weighed.
     /// Derived: one honest explanation in a million is beyond.

@@ -25,7 +25,7 @@ const STRIDE: usize = 4;
 /// Derived: up to 512 subcarriers.
 const SAMPLES: usize = 128;
 /// Symbols heard with less than this share of the best one's energy say nothing.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const LEAST_SHARE: f32 = 0.03;
 /// Prior standard deviation of the bounce's amplitude against that of the line of sight.
 /// Given: what the ground reflects at 30 GHz (docs/beam-squint.md).

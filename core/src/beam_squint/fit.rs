@@ -49,7 +49,7 @@ pub(super) const LEAST_DETERMINANT: f32 = 1e-6;
 /// Capacity: work of a fit.
 const CHOICES: usize = 8;
 /// Most gain of a symbol, against the best heard one.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const MOST_GAIN: f32 = 2.0;
 
 /// Where the path is: cosines in the face frame, delay beyond the reference in m.

@@ -62,10 +62,10 @@ pub const FACE_BIAS_SIGMA: [f32; 2] = [1.5e-3, 1.5e-3];
 /// Derived: a false one in 1e12.
 const LEAST_ENERGY: f32 = 40.0;
 /// Log-likelihood by which the best place must beat every other one.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const LEAST_LEAD: f32 = 12.0;
 /// Places closer than this in both cosines are the same.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const SAME: f32 = 0.02;
 
 /// What the receiver knows and assumes.

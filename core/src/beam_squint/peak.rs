@@ -13,9 +13,9 @@ use crate::array::SquintSymbol;
 
 /// Reach of the parabola on both sides and width of the smoothing, as shares of a lobe (peak to null): 20 and 9
 /// subcarriers of an azimuth sweep.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const REACH: f32 = 1.0 / 3.0;
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const SMOOTHING: f32 = 0.15;
 /// What a parabola gets wrong of a lobe that is none, and that the band may cut, as a share of the lobe (measured).
 /// Measured: against the lobe itself (docs/beam-squint.md).

@@ -20,11 +20,11 @@ use crate::signal::{BeamBlock, Correlator, Iq, SAMPLES, Waveform, Workspace, bin
 /// Capacity: work of a reception.
 pub const NULLS: usize = 2;
 /// Share of its power towards the path that an array must keep beside its nulls (-35 dB): weaker ones are left out.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const LEAST_KEPT: f32 = 3e-4;
 /// The same beside the null of the ground bounce (-10 dB): an array that would keep less does without that null. The fit has the
 /// bounce as well, and a path that the null weakens is one that everything else outweighs.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const LEAST_KEPT_OF_BOUNCE: f32 = 0.1;
 /// Subcarriers beside the band that tell the noise begin this many beyond its edges.
 /// Given: the waveform's edge.

@@ -11,10 +11,10 @@ use crate::signal::wrap_delay_m;
 
 /// Paths closer than this to the line of sight in arrival are images of it that the transmitter's element errors make,
 /// or cannot be told from it: not nulled, rad. Half a degree.
-/// Tuned: on flights with tuning seeds (docs/flights.md). Half a degree.
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md). Half a degree.
 const IMAGE_RAD: f32 = 0.0087;
 /// A path this near to where the ground bounce must come from is the ground bounce, rad. Two degrees.
-/// Tuned: on flights with tuning seeds (docs/flights.md). Two degrees.
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md). Two degrees.
 const BOUNCE_RAD: f32 = 0.035;
 
 /// What path estimation and link state said of the line of sight in the sweep before the symbols.

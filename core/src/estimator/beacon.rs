@@ -20,7 +20,7 @@ pub struct BeaconLimits {
     /// Given: the GMT is a slow vehicle.
     pub speed_m_per_s: f64,
     /// Slack of a single position, m.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub slack_m: f64,
     /// Walk of an honest beacon's error, m per root s and axis.
     /// Derived: 20 mm that wander over a minute, sqrt(2 / 60 s).
@@ -29,7 +29,7 @@ pub struct BeaconLimits {
     /// Given: carrier phase noise of a satellite receiver, twice over for the height.
     pub white_m: f64,
     /// Share of the creep that is kept from stop to stop.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub memory: f64,
     /// Where the GMT was set up, if whoever did so says it.
     pub setup: Option<Setup>,

@@ -165,13 +165,13 @@ pub struct Gates {
     /// Derived: one honest scalar in 15 800 is beyond: four standard deviations.
     pub one: f64,
     /// Position sigma (norm, m) up to which a sweep without a consistent neighbour is believed.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub trusted_m: f64,
     /// Position sigma (norm, m) above which the filter counts as lost.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub lost_m: f64,
     /// Attitude sigma (norm, rad) above which the attitude counts as lost and is found anew.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub attitude_lost_rad: f64,
     /// Contested sweeps in a row before the pose is fixed anew: more than any run of equal outliers that is to be
     /// ridden out.

@@ -26,10 +26,10 @@ const MOST_PATHS: usize = 9;
 /// Derived: of sweeps twice a second, the next but one at most.
 const APART_S: (f64, f64) = (0.1, 1.2);
 /// Two paths are one when they have grown by nothing but what the motion explains, m, and come from one direction ([`SAME_RAD`]).
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const SAME_M: f64 = 1.0;
 /// Directions closer than this are one, rad. A departure known worse does not tell what the GMT's motion does.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const SAME_RAD: f64 = 0.05;
 /// Square of the standard deviations beyond which a difference is no growth of one path: one that was exchanged for its neighbour errs by
 /// decimetres.
@@ -39,7 +39,7 @@ const GATE: f64 = 9.0;
 /// Derived: what an honest beacon scatters between two sweeps: 5 mm an axis in each, and its walk.
 const STANDING_M: f64 = 0.01;
 /// Standard deviation of a difference beside what the delays claim, m: paths that come nearly at once pull at each other.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const PULLED_M: f64 = 0.02;
 
 /// A path as the next sweep needs it.

@@ -96,7 +96,7 @@ pub(super) struct Innovation {
 /// Derived: one honest pair in thirty is further apart.
 pub(super) const APART_SIGMAS: f64 = 3.0;
 /// Chi-square of three rows up to which they are believed.
-/// Derived: one honest measurement in 5900 is beyond: in an hour, two of a sweep's sights, or of a beacon's stops.
+/// Derived: one honest measurement in 5900 is beyond, about one in an hour of sweeps.
 pub(super) const BELIEVED_OF_THREE: f64 = 20.0;
 
 impl Innovation {

@@ -17,13 +17,13 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Gyroscope and accelerometer carry an attitude on for this long, ns: the level one after rest, and the heading without a line of sight,
 /// beyond which the magnetic one is better than none (docs/localization.md, "The model").
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 pub(super) const CARRIED_NS: u64 = 10_000_000_000;
 /// Standard deviation of the velocity of a UAV whose places of the last second are one, m/s per axis.
 /// Derived: a start's places lie within 0.25 m in up to 1.2 s (`core/src/cslam/level.rs`).
 const STILL_SIGMA_M_PER_S: f64 = 0.2;
 /// Part of the tilt's standard deviation that is not the accelerometer's bias, rad: how the gyroscope has carried it on.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const CARRIED_SIGMA_RAD: f64 = 2e-3;
 /// Standard deviation of an angle of arrival by the arrays' calibration, rad: their states learn it only later.
 /// Derived: slope and tilt of an array in the error budget, 1.7 and 1.75 mrad, in squares.

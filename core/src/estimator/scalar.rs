@@ -11,13 +11,13 @@ use crate::geometry::Real;
 use crate::signal::wrap_delay_m;
 
 /// Measurements that agree on a new offset within this may set the clock anew, m (besides what its drift explains).
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const STEP_AGREEMENT_M: f64 = 1.0;
 /// The same of exchanges that have told a rate of their own.
 /// Derived: four standard deviations of the difference of two.
 const LINE_AGREEMENT_M: f64 = 0.5;
 /// Exchanges stray as long as one has strayed within this, ns: what the strays of a shadow have done to the clock shows in that time.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const STRAYING_NS: u64 = 10_000_000_000;
 /// A constant error of timing beyond this is a lie.
 /// Derived: ten times what radios have, m.
@@ -30,7 +30,7 @@ const STRAY: [f64; 2] = [0.03, 0.2];
 /// Measured: with [`STRAY`].
 const STRAY_M: f64 = 1.5;
 /// Exchanges, and sweeps, further apart than this do not confirm each other, s: five sweeps.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 pub(super) const SUSPECT_S: f64 = 2.6;
 /// As many exchanges in agreement contradict the clock.
 /// Derived: A single one may be right after an outlier that a silence has let pass (docs/localization.md, "When the GMT lies").
@@ -42,7 +42,7 @@ const ACQUIRED: u32 = 3;
 /// Derived: half of the sweeps. There, sights are poor, too, and one that passes by chance says nothing.
 const REFUTED_STRAYING: u32 = 3;
 /// Standard deviation of a clock that a start may stand on, in those of an exchange.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const SETTLED: f64 = 2.0;
 /// A step that timing alone has told leaves the clock no less sure than it is long, up to this, m.
 /// Numerical: single precision holds no more beside the centimetres of an exchange.

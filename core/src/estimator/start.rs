@@ -18,7 +18,7 @@ use crate::signal::DELAY_PERIOD_M;
 pub(super) const START_FIXES: usize = 5;
 /// Standard deviations of a pose from a window beside the noise of its fixes: position m, velocity m/s, attitude rad (angles of
 /// arrival, arrays).
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const FIXED_SIGMA: (f64, f64, f64) = (0.3, 0.3, SIGHT_SCATTER_RAD);
 
 /// Mean square of the change of a face's cosine with the mast's tilt.

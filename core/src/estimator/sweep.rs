@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 /// Given: what the state is called; nothing is reckoned with it.
 const DEAD_AFTER_NS: u64 = 2_000_000_000;
 /// The vote takes a contradiction of up to this many gates in by inflation.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const MOST_INFLATED: f64 = 4.0;
 /// The same of a path that proves itself: twice over.
 const MOST_INFLATED_PROVEN: f64 = MOST_INFLATED * MOST_INFLATED;

@@ -19,29 +19,23 @@ use crate::inertial::ImuIncrement;
 /// Capacity: memory of the window.
 pub(super) const WINDOW: usize = 6;
 /// A fix further than this from the common line is wrong, m; and two sweeps agree within it.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 pub(super) const LINE_TOLERANCE_M: f64 = 0.5;
 /// An angle of arrival further than this from the common attitude is wrong, rad (3 deg: gyro bias within the window).
-/// Tuned: on flights with tuning seeds (docs/flights.md). 3 degrees.
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md). 3 degrees.
 const SIGHT_TOLERANCE_RAD: f64 = 0.052;
 /// Scatter of the angles between the two ends of a sight beside what its departure claims, rad per axis.
 /// Derived: the ground's bounce draws departures aside, and a gyroscope's bias of 0.5 deg/s turns the body as far in a second.
 pub(super) const SIGHT_SCATTER_RAD: f64 = 0.008;
-/// Normal deviate that one window in a thousand is beyond.
+/// Normal deviate that one window in a thousand is beyond, on either side one in five hundred.
 /// Derived: the quantile .999 of the normal distribution.
 const DEVIATE: f64 = 3.09;
-/// Specific force seen from outside and from inside agree up to this, m/s^2.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
-const FORCE_TOLERANCE_M_PER_S2: f64 = 2.0;
 /// Scatter of fixes per axis beside what their departures claim, m.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const FIX_SCATTER_M: f64 = 0.06;
 /// Error of the specific force seen in the body: an accelerometer bias of 20 mg, rad.
 /// Given: the error budget.
 const FORCE_TILT_RAD: f64 = 0.02;
-/// Line of sight and specific force must not be nearer to parallel than this: sine of 15 deg.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
-const LEAST_SINE: f64 = 0.26;
 /// A vector shorter than this has no direction.
 /// Numerical: a guard of a division.
 const LEAST_NORM: f64 = 1e-6;
@@ -310,14 +304,16 @@ fn attitude_at_first(motion: &[(Segment, Fix)], bend: &Bend) -> Option<(Matrix3<
         sight += fix.towards_gmt;
         seen += since.turn * fix.seen;
     }
-    if (outside.norm() - inside.norm()).abs() > FORCE_TOLERANCE_M_PER_S2 {
+    let scatter = motion.iter().zip(&bend.weights);
+    let square: f64 = scatter.map(|((_, fix), w)| 4.0 * w * w * fix.variance_m2).sum();
+    let force = libm::sqrt(square) / STANDARD_GRAVITY_M_PER_S2;
+    // Seen from outside and from inside it is as long, but for how both err.
+    let longer = (outside.norm() - inside.norm()).abs() / STANDARD_GRAVITY_M_PER_S2;
+    if longer > DEVIATE * libm::hypot(force, FORCE_TILT_RAD) {
         return None;
     }
     let (there, sine) = triad(&sight, &outside)?;
     let (here, _) = triad(&seen, &inside)?;
-    let scatter = motion.iter().zip(&bend.weights);
-    let square: f64 = scatter.map(|((_, fix), w)| 4.0 * w * w * fix.variance_m2).sum();
-    let force = libm::sqrt(square) / STANDARD_GRAVITY_M_PER_S2;
     // The force only tells the turn about the line of sight, and that the worse the nearer it lies to it.
     Some((
         there * here.transpose(),
@@ -402,13 +398,12 @@ impl Bend {
     }
 }
 
-/// Orthonormal axes from a sure direction and a less sure one, and the sine between these; `None` when they are nearly
-/// parallel.
+/// Orthonormal axes from a sure direction and a less sure one, and the sine between these; `None` when they are parallel.
 fn triad(first: &Vector3<f64>, second: &Vector3<f64>) -> Option<(Matrix3<f64>, f64)> {
-    let x = first.try_normalize(1e-6)?;
-    let side = x.cross(&second.try_normalize(1e-6)?);
+    let x = first.try_normalize(LEAST_NORM)?;
+    let side = x.cross(&second.try_normalize(LEAST_NORM)?);
     let sine = side.norm();
-    if sine.is_nan() || sine < LEAST_SINE {
+    if sine.is_nan() || sine < LEAST_NORM {
         return None;
     }
     let z = side / sine;

@@ -18,7 +18,7 @@ const MISS_SIGMAS: f32 = 1.28;
 /// Derived: D(0)^2 + D(1)^2.
 const PAIR_SHARE: f32 = 1.05;
 /// Chance that a beam of noise passes for more than noise, from which on a look is worth its cost.
-/// Tuned: on `cslam accuracy` and flights with tuning seeds (docs/path-estimation.md).
+/// Tuned: `cslam accuracy`, and `cslam campaign` with tuning seeds (docs/path-estimation.md).
 const WORTH: f64 = 0.25;
 
 /// Screen for `C` channels.

@@ -32,7 +32,7 @@ const MEDIAN: f64 = 1.253_314;
 /// Derived: twice what that is known to.
 const SIGNAL_EVERYWHERE: f64 = 1.05;
 /// Growth that a sweep allows: a noise that was learned too low, or that rises as the front end warms up, is caught up with by 0.1 % a second.
-/// Tuned: on `cslam accuracy` and flights with tuning seeds (docs/path-estimation.md).
+/// Tuned: `cslam accuracy`, and `cslam campaign` with tuning seeds (docs/path-estimation.md).
 const GROWTH: f64 = 1.000_5;
 
 /// The noise, and what this sweep adds to it. Powers are those of [`super::Measured::mean_power`].

@@ -17,13 +17,13 @@ use crate::paths::multi_start::JOINT_STEPS;
 /// Paths nearer than this in delay form a group, whatever their directions: a single array sees only a cone, so even
 /// opposite directions mix. (3 m and 45 degrees would suit two paths alone; that leaves false paths beside two strong
 /// ones of equal delay.)
-/// Tuned: on `cslam accuracy` and flights with tuning seeds (docs/path-estimation.md).
+/// Tuned: `cslam accuracy`, and `cslam campaign` with tuning seeds (docs/path-estimation.md).
 const CLOSE_M: f32 = 4.0;
 /// One more path must explain this many times the noise variance (log-likelihood).
 /// Derived: eleven more parameters explain 5.5 on average, and of noise one in 1.6 million explains as much (chi-square, 50).
 const MEMBER_GAIN: f32 = 25.0;
 /// Factor by which the noise may have fallen since a joint fit.
-/// Tuned: on `cslam accuracy` and flights with tuning seeds (docs/path-estimation.md).
+/// Tuned: `cslam accuracy`, and `cslam campaign` with tuning seeds (docs/path-estimation.md).
 const UNSETTLED: f32 = 1.3;
 
 impl<const A: usize, const E: usize, T: Meter> Search<'_, A, E, T> {

@@ -13,9 +13,9 @@ use nalgebra::{Matrix2, Matrix3, Vector3};
 use crate::geometry::{Body, Direction};
 
 /// Gates: 0.5 m and 6 degrees.
-/// Tuned: on `cslam accuracy` and flights with tuning seeds (docs/path-estimation.md).
+/// Tuned: `cslam accuracy`, and `cslam campaign` with tuning seeds (docs/path-estimation.md).
 const GATE_M: f32 = 0.5;
-/// Tuned: on `cslam accuracy` and flights with tuning seeds (docs/path-estimation.md). 6 degrees.
+/// Tuned: `cslam accuracy`, and `cslam campaign` with tuning seeds (docs/path-estimation.md). 6 degrees.
 const GATE_RAD: f32 = 0.104_72;
 /// Squared Mahalanobis distance (3 degrees of freedom) up to which looks are averaged: one in 5e4 is beyond by chance.
 /// Derived: one of honest looks in 25 000 is beyond by chance.

@@ -41,7 +41,7 @@ const CANDIDATE_SIGMAS: f32 = 3.0;
 /// Measured: it does for 95 % of the candidates under noise, and for 1 in 1000 that a fit would have accepted at -24 to -18 dB.
 const COARSE_SHARE: f32 = 0.7;
 /// A peak is a known path when that path's direction explains this share of what stands out of the noise.
-/// Tuned: on `cslam accuracy` and flights with tuning seeds (docs/path-estimation.md).
+/// Tuned: `cslam accuracy`, and `cslam campaign` with tuning seeds (docs/path-estimation.md).
 const KNOWN_SHARE: f32 = 0.8;
 /// Times the energy that makes a path at which its place is beyond doubt.
 /// Measured: at -15 dB one in a thousand is in another lobe.

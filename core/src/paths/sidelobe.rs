@@ -12,7 +12,7 @@ use super::departure::{Aim, Departures, LOOKS, PASSES, STILL_RAD};
 use crate::geometry::{Direction, Gmt};
 
 /// Misfit a degree of freedom above which a fit is not believed. An honest one has 1.
-/// Tuned: on `cslam accuracy` and flights with tuning seeds (docs/path-estimation.md).
+/// Tuned: `cslam accuracy`, and `cslam campaign` with tuning seeds (docs/path-estimation.md).
 const MISFIT: f32 = 2.0;
 /// Looks that tell anything about a misfit.
 /// Derived: two parameters and a strength are fitted.
@@ -31,7 +31,7 @@ const SEARCHED: usize = 12;
 /// Places that are fitted, and how far they are apart, rad.
 /// Capacity: work of the fits.
 const PLACES: usize = 6;
-/// Tuned: on `cslam accuracy` and flights with tuning seeds (docs/path-estimation.md).
+/// Tuned: `cslam accuracy`, and `cslam campaign` with tuning seeds (docs/path-estimation.md).
 const APART_RAD: f32 = 0.2;
 /// Log-likelihood, doubled, by which the best place must lead the next: when it is the one around the strongest beam, and
 /// when it is not.

@@ -30,7 +30,7 @@ const GATE_TAPS: f32 = 0.41;
 /// Derived: the cosine of 6 degrees, as in the merge.
 const GATE_COSINE: f32 = 0.994_5;
 /// A peak may be a known path whose delay is this near, taps.
-/// Tuned: on `cslam accuracy` and flights with tuning seeds (docs/path-estimation.md).
+/// Tuned: `cslam accuracy`, and `cslam campaign` with tuning seeds (docs/path-estimation.md).
 const NEAR_TAPS: f32 = 0.75;
 /// Taps of the matched filter on both sides of a path.
 /// Derived: as in the fit ([`super::fit::REACH`]).
@@ -46,7 +46,7 @@ const HALF_WAY: f32 = 0.4;
 /// Derived: what is left of them lies 12 dB under a path at the floor.
 const MARGIN: f32 = 4.0;
 /// A path is worth another transform where it is stronger than in any beam before by this factor, 1 dB.
-/// Tuned: on `cslam accuracy` and flights with tuning seeds (docs/path-estimation.md).
+/// Tuned: `cslam accuracy`, and `cslam campaign` with tuning seeds (docs/path-estimation.md).
 const BETTER: f32 = 1.26;
 /// Load on the diagonal of the joint fit.
 /// Numerical: two paths that a beam cannot tell apart share what is there.

@@ -12,7 +12,7 @@
 /// near the edge of the beams the gain is known to 5 dB. Nor can it be so much stronger: the ground's bounce adds 6 dB at most.
 pub(super) const UNREFLECTED_DB: f32 = 7.0;
 /// A wave that has lost more is no longer told from the images that the arrays make of others, dB.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const MOST_DB: f32 = 25.0;
 /// The mean of (1 - s) / s over edges from a tenth to nine tenths of the way.
 /// Derived: ln 9 - 0.8 over 0.8.

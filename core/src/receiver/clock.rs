@@ -4,7 +4,7 @@
 //! not enough: its rate, from the last two, carries it on.
 
 /// Exchanges further apart than this tell no rate, ns.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const LONGEST_GAP_NS: u64 = 5_000_000_000;
 /// A rate beyond this is a step of the clock, or a wrong exchange, m/s.
 /// Given: 20 parts per million.

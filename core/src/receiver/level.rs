@@ -22,30 +22,30 @@ use crate::receiver::Receiver;
 /// Derived: the tilt of rest is known to 20 mrad, of a longer way the end to nothing that is of use.
 const RANGE_M: (f64, f64) = (1.0, 80.0);
 /// Angles of departure that count, standard deviation, rad.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const DEPARTURE_SIGMA_RAD: f32 = 0.012;
 /// How far the elevation of a departure may be off that of its triangle, sine.
 /// Derived: thrice the tilt of rest.
 const ELEVATION: f64 = 0.06;
 /// Least horizontal part of a direction that has an azimuth.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const LEAST_LEVEL: f64 = 0.5;
 /// Yaws within this of one another agree, rad: tilt again.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const SAME_YAW_RAD: f64 = 0.03;
 /// Departures further apart than this in azimuth are different ways, rad: not two images of one wall.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const APART_RAD: f64 = 0.17;
 /// Ways that must agree in a sweep, and sweeps in a row.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const WAYS: usize = 3;
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const SWEEPS: u8 = 3;
 /// Sweeps agree within these: time s, place m, yaw rad.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const SAME: (f64, f64, f64) = (1.2, 0.25, 0.02);
 /// Standard deviation of the yaw, rad.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const YAW_SIGMA_RAD: f64 = 0.012;
 /// A leg shorter than this has no direction, m.
 /// Numerical: a guard of a division.

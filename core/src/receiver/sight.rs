@@ -28,25 +28,25 @@ use crate::receiver::Receiver;
 
 /// Paths within this of the first one are one with it: images that the arrays' errors make, the ground bounce, m. The
 /// strongest is taken.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 pub(super) const AT_ONCE_M: f64 = 0.45;
 /// Standard deviation of the position, norm, from which on it does not tell whether a path is direct, m.
 /// Derived: where a pose counts as lost.
 const PLACED_M: f32 = 3.0;
 /// Standard deviation of the attitude, norm, from which on it does not tell whether a path is straight, rad.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const ORIENTED_RAD: f32 = 0.1;
 /// Excess delay up to which the first path may be direct, m, and the same in standard deviations; the larger counts.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const EXCESS: (f32, f32) = (0.6, 4.0);
 /// Angle off the expected direction up to which it may, rad, and the same in standard deviations; the sum counts.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const ANGLE: (f32, f32) = (0.05, 4.0);
 /// A path proves itself with an attitude and a departure of this standard deviation, when the two ends differ by no more, rad.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const PROVEN_RAD: f32 = 0.01;
 /// How far from where the pose puts the line of sight beam squint looks for it, direction cosine. Half a beam is 0.125.
-/// Tuned: on flights with tuning seeds (docs/flights.md).
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const POSE_RADIUS: f32 = 0.1;
 
 /// The path that is the line of sight.

@@ -9,37 +9,37 @@ pub struct SurfaceConfig {
     pub confirmed_probability: f32,
     /// Standard deviation of the shift that a confirmed surface, and a new one, has at most, m: a surface that is known worse
     /// says nothing of which of two paths is its own.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub most_shift_m: f32,
     /// Standard deviation of the lean of a wall and of the slope of a floor, rad.
     /// Given: builders' plumb lines.
     pub lean_rad: f32,
     /// Log-odds that a surface starts below even with when a path shows it less directly: as the other one of a pair, or
     /// neither upright nor level.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub doubtful_log_odds: f32,
     /// A new surface is not born this near to a parallel one, m: that one was merely off. Within half of it two are merged.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub same_m: f32,
     /// Angle between normals of parallel surfaces, rad.
-    /// Tuned: on flights with tuning seeds (docs/flights.md). 3.6 degrees.
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md). 3.6 degrees.
     pub same_rad: f32,
     /// Nothing is learnt of a surface further than this outside what was seen of it, m: a wall is only known where it was seen.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub reach_m: f32,
     /// Motion of the transmitter, or of the point of reflection, that makes what the network says of a path independent, m.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub independent_m: f32,
     /// Share of the other chains whose image moves with the transmitter just as the surface's own does: three parallel walls are one plane to
     /// a single reflection, and to each of a pair.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub indistinct_share: f32,
     /// Probability that a reflection that should be seen is among the paths. The confirmed walls of flights would allow more, but
     /// windows and strips between them reflect elsewhere.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub detection: f32,
     /// Log-odds that a contradiction takes: a line of sight through the surface, or its path through a confirmed one.
-    /// Tuned: on flights with tuning seeds (docs/flights.md).
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub contradiction_log_odds: f32,
     /// Sightings in a row of which the pose's error makes as much as one, at two sweeps per second: of a plane they tell no more.
     /// Measured: over 24 tuning flights the errors of position and attitude are correlated over 31 sweeps (`1 + 2` sums of their

@@ -22,8 +22,39 @@ Every number of the flight code behind the front end, with where it comes from:
 | Capacity | a bound of memory or of work |
 | Numerical | a step, a guard or a tolerance of an iteration, beside which the result does not change |
 
-Units are those that the names end in.
+Units are those that the names end in; process noise is a density, per root second as well.
 ";
+
+/// Ends of names and their units, longer ends first.
+const UNITS: [(&str, &str); 20] = [
+    ("_rad2_per_s", "rad^2/s"),
+    ("_m2_per_s3", "m^2/s^3"),
+    ("_rad_per_s", "rad/s"),
+    ("_m_per_s3", "m/s^3"),
+    ("_m_per_s2", "m/s^2"),
+    ("_m_per_s", "m/s"),
+    ("_samples", "samples"),
+    ("_sigmas", "standard deviations"),
+    ("_per_m", "1/m"),
+    ("_sweeps", "sweeps"),
+    ("_taps", "taps"),
+    ("_dbm", "dBm"),
+    ("_deg", "degrees"),
+    ("_rad", "rad"),
+    ("_m2", "m^2"),
+    ("_db", "dB"),
+    ("_ns", "ns"),
+    ("_hz", "Hz"),
+    ("_m", "m"),
+    ("_s", "s"),
+];
+
+/// Unit that a name ends in; nothing where it has none.
+fn unit(name: &str) -> &'static str {
+    let name = name.to_lowercase();
+    let found = UNITS.iter().find(|(end, _)| name.ends_with(end));
+    found.map_or("", |(_, unit)| unit)
+}
 
 /// The page.
 #[must_use]
@@ -113,16 +144,17 @@ fn elements(constant: &Constant, effects: &Effects) -> Vec<String> {
 fn varied<'a>(constants: impl Iterator<Item = &'a Constant>, effects: &Effects, text: &mut String) {
     let _ = writeln!(
         text,
-        "\n| number | value | source | flights | half | double |\n|---|---|---|---|---:|---:|"
+        "\n| number | value | unit | source | flights | half | double |\n|---|---|---|---|---|---:|---:|"
     );
     for (set, own) in &effects.as_it_is {
         let own = format!("{:.2} %; {:.3}", own.precision * 100.0, own.position_m);
-        let _ = writeln!(text, "| *as it is* | | | {set} | {own} | {own} |");
+        let _ = writeln!(text, "| *as it is* | | | | {set} | {own} | {own} |");
     }
     for constant in constants {
         let said = constant.source.as_ref().map_or("", |source| source.text.as_str());
         for name in elements(constant, effects) {
-            let head = format!("| `{name}` | `{}` | {} |", cell(&constant.value), cell(said));
+            let (value, unit) = (cell(&constant.value), unit(&constant.name));
+            let head = format!("| `{name}` | `{value}` | {unit} | {} |", cell(said));
             let rows = effects.as_it_is.iter().filter_map(|(set, own)| {
                 let effect = effects.of.get(&(name.clone(), set.clone()))?;
                 Some(format!("{set} | {} |", cells(effect, *own)))
@@ -156,18 +188,18 @@ fn others(room: &str, constants: &[Constant], text: &mut String) {
         .filter(|constant| constant.room == room && !is_of(constant, Class::Tuned));
     let _ = writeln!(
         text,
-        "\n## Others of {room}\n\n| number | file | value | class | source |\n|---|---|---|---|---|"
+        "\n## Others of {room}\n\n| number | file | value | unit | class | source |\n|---|---|---|---|---|---|"
     );
     for constant in of_room {
         let (class, said) = constant
             .source
             .as_ref()
             .map_or(("", ""), |s| (s.class.name(), s.text.as_str()));
-        let (file, value) = (&constant.file, cell(&constant.value));
+        let (name, file, value) = (&constant.name, &constant.file, cell(&constant.value));
         let _ = writeln!(
             text,
-            "| `{}` | {file} | `{value}` | {class} | {} |",
-            constant.name,
+            "| `{name}` | {file} | `{value}` | {} | {class} | {} |",
+            unit(name),
             cell(said)
         );
     }
