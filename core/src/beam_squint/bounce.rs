@@ -11,7 +11,8 @@ use heapless::Vec;
 use nalgebra::{Complex, Matrix2, Matrix3, Vector2, Vector3};
 
 use super::fit::{
-    BLIND_STEPS, FREE, Fit, LEAST_DETERMINANT, LONGEST_M, MOST_DAMPING, NEAR_ENOUGH, Place, ROUNDING, ReceivedSymbols, SETTLED,
+    BLIND_STEPS, FREE, Fit, LEAST_DETERMINANT, LONGEST_M, MOST_DAMPING, NEAR_ENOUGH, Place, ROUNDING,
+    ReceivedSymbols, SETTLED,
 };
 use super::pattern::{Row, Spin};
 use super::reception::Spectrum;

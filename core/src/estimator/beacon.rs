@@ -10,7 +10,7 @@
 //! An error that a beacon has had from its first word on moves everything alike, and no measurement on board can show it. Only
 //! whoever set the GMT up can: [`BeaconLimits::setup`].
 
-use super::gate::BELIEVED_OF_THREE;
+use super::row::BELIEVED_OF_THREE;
 use nalgebra::Vector3;
 
 /// Limits of the check.

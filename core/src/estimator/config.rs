@@ -4,7 +4,7 @@
 //! flying.
 
 use super::beacon::BeaconLimits;
-use super::gate::BELIEVED_OF_THREE;
+use super::row::BELIEVED_OF_THREE;
 use super::window::WINDOW;
 use crate::constants::{SPEED_OF_LIGHT_M_PER_S, STANDARD_GRAVITY_M_PER_S2};
 

@@ -7,8 +7,7 @@
 use super::covariance::Covariance;
 use super::measurement::PATH_ROWS;
 use super::row::Row;
-use super::scalar::SUSPECT_S;
-use super::window::{LINE_TOLERANCE_M, SIGHT_SCATTER_RAD};
+use super::window::{LINE_TOLERANCE_M, SIGHT_SCATTER_RAD, SUSPECT_S};
 use crate::geometry::Real;
 use nalgebra::Vector3;
 
@@ -95,9 +94,6 @@ pub(super) struct Innovation {
 /// Two estimates of the same, of three axes each, differ by no more standard deviations of their difference.
 /// Derived: one honest pair in thirty is further apart.
 pub(super) const APART_SIGMAS: f64 = 3.0;
-/// Chi-square of three rows up to which they are believed.
-/// Derived: one honest measurement in 5900 is beyond, about one in an hour of sweeps.
-pub(super) const BELIEVED_OF_THREE: f64 = 20.0;
 
 impl Innovation {
     /// What an update leaves: a later sweep agrees with it when it agrees with the filter.

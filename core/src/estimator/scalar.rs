@@ -5,7 +5,7 @@ use super::level::CARRIED_NS;
 use super::measurement::{LEAST_RANGE_M, Transmitter};
 use super::row::Row;
 use super::sweep::BLIND_AFTER_NS;
-use super::window::Departure;
+use super::window::{Departure, SUSPECT_S};
 use super::{Filter, Gates};
 use crate::geometry::Real;
 use crate::signal::wrap_delay_m;
@@ -29,9 +29,6 @@ const TIMING_OFF_M: f64 = 0.3;
 const STRAY: [f64; 2] = [0.03, 0.2];
 /// Measured: with [`STRAY`].
 const STRAY_M: f64 = 1.5;
-/// Exchanges, and sweeps, further apart than this do not confirm each other, s: five sweeps.
-/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
-pub(super) const SUSPECT_S: f64 = 2.6;
 /// As many exchanges in agreement contradict the clock.
 /// Derived: A single one may be right after an outlier that a silence has let pass (docs/localization.md, "When the GMT lies").
 const CONTRADICTION: u32 = 2;

@@ -11,10 +11,12 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::nominal::rotation;
-use super::scalar::SUSPECT_S;
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::inertial::ImuIncrement;
 
+/// Exchanges, and sweeps, further apart than this do not confirm each other, s: five sweeps.
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
+pub(super) const SUSPECT_S: f64 = 2.6;
 /// Fixes kept.
 /// Capacity: memory of the window.
 pub(super) const WINDOW: usize = 6;

@@ -15,6 +15,8 @@
 //!
 //! An int8 weight takes an i16 here because the chip multiplies two pairs of i16 in one instruction and has to unpack
 //! int8 first (docs/signal-model.md, "Fixed point").
+//!
+//! Given: the layout above.
 
 /// Four neighbouring activations, int8 values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,6 +2,8 @@
 //!
 //! The second repetition is the block that the receiver keeps, so delays are cyclic. Source: docs/signal-model.md, "Waveform and
 //! link budget".
+//!
+//! Given: there.
 
 use super::SAMPLES;
 use crate::array::phasor;

@@ -102,19 +102,12 @@ impl Constant {
 
 /// Rooms whose numbers are on the page, each with its folders and files below `core/src`.
 pub const ROOMS: [(&str, &[&str]); 7] = [
-    ("paths", &["ltd", "paths"]),
+    ("paths", &["kernels", "paths", "signal"]),
     ("surfaces", &["surfaces"]),
     ("association", &["association"]),
-    (
-        "estimator",
-        &[
-            "localization/filter",
-            "localization/hpc.rs",
-            "localization/pose.rs",
-        ],
-    ),
-    ("inertial", &["localization/imu", "localization/inertial.rs"]),
-    ("receiver", &["cslam", "localization/bsm"]),
+    ("estimator", &["estimator"]),
+    ("inertial", &["inertial"]),
+    ("receiver", &["receiver", "beam_squint"]),
     ("map", &["map"]),
 ];
 

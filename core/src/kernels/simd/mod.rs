@@ -13,6 +13,8 @@
 //!
 //! The instruction text that kernels share is in `instructions.rs` and `columns.rs`, with the use of the registers. r6 and
 //! r7 cannot be operands of `asm!`: each block saves them on the stack.
+//!
+//! Given: the instruction set.
 #![allow(unsafe_code)]
 
 use core::arch::asm;
