@@ -85,6 +85,9 @@
 #![no_std]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+#[cfg(feature = "watch")]
+extern crate alloc;
+
 pub mod array;
 pub mod association;
 pub mod beam_squint;

@@ -8,6 +8,9 @@
 //! A binary per board (`src/bin`) adds memory, UART, clock and log. A board is chosen by a feature; see `build.rs`.
 #![no_std]
 
+#[cfg(feature = "watch")]
+extern crate alloc;
+
 pub mod app;
 pub mod association_check;
 pub mod board;

@@ -43,6 +43,7 @@ pub mod seeded;
 pub mod sensors;
 pub mod settings_image;
 pub mod sigmf;
+pub mod smoother;
 pub mod solve;
 pub mod statistics;
 pub mod table;

@@ -62,6 +62,30 @@ impl<T: Real> Transition<T> {
     }
 }
 
+#[cfg(feature = "watch")]
+impl<T: Real> Transition<T> {
+    /// The transition in double precision.
+    #[must_use]
+    pub fn to_f64(&self) -> Transition<f64> {
+        Transition {
+            dt_s: self.dt_s.to_f64(),
+            force_m_per_s2: self.force_m_per_s2.map(T::to_f64),
+            attitude: self.attitude.map(T::to_f64),
+            rate_rad_per_s: self.rate_rad_per_s.map(T::to_f64),
+        }
+    }
+
+    /// Carries the errors of all states over the motion: `x <- (I + F dt) x`. What is missing of `x` counts as zero.
+    pub fn carry(&self, x: &mut [T]) {
+        let change = self.change(|i| x.get(i).copied().unwrap_or(T::zero()));
+        for (&i, change) in CHANGED.iter().zip(change) {
+            if let Some(value) = x.get_mut(i) {
+                *value += change;
+            }
+        }
+    }
+}
+
 /// States that a motion changes.
 /// Derived: position, velocity, attitude, the clock's offset and drift.
 const CHANGED: [usize; 11] = [0, 1, 2, 3, 4, 5, 6, 7, 8, CLOCK_OFFSET, CLOCK_DRIFT];

@@ -39,6 +39,7 @@ mod scalar;
 mod start;
 mod sweep;
 mod sweep_measurement;
+mod watch;
 mod window;
 
 pub(crate) use beacon::GMT_PACE_M_PER_S;
@@ -59,6 +60,8 @@ pub use pose::{ClockEstimate, Pose};
 pub use row::{ROW_CAPACITY, Row};
 pub use scalar::TimingVerdict;
 pub use sweep_measurement::{SweepMeasurement, SweepVerdict};
+#[cfg(feature = "watch")]
+pub use watch::{Step, Watch};
 
 use self::contrary::{Doubt, Magnetic};
 use self::delta_range::Lengths;
@@ -145,6 +148,8 @@ pub struct Filter<T: Real, const N: usize> {
     ratios: TestRatios,
     /// Last increment that was missing or doubtful, ns.
     last_gap_ns: Option<u64>,
+    #[cfg(feature = "watch")]
+    watch: Option<alloc::sync::Arc<dyn Watch<T, N>>>,
 }
 
 impl<T: Real, const N: usize> Filter<T, N> {
@@ -192,6 +197,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
             counters: Counters::default(),
             ratios: TestRatios::default(),
             last_gap_ns: None,
+            #[cfg(feature = "watch")]
+            watch: None,
         };
         filter.set_priors();
         filter

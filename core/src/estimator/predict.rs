@@ -7,6 +7,7 @@ use super::layout::{
 };
 use super::nominal::Nominal;
 use super::scalar::Pending;
+use super::watch::Step;
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::geometry::Real;
 use crate::inertial::{ImuIncrement, ImuStep, Motion};
@@ -156,6 +157,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     fn measured(&mut self, increment: &ImuIncrement, extra_accel: f64, extra_gyro: f64) {
+        self.tell(Step::Stands);
         let before = self.nominal.attitude;
         let dt = increment.end_ns.saturating_sub(self.nominal.time_ns) as f64 * 1e-9;
         let (place, velocity) = (self.nominal.position_m, self.nominal.velocity_m_per_s);
@@ -170,7 +172,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             unknown = noise.gap_accel_m_per_s * noise.gap_accel_m_per_s * dt;
         }
         self.window.advance(&increment.with_errors(&self.nominal.imu));
-        self.covariance.propagate(&Transition {
+        self.carry_covariance(&Transition {
             dt_s: T::of(dt),
             force_m_per_s2: force.map(T::of),
             // Halfway: the biases turn with the body.
@@ -193,14 +195,21 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.level = None;
         self.inertial_trouble(until_ns);
         let dt = until_ns.saturating_sub(self.nominal.time_ns) as f64 * 1e-9;
+        self.tell(Step::Stands);
         self.nominal.coast(until_ns);
-        self.covariance.propagate(&Transition {
+        self.carry_covariance(&Transition {
             dt_s: T::of(dt),
             force_m_per_s2: Vector3::new(T::zero(), T::zero(), T::zero()),
             attitude: self.nominal.attitude.map(T::of),
             rate_rad_per_s: Vector3::new(T::zero(), T::zero(), T::zero()),
         });
         self.add_noise(dt, accel, gyro);
+    }
+
+    #[inline(always)]
+    fn carry_covariance(&mut self, transition: &Transition<T>) {
+        self.covariance.propagate(transition);
+        self.tell(Step::Carried(transition));
     }
 
     /// Bridges missing steps.
@@ -245,6 +254,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         for i in 0..2 * super::layout::FACES {
             self.covariance.add(FACE_BIAS + i, T::of(walk(noise.face_bias)));
         }
+        self.tell(Step::Spread);
         if let Some(gap) = self.last_gap_ns
             && self.nominal.time_ns.saturating_sub(gap) > GAP_SHOWN_NS
         {
@@ -255,8 +265,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
 
     /// Adds estimated errors to the state and the planes.
     #[inline(never)]
-    pub(super) fn correct(&mut self, dx: &[T; N]) {
-        let dx = dx.map(T::to_f64);
+    pub(super) fn correct(&mut self, errors: &[T; N]) {
+        let dx = errors.map(T::to_f64);
         self.nominal.correct(&dx);
         for (k, slot) in self.slots.iter_mut().enumerate() {
             let first = super::layout::plane(k);
@@ -267,6 +277,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 slot.plane.plane = plane;
             }
         }
+        self.tell(Step::Corrected(errors));
         if !(self.nominal.is_finite() && self.covariance.is_sound()) {
             self.counters.broken = self.counters.broken.saturating_add(1);
             self.restart();

@@ -7,6 +7,7 @@
 use super::gate::chi_square;
 use super::layout::{plane, planes};
 use super::measurement::{MAX_BOUNCES, MappedPlane, ReflectedPath, Transmitter};
+use super::watch::Step;
 use super::{Filter, Slot};
 use crate::geometry::Real;
 
@@ -91,6 +92,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             plane: *found,
             used_ns: time_ns,
         };
+        self.tell(Step::Stands);
         let index = if self.slots.len() < limit {
             self.slots.push(entry).ok()?;
             self.slots.len() - 1
@@ -106,6 +108,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
         };
         let covariance = found.plane.covariance.map(|c| T::of(f64::from(c)));
         self.covariance.reset_block(plane(index), &covariance);
+        self.tell(Step::Forgot {
+            first: plane(index),
+            count: 3,
+        });
         Some(index)
     }
 }

@@ -5,6 +5,7 @@ use super::level::CARRIED_NS;
 use super::measurement::{LEAST_RANGE_M, Transmitter};
 use super::row::Row;
 use super::sweep::BLIND_AFTER_NS;
+use super::watch::Step;
 use super::window::{Departure, SUSPECT_S};
 use super::{Filter, Gates};
 use crate::geometry::Real;
@@ -268,7 +269,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// The timing's own error may have changed by this, m.
     fn doubt_timing_by(&mut self, doubt_m: f64) {
         let doubt_m = doubt_m.abs().min(MOST_DOUBT_M);
+        self.tell(Step::Stands);
         self.covariance.add(TWO_WAY_BIAS, T::of(doubt_m * doubt_m));
+        self.tell(Step::Doubted);
     }
 
     /// What the exchanges before have contradicted the clock by, when this one is as they were: it passes the gate only because the
@@ -297,7 +300,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 *a = T::of(share * RANGE_DOUBT_M);
             }
         }
+        self.tell(Step::Stands);
         self.covariance.spread(&along);
+        self.tell(Step::Doubted);
         self.health.clock_contested = true;
     }
 

@@ -7,6 +7,7 @@ use super::layout::{
 };
 use super::measurement::{PathMeasurement, Transmitter};
 use super::nominal::Nominal;
+use super::watch::Step;
 use super::window::{SIGHT_SCATTER_RAD, Solution};
 use super::{Covariance, Filter};
 use crate::geometry::Real;
@@ -186,6 +187,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.resets = self.resets.saturating_add(1);
         self.health.starting = true;
         self.set_priors();
+        self.tell(Step::Restarted);
     }
 
     /// The covariance before any measurement.

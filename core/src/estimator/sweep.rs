@@ -7,6 +7,7 @@ use super::layout::{ATTITUDE, POSITION, VELOCITY};
 use super::measurement::{LEAST_RANGE_M, MappedPlane, PATH_ROWS, PathMeasurement, PathRows, Transmitter};
 use super::row::Row;
 use super::sweep_measurement::{SweepMeasurement, SweepVerdict};
+use super::watch::Step;
 use super::window::WINDOW;
 use crate::geometry::Real;
 use nalgebra::Vector3;
@@ -108,6 +109,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.health.lost = self.running && self.sigma(POSITION) > self.gates().lost_m;
         self.health.attitude_lost = self.running && self.sigma(ATTITUDE) > self.gates().attitude_lost_rad;
         self.renew_head();
+        self.tell(Step::Stands);
         verdict
     }
 

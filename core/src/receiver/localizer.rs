@@ -39,6 +39,14 @@ impl<const STATES: usize> Localizer<STATES> {
         }
     }
 
+    /// Tells the filter's steps.
+    #[cfg(feature = "watch")]
+    pub(super) fn watch(&mut self, watch: alloc::sync::Arc<dyn crate::localization::filter::Watch<f32, STATES>>) {
+        if let Self::Filter(filter) = self {
+            filter.watch(watch);
+        }
+    }
+
     /// Takes over what rest has shown.
     pub(super) fn aligned(&mut self, alignment: &Alignment) {
         match self {

@@ -18,7 +18,7 @@ use crate::reflection::{Ends, Verdict, solve};
 
 /// A point is mapped when the GMT's place is known better than this, m per axis.
 /// Derived: where a pose counts as lost, so does the GMT.
-const MOST_GMT_SIGMA_M: f64 = 3.0;
+pub const MOST_GMT_SIGMA_M: f64 = 3.0;
 
 /// Where a sweep was measured from.
 #[derive(Clone, Copy)]

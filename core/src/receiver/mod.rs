@@ -31,6 +31,7 @@ mod sweep;
 
 pub use config::{Config, ConfigError, Departures, HpcConfig, LinkStates, Localization, Mapped};
 pub use gain::LinkBudget;
+pub use mapping::MOST_GMT_SIGMA_M;
 pub use receive::Residuals;
 pub use report::{Innovation, MappedPoint, Measured, Outcome, PathReport, SurfaceChanges, SweepReport};
 pub use rules::Rules;
@@ -152,6 +153,12 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             counters: Counters::default(),
             config,
         }
+    }
+
+    /// Tells every step of the filter from now on; without a filter there is none.
+    #[cfg(feature = "watch")]
+    pub fn watch(&mut self, watch: alloc::sync::Arc<dyn crate::localization::filter::Watch<f32, STATES>>) {
+        self.localizer.watch(watch);
     }
 
     /// A sample of the inertial sensor.

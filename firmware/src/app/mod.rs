@@ -189,6 +189,15 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         &self.cslam
     }
 
+    /// Tells every step of the receiver's filter from now on.
+    #[cfg(feature = "watch")]
+    pub fn watch(
+        &mut self,
+        watch: alloc::sync::Arc<dyn cslam_core::localization::filter::Watch<f32, STATES>>,
+    ) {
+        self.cslam.watch(watch);
+    }
+
     /// What became of everything that came in.
     pub fn counters(&self) -> &Counters {
         &self.counters

@@ -33,6 +33,8 @@ use ply::Encoding;
 pub struct Outputs<'a> {
     /// The flight.
     pub log: &'a FlightLog,
+    /// The same flight smoothed, where that was asked for.
+    pub smoothed: Option<&'a FlightLog>,
     /// Its scene, where there is one.
     pub scene: Option<&'a Scene>,
     /// How good it was.
@@ -85,6 +87,7 @@ impl Outputs<'_> {
         writes: |name| {
             let name = name.strip_suffix(".part").unwrap_or(name);
             Self::NAMES.contains(&name)
+                || Self::SMOOTHED_NAMES.contains(&name)
                 || Export::value_variants()
                     .iter()
                     .any(|export| export.name() == name)
@@ -104,6 +107,10 @@ impl Outputs<'_> {
         "report.html",
     ];
 
+    /// Names of the files that it makes of a smoothed flight beside these.
+    pub const SMOOTHED_NAMES: [&'static str; 3] =
+        ["map_smoothed.ply", "points_smoothed.ply", "trajectory_smoothed.tum"];
+
     /// Writes all files into `out`, which must exist, and these further ones.
     ///
     /// # Errors
@@ -115,6 +122,12 @@ impl Outputs<'_> {
         file(out, "map_truth.ply", |f| clouds::truth(f, encoding, log))?;
         file(out, "trajectory.tum", |f| tum::estimate(f, log))?;
         file(out, "truth.tum", |f| tum::truth(f, log))?;
+        if let Some(smoothed) = self.smoothed {
+            let [map, points, trajectory] = Self::SMOOTHED_NAMES;
+            file(out, map, |f| clouds::map(f, encoding, smoothed))?;
+            file(out, points, |f| clouds::points(f, encoding, smoothed))?;
+            file(out, trajectory, |f| tum::estimate(f, smoothed))?;
+        }
         file(out, "packets.bin", |f| f.write_all(self.packets))?;
         file(out, "flight.mcap", |f| recording::write(f, self))?;
         for export in exports {

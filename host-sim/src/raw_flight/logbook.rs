@@ -32,8 +32,13 @@ const MOVED_M: f64 = 0.5;
 
 impl Logbook {
     pub(super) fn new(header: Header, voxel_edge_m: f32) -> Self {
+        Self::over(FlightLog::new(header, f64::from(voxel_edge_m)))
+    }
+
+    /// A log that is made already and goes on.
+    pub(super) fn over(log: FlightLog) -> Self {
         Self {
-            log: FlightLog::new(header, f64::from(voxel_edge_m)),
+            log,
             gmt_index: 0,
             gmt_m: None,
             last_stop_m: None,
@@ -116,10 +121,21 @@ impl Logbook {
                 matches: Vec::new(),
             },
         });
-        for mapped in &report.points {
+        self.map(&report.points, &report.surfaces);
+    }
+
+    /// A sweep that has been entered.
+    pub(super) fn sweep_mut(&mut self, sweep: u32) -> Option<&mut SweepRecord> {
+        let found = self.log.sweeps.binary_search_by_key(&sweep, |record| record.sweep);
+        self.log.sweeps.get_mut(found.ok()?)
+    }
+
+    /// Enters points of sweeps that have been entered, and what becomes of their surfaces then.
+    pub(super) fn map(&mut self, points: &[MappedPoint], surfaces: &SurfaceChanges) {
+        for mapped in points {
             self.point(mapped);
         }
-        self.follow(&report.surfaces);
+        self.follow(surfaces);
     }
 
     /// Enters a point of a sweep that has been entered.
@@ -201,17 +217,15 @@ impl Logbook {
         for verdict in &verdicts {
             self.count(verdict);
         }
-        self.log.points.sort_by_key(|point| point.sweep);
         self.log.health = heard.health_counters();
         self.log.downlink = heard.traffic;
-        self.log.map = map
-            .points()
-            .map(|point| MapVoxel {
-                position_m: point.position.to_array().map(f64::from),
-                covariance_trace_m2: f64::from(point.variance_m2),
-                hits: u32::from(point.hits),
-            })
-            .collect();
+        self.with_map(map)
+    }
+
+    /// The log with this map, and its points by their sweeps.
+    pub(super) fn with_map<const N: usize>(mut self, map: &PointCloud<N>) -> FlightLog {
+        self.log.points.sort_by_key(|point| point.sweep);
+        self.log.map = map.points().map(MapVoxel::from).collect();
         self.log
     }
 }
@@ -236,7 +250,12 @@ fn innovation(of: &receiver::Innovation) -> Innovation {
 
 /// What became of a path, in words.
 pub fn verdict(path: &PathReport) -> String {
-    match &path.outcome {
+    outcome(&path.outcome)
+}
+
+/// What an outcome is called.
+pub(super) fn outcome(of: &Outcome) -> String {
+    match of {
         Outcome::NoPose => MeasuredPath::NO_POSE.into(),
         Outcome::Unused => "not used in this mode".into(),
         Outcome::Input(error) => error.to_string(),

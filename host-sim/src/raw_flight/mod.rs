@@ -10,6 +10,7 @@ mod board;
 mod events;
 mod frames;
 mod logbook;
+mod remap;
 mod shared;
 mod source;
 
@@ -30,6 +31,7 @@ pub(crate) use events::report;
 pub use frames::{FrameBytes, FrontEndLink};
 use logbook::Logbook;
 pub use logbook::{pose_estimate, verdict};
+pub(crate) use remap::Remap;
 pub use shared::{Listener, Shared};
 pub use source::{Given, Source};
 

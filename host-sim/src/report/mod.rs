@@ -54,6 +54,33 @@ pub struct Report {
     pub link_state: LinkStateFigures,
     /// Figures of the downlink.
     pub telemetry: TelemetryFigures,
+    /// The same flight smoothed, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub smoothed: Option<SmoothedFigures>,
+}
+
+/// Figures of a smoothed flight: those of the same name on board stand beside them.
+#[derive(Clone, Debug, Serialize)]
+pub struct SmoothedFigures {
+    /// Figures of the trajectory.
+    pub trajectory: TrajectoryFigures,
+    /// Figures of the clock.
+    pub clock: ClockFigures,
+    /// Honesty of the covariances.
+    pub consistency: Consistency,
+    /// Figures of the map that the smoothed poses make.
+    pub map: MapFigures,
+}
+
+impl From<Evaluation> for SmoothedFigures {
+    fn from(evaluation: Evaluation) -> Self {
+        Self {
+            trajectory: evaluation.trajectory,
+            clock: evaluation.clock,
+            consistency: evaluation.consistency,
+            map: evaluation.map,
+        }
+    }
 }
 
 /// Figures of the downlink.
@@ -111,6 +138,7 @@ impl Report {
                     .then(|| log.downlink.point_bytes as f64 / log.downlink.points as f64),
                 bytes_per_s: (flight_s > 0.0).then(|| bytes as f64 / flight_s),
             },
+            smoothed: None,
         }
     }
 }

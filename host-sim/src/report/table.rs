@@ -1,6 +1,6 @@
 //! The report as text for a terminal.
 
-use super::Report;
+use super::{Report, SmoothedFigures};
 use crate::table::Table;
 
 /// The report as text: the flight, then why paths were not mapped, then other counters.
@@ -13,10 +13,16 @@ pub fn table(report: &Report) -> String {
         world.unwrap_or_default(),
         report.seed
     );
-    let mut flight = Table::new([title, String::new()]);
-    for (name, value) in rows(report) {
-        flight.row([name.to_owned(), value]);
-    }
+    let flight = match &report.smoothed {
+        None => {
+            let mut flight = Table::new([title, String::new()]);
+            for (name, value) in rows(report) {
+                flight.row([name.to_owned(), value]);
+            }
+            flight
+        }
+        Some(smoothed) => beside(title, report, smoothed),
+    };
     let mut verdicts = Table::new(["not mapped because", "paths"]);
     for (reason, count) in &report.verdicts {
         verdicts.row([reason.clone(), count.to_string()]);
@@ -29,6 +35,28 @@ pub fn table(report: &Report) -> String {
         counters.row([name.clone(), count.to_string()]);
     }
     format!("{flight}\n{verdicts}\n{counters}")
+}
+
+/// The main table with what smoothing made of each figure: that of the same report with these figures.
+fn beside(title: String, report: &Report, smoothed: &SmoothedFigures) -> Table {
+    let smoothed = Report {
+        trajectory: smoothed.trajectory.clone(),
+        clock: smoothed.clock,
+        consistency: smoothed.consistency,
+        map: smoothed.map.clone(),
+        smoothed: None,
+        ..report.clone()
+    };
+    let smoothed = rows(&smoothed);
+    let mut flight = Table::new([title, "on board".to_owned(), "smoothed".to_owned()]);
+    for (name, value) in rows(report) {
+        let found = smoothed.iter().find(|(other, _)| *other == name);
+        let other = found.map_or("-", |(_, value)| value);
+        // What only the radio or the link state has is the same in both.
+        let other = if other == value { "" } else { other };
+        flight.row([name.to_owned(), value.clone(), other.to_owned()]);
+    }
+    flight
 }
 
 /// Lines of the main table; figures that are not known are left out.

@@ -185,7 +185,9 @@ fn reported(
         }
         swept(ended);
     };
-    let (mut log, _) = fly(told, header, &site, source, interrupted, each, |_, _| {})?;
+    let smooth = args.smooth;
+    let logs = fly(told, header, &site, source, smooth, interrupted, each, |_, _| {})?;
+    let (mut log, smoothed) = (logs.log, logs.smoothed);
     if log.interrupted() {
         return Ok(None);
     }
@@ -196,6 +198,7 @@ fn reported(
         let origin = Origin::new(&flight.scene, flight.seed, &flight.world);
         inputs.samples(&log).write(&place, &origin)?;
     }
-    let report = Report::new(&log, &evaluation, start.elapsed().as_secs_f64());
+    let mut report = Report::new(&log, &evaluation, start.elapsed().as_secs_f64());
+    report.smoothed = smoothed.map(|mut smoothed| evaluate(&mut smoothed, Some(scene)).into());
     Ok(Some(serde_json::to_value(&report)?))
 }

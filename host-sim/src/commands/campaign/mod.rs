@@ -70,6 +70,9 @@ pub(crate) struct Args {
     /// already is flown from them, in a second: for receivers that are changed behind path estimation
     #[arg(long, value_name = "DIR")]
     keep_paths: Option<PathBuf>,
+    /// Smooth each flight afterwards (`cslam fly --smooth`): the figures of both stand in the summary
+    #[arg(long)]
+    smooth: bool,
     /// Write what the trees of the link state are trained on (`cslam train --kind trees`) into this directory, one for each flight: the
     /// inputs that the receiver has of each measured path, and what the path truly was
     #[arg(long, value_name = "DIR")]

@@ -8,6 +8,7 @@ use cslam_core::link_state::{Classifier, PaperClassifier, models};
 use cslam_core::receiver::{Config as Receiver, LinkStates, Mapped};
 use cslam_core::telemetry::{Key, Sender};
 
+use super::raw::Logs;
 use super::{Args, Flown};
 use crate::config::{Config, Mode};
 use crate::evaluation::downlink;
@@ -74,9 +75,12 @@ pub(super) fn run(
     };
     let log = path_flight::log(header, &flight.flown, &times, &heard, &flight.map);
     Ok(Flown {
-        log,
+        logs: Logs {
+            log,
+            packets: flight.packets,
+            smoothed: None,
+        },
         scene,
-        packets: flight.packets,
         imu: Vec::new(),
         out,
     })

@@ -94,6 +94,10 @@ pub(crate) struct Args {
     /// Write the flight in further forms, too; may be given several times
     #[arg(long, value_enum, value_name = "FORM")]
     export: Vec<Export>,
+    /// After the flight, compute the best trajectory of it from all that was measured, before and after, and the map again from that: both
+    /// stand beside those on board in the report, and in files of their own. Packets are the same
+    #[arg(long, conflicts_with = "paths")]
+    smooth: bool,
     /// Encoding of the point clouds
     #[arg(long, value_enum, default_value_t = Ply::Ascii)]
     ply: Ply,
@@ -140,6 +144,7 @@ impl Default for Args {
             live: None,
             out: "out".into(),
             export: Vec::new(),
+            smooth: false,
             ply: Ply::Ascii,
             json: false,
         }
@@ -148,9 +153,8 @@ impl Default for Args {
 
 /// A flight, or as much of it as was flown before an interrupt.
 struct Flown {
-    log: FlightLog,
+    logs: raw::Logs,
     scene: Option<Scene>,
-    packets: Vec<u8>,
     /// What the inertial sensor said, when an export wants it.
     imu: Vec<ImuSample>,
     out: ResultDirectory,
@@ -208,14 +212,23 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
 /// Evaluates a flight and writes its files into the directory of results.
 fn write(args: &Args, flown: &mut Flown, start: Instant) -> anyhow::Result<Report> {
     let elapsed_s = start.elapsed().as_secs_f64();
-    let evaluation = evaluate(&mut flown.log, flown.scene.as_ref());
-    let report = Report::new(&flown.log, &evaluation, elapsed_s);
+    let raw::Logs {
+        log,
+        packets,
+        smoothed,
+    } = &mut flown.logs;
+    let evaluation = evaluate(log, flown.scene.as_ref());
+    let mut report = Report::new(log, &evaluation, elapsed_s);
+    if let Some(smoothed) = smoothed {
+        report.smoothed = Some(evaluate(smoothed, flown.scene.as_ref()).into());
+    }
     let outputs = Outputs {
-        log: &flown.log,
+        log,
+        smoothed: smoothed.as_ref(),
         scene: flown.scene.as_ref(),
         evaluation: &evaluation,
         report: &report,
-        packets: &flown.packets,
+        packets,
         imu: &flown.imu,
     };
     outputs.write(flown.out.path(), args.ply.into(), &args.export)?;
@@ -279,7 +292,8 @@ impl Args {
     /// Names of the files that are written.
     fn written(&self) -> Vec<&'static str> {
         let exports = self.export.iter().map(|export| export.name());
-        Outputs::NAMES.into_iter().chain(exports).collect()
+        let smoothed = Outputs::SMOOTHED_NAMES.into_iter().filter(|_| self.smooth);
+        Outputs::NAMES.into_iter().chain(smoothed).chain(exports).collect()
     }
 
     /// What the inertial sensor said in a flight, up to its last pose; nothing when no export wants it.

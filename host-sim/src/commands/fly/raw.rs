@@ -18,6 +18,7 @@ use crate::flight_log::{FlightLog, Header};
 use crate::raw_flight::{self, Source, Swept};
 use crate::recording::Keeper;
 use crate::scene::Scene;
+use crate::smoother::Smoother;
 use crate::world::{GivenLinks, World};
 use crate::{estimate, progress};
 
@@ -86,20 +87,20 @@ pub(super) fn run(
         bar.inc(1);
     };
     let (header, site) = described(&config.receiver, name, &world, args.seed, planned);
-    let (log, packets) = fly(&config.receiver, header, &site, &keeper, interrupted, swept, sent)?;
+    let smooth = args.smooth;
+    let logs = fly(&config.receiver, header, &site, &keeper, smooth, interrupted, swept, sent)?;
     bar.finish_and_clear();
     if let Some(kept) = kept {
-        if log.interrupted() {
+        if logs.log.interrupted() {
             progress::note("interrupted: no paths were kept");
         } else {
             keep::write(kept, &keeper, config, name, &world)?;
         }
     }
-    let imu = args.imu(&world, &log);
+    let imu = args.imu(&world, &logs.log);
     Ok(Flown {
-        log,
+        logs,
         scene: Some(scene),
-        packets,
         imu,
         out,
     })
@@ -122,22 +123,15 @@ pub(super) fn along(
     let planned = args.planned(world.sweeps())?;
     let bar = progress::bar(planned as u64, "flying");
     let name = file.display().to_string();
-    let (log, packets) = fly_world(
-        &config.receiver,
-        &name,
-        &world,
-        args.seed,
-        planned,
-        interrupted,
-        || bar.inc(1),
-        sent,
-    )?;
+    let (header, site) = described(&config.receiver, &name, &world, args.seed, planned);
+    let swept = |_: &Swept<'_>| bar.inc(1);
+    let smooth = args.smooth;
+    let logs = fly(&config.receiver, header, &site, &world, smooth, interrupted, swept, sent)?;
     bar.finish_and_clear();
-    let imu = args.imu(&world, &log);
+    let imu = args.imu(&world, &logs.log);
     Ok(Flown {
-        log,
+        logs,
         scene,
-        packets,
         imu,
         out,
     })
@@ -167,7 +161,8 @@ pub(crate) fn fly_world(
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<(FlightLog, Vec<u8>)> {
     let (header, site) = described(told, scene, world, seed, planned);
-    fly(told, header, &site, world, interrupted, |_| swept(), sent)
+    let logs = fly(told, header, &site, world, false, interrupted, |_| swept(), sent)?;
+    Ok((logs.log, logs.packets))
 }
 
 /// The head of the log of a flight through a world, and what is known of the place.
@@ -196,16 +191,28 @@ pub(crate) fn described(
     (header, site)
 }
 
-/// Flies a receiver through what `source` gives; `swept` sees each sweep that has ended, the rest as in [`fly_world`].
+/// A flight as it was on board, and what was made of it afterwards.
+pub(crate) struct Logs {
+    pub(crate) log: FlightLog,
+    /// Every byte that went to the ground.
+    pub(crate) packets: Vec<u8>,
+    /// The same flight smoothed, where that was asked for.
+    pub(crate) smoothed: Option<FlightLog>,
+}
+
+/// Flies a receiver through what `source` gives, and smooths the flight when `smooth` says so; `swept` sees each sweep that has ended, the rest as
+/// in [`fly_world`].
+#[allow(clippy::too_many_arguments, reason = "each argument is of another kind")]
 pub(crate) fn fly(
     told: &ReceiverConfig,
     header: Header,
     site: &Site,
     source: &impl Source,
+    smooth: bool,
     interrupted: &AtomicBool,
     swept: impl FnMut(&Swept<'_>),
     sent: impl FnMut(u64, &[u8]),
-) -> anyhow::Result<(FlightLog, Vec<u8>)> {
+) -> anyhow::Result<Logs> {
     let field = told.magnetic_field.or(site.magnetic_field);
     let ground_z_m = told.ground_z_m.unwrap_or(site.ground_z_m);
     let mut receiver = CoreConfig {
@@ -218,6 +225,9 @@ pub(crate) fn fly(
     if let Some(height_m) = &mut receiver.accept.point.ground_z_m {
         *height_m = ground_z_m as f32;
     }
+    if smooth && !matches!(receiver.localization, Localization::Filter(_)) {
+        return Err(InputError::new("--smooth: expected a receiver with the filter (--localization filter)").into());
+    }
     let estimation = EstimatorConfig::default();
     let paper = |delays| PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation).with_delays(delays);
     let estimator = match methods::estimator(told) {
@@ -226,23 +236,25 @@ pub(crate) fn fly(
         estimate::Mode::PaperInterpolated => Some(paper(TapDelays::Interpolated)),
     };
     match estimator {
-        Some(estimator) => fly_with(receiver, estimator, source, header, interrupted, swept, sent),
+        Some(estimator) => fly_with(receiver, estimator, source, header, smooth, interrupted, swept, sent),
         None => {
             let estimator = Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&estimation);
-            fly_with(receiver, estimator, source, header, interrupted, swept, sent)
+            fly_with(receiver, estimator, source, header, smooth, interrupted, swept, sent)
         }
     }
 }
 
+#[allow(clippy::too_many_arguments, reason = "each argument is of another kind")]
 fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
     config: CoreConfig<'_>,
     estimator: E,
     source: &impl Source,
     header: Header,
+    smooth: bool,
     interrupted: &AtomicBool,
-    swept: impl FnMut(&Swept<'_>),
+    mut swept: impl FnMut(&Swept<'_>),
     sent: impl FnMut(u64, &[u8]),
-) -> anyhow::Result<(FlightLog, Vec<u8>)> {
+) -> anyhow::Result<Logs> {
     let mut estimator = Box::new(estimator);
     let mut squint = Box::new(config.beam_squint()?);
     let mut map = Box::new(Map::new());
@@ -251,19 +263,28 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
         squint: &mut squint,
         map: &mut map,
     };
-    let cslam: Receiver<'_, E, VOXELS> = Receiver::new(config, memory);
+    let cslam: Receiver<'_, E, VOXELS> = Receiver::new(config.clone(), memory);
     let mut receiver = Application::new(
         AppConfig::default(),
         FrontEnd::new(SoftwareCrc, SESSION),
         raw_flight::ground(),
         cslam,
     );
-    Ok(raw_flight::fly(
-        source,
-        &mut receiver,
-        header,
-        interrupted,
-        swept,
-        sent,
-    )?)
+    let mut smoother = smooth.then(Smoother::default);
+    if let Some(smoother) = &smoother {
+        receiver.watch(smoother.listener());
+    }
+    let each = |ended: &Swept<'_>| {
+        if let Some(smoother) = &mut smoother {
+            smoother.swept(ended.report);
+        }
+        swept(ended);
+    };
+    let (log, packets) = raw_flight::fly(source, &mut receiver, header, interrupted, each, sent)?;
+    let smoothed = smoother.map(|smoother| smoother.smoothed(&log, &config));
+    Ok(Logs {
+        log,
+        packets,
+        smoothed,
+    })
 }

@@ -45,16 +45,18 @@ pub(super) fn run(
     let (header, site) = described(manifest, &config.receiver, named, planned);
     let thinned = Thinned::new(&flight, thinning);
     let bar = progress::bar(planned as u64, "flying");
-    let (mut log, packets) = raw::fly(
+    let mut logs = raw::fly(
         &config.receiver,
         header,
         &site,
         &thinned,
+        args.smooth,
         interrupted,
         |_| bar.inc(1),
         sent,
     )?;
     bar.finish_and_clear();
+    let log = &mut logs.log;
     let damage = flight.damage();
     for message in damage.messages() {
         progress::note(format_args!("left out: {message}"));
@@ -75,11 +77,10 @@ pub(super) fn run(
     if let Some(sweeps) = log.counters.get(UNHEARD) {
         progress::note(format_args!("{sweeps} sweeps {UNHEARD}"));
     }
-    let imu = args.imu(&flight, &log);
+    let imu = args.imu(&flight, log);
     Ok(Flown {
-        log,
+        logs,
         scene,
-        packets,
         imu,
         out,
     })

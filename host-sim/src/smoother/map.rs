@@ -1,0 +1,139 @@
+//! The map again: the same paths, associated and mapped by the receiver's own methods from the smoothed poses.
+
+use cslam_core::association::{PoseEstimate, ReceivedPath, SurfacePoint, SweepPaths, associate};
+use cslam_core::cslam::{
+    Config, Localization, MOST_GMT_SIGMA_M, MappedPoint, Outcome, PATHS, SURFACES, SurfaceChanges, SweepReport,
+};
+use cslam_core::geometry::{Body, Direction, Position};
+use cslam_core::localization::filter::{Model, Nominal, Transmitter};
+use cslam_core::surfaces::Surfaces;
+use cslam_firmware::app::Map;
+
+use super::trajectory::State;
+
+/// What a sweep puts into a map.
+#[derive(Debug, Default)]
+pub(crate) struct Remapped {
+    /// What becomes of each path; empty when nothing is mapped of the sweep.
+    pub(crate) outcomes: Vec<Outcome>,
+    /// Points, of this sweep and of earlier ones.
+    pub(crate) points: Vec<MappedPoint>,
+    /// What happens to the surfaces of all points, after these.
+    pub(crate) surfaces: SurfaceChanges,
+}
+
+/// A map in the making.
+pub(super) struct Mapper<'a> {
+    config: &'a Config<'a>,
+    model: Model,
+    lost_m: f64,
+    surfaces: Surfaces<SURFACES>,
+    map: Box<Map>,
+}
+
+impl<'a> Mapper<'a> {
+    /// An empty map. `None` of a receiver that flies without the filter.
+    pub(super) fn new(config: &'a Config<'a>) -> Option<Self> {
+        let Localization::Filter(filter) = &config.localization else {
+            return None;
+        };
+        let beneath = config.accept.point.ground_z_m;
+        let beneath = beneath.and_then(|z_m| Position::new(0.0, 0.0, z_m).ok());
+        Some(Self {
+            config,
+            model: Model::new(filter.radio),
+            lost_m: filter.gates.lost_m,
+            surfaces: beneath.map_or_else(
+                || Surfaces::new(config.surfaces),
+                |beneath| Surfaces::with_ground(config.surfaces, beneath),
+            ),
+            map: Box::new(Map::new()),
+        })
+    }
+
+    /// The map so far.
+    pub(super) fn map(&self) -> &Map {
+        &self.map
+    }
+
+    /// Maps a sweep from a smoothed state.
+    pub(super) fn sweep(&mut self, report: &SweepReport<PATHS>, state: &State) -> Remapped {
+        let pose = state.pose();
+        let (Some(pose), Some(transmitter)) = (
+            pose.as_ref().and_then(PoseEstimate::of),
+            state.standing.transmitter.as_ref(),
+        ) else {
+            return Remapped::default();
+        };
+        if state.position_sigma_m() > self.lost_m || transmitter.sigma_m >= MOST_GMT_SIGMA_M {
+            return Remapped::default();
+        }
+        self.associated(report, &state.nominal, &pose, transmitter)
+    }
+
+    fn associated(
+        &mut self,
+        report: &SweepReport<PATHS>,
+        nominal: &Nominal,
+        pose: &PoseEstimate,
+        transmitter: &Transmitter,
+    ) -> Remapped {
+        let mut paths = heapless::Vec::<ReceivedPath, PATHS>::new();
+        for path in &report.paths {
+            let estimated = &path.estimated;
+            let arrival = self.corrected(&estimated.path.aoa, nominal);
+            let received = ReceivedPath::of(estimated, arrival, estimated.path.aod, path.probabilities);
+            // There is room for every path of a sweep.
+            let _fits = paths.push(received);
+        }
+        let config = &self.config.association;
+        let association = associate(&paths, pose, transmitter, &self.surfaces, config);
+        let sweep = SweepPaths {
+            paths: &paths,
+            pose,
+            transmitter,
+            sweep: report.sweep,
+            held: &heapless::Vec::new(),
+        };
+        let learned = self.surfaces.learn(&association, &sweep, config);
+        let points = learned.points.iter().map(|point| self.insert(point)).collect();
+        for (gone, stays) in &learned.merged {
+            self.map.rename(*gone, *stays);
+        }
+        for surface in &learned.changes.demoted {
+            let _freed = self.map.withdraw(*surface);
+        }
+        let outcomes = association.verdicts.iter().zip(&report.paths);
+        Remapped {
+            outcomes: outcomes
+                .map(|(verdict, path)| match path.outcome {
+                    Outcome::LineOfSight => Outcome::LineOfSight,
+                    _ => Outcome::Associated(verdict.clone()),
+                })
+                .collect(),
+            points,
+            surfaces: SurfaceChanges {
+                merged: learned.merged,
+                withdrawn: learned.changes.demoted,
+            },
+        }
+    }
+
+    fn corrected(&self, aoa: &Direction<Body>, nominal: &Nominal) -> Direction<Body> {
+        let wide = Direction::from_vector(aoa.vector().map(f64::from));
+        let corrected = wide.map(|wide| self.model.corrected(&wide, nominal).map(|c| c as f32));
+        corrected.and_then(Direction::from_vector).unwrap_or(*aoa)
+    }
+
+    fn insert(&mut self, point: &SurfacePoint) -> MappedPoint {
+        MappedPoint {
+            surface: Some(point.surface),
+            sweep: point.sweep,
+            path: point.path,
+            reflection: point.reflection,
+            probability: point.existence,
+            point: point.point,
+            insertion: self.map.insert_on(Some(point.surface), &point.point).ok(),
+        }
+    }
+}
