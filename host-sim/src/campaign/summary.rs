@@ -59,6 +59,9 @@ pub struct Summary {
     pub failed: Vec<String>,
     /// The figures.
     pub figures: Vec<Line>,
+    /// Those that smoothing changes, of the flights that were smoothed; empty when none was.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub smoothed: Vec<Line>,
     /// The flights furthest off, worst first.
     pub worst: Vec<Worst>,
 }
@@ -88,6 +91,7 @@ impl Summary {
             flights: flown.len(),
             failed: failed.collect(),
             figures: FIGURES.iter().map(|figure| line(figure, &reports)).collect(),
+            smoothed: smoothed(&reports),
             worst,
         }
     }
@@ -109,27 +113,13 @@ impl Summary {
 
     /// It as text.
     pub fn text(&self, title: &str) -> String {
-        let mut table = Table::new([
-            format!("{title}, {} flights", self.flights),
-            "median".into(),
-            "95 % interval".into(),
-            "90 % within".into(),
-            "worst".into(),
-            "pooled".into(),
-            "95 % interval".into(),
-        ]);
-        for (figure, line) in FIGURES.iter().zip(&self.figures) {
-            let interval =
-                |[low, high]: [Option<f64>; 2]| format!("{} .. {}", figure.text(low), figure.text(high));
-            table.row([
-                figure.name.to_owned(),
-                figure.text(line.median),
-                interval(line.median_interval),
-                figure.text(line.worse_10_percent),
-                figure.text(line.worst),
-                figure.text(line.pooled),
-                interval(line.pooled_interval),
-            ]);
+        let mut table = lines(&format!("{title}, {} flights", self.flights), &self.figures).to_string();
+        if let Some(first) = self.smoothed.first() {
+            let smoothed = lines(
+                &format!("{title}, {} flights, smoothed", first.flights),
+                &self.smoothed,
+            );
+            table = format!("{table}\n{smoothed}");
         }
         let mut worst = Table::new(["furthest from the others", "sigmas", "why"]);
         for flight in &self.worst {
@@ -146,6 +136,46 @@ impl Summary {
             .collect();
         format!("{table}\n{worst}{failed}")
     }
+}
+
+/// A table of figures.
+fn lines(title: &str, of: &[Line]) -> Table {
+    let mut table = Table::new([
+        title,
+        "median",
+        "95 % interval",
+        "90 % within",
+        "worst",
+        "pooled",
+        "95 % interval",
+    ]);
+    for line in of {
+        let Some(figure) = Figure::by_key(line.key) else {
+            continue;
+        };
+        let interval =
+            |[low, high]: [Option<f64>; 2]| format!("{} .. {}", figure.text(low), figure.text(high));
+        table.row([
+            figure.name.to_owned(),
+            figure.text(line.median),
+            interval(line.median_interval),
+            figure.text(line.worse_10_percent),
+            figure.text(line.worst),
+            figure.text(line.pooled),
+            interval(line.pooled_interval),
+        ]);
+    }
+    table
+}
+
+/// The figures of smoothed flights, as far as smoothing has any.
+fn smoothed(reports: &[&Value]) -> Vec<Line> {
+    let smoothed: Vec<&Value> = reports
+        .iter()
+        .filter_map(|report| report.get("smoothed"))
+        .collect();
+    let lines = FIGURES.iter().map(|figure| line(figure, &smoothed));
+    lines.filter(|line| line.flights > 0).collect()
 }
 
 fn line(figure: &Figure, reports: &[&Value]) -> Line {
@@ -271,6 +301,30 @@ mod tests {
         assert!((line.pooled.expect("known") - pooled).abs() < 1e-12);
         assert!(
             summary.text("a test").contains("0.500"),
+            "{}",
+            summary.text("a test")
+        );
+    }
+
+    #[test]
+    fn smoothed_flights_stand_in_a_table_of_their_own() {
+        let mut shards: Vec<Shard> = (1..=3).map(|n| flight(n, 0.4)).collect();
+        let plain = Summary::of(&shards.iter().collect::<Vec<_>>());
+        assert!(plain.smoothed.is_empty() && !plain.text("a test").contains("smoothed"));
+        for (shard, position_m) in shards.iter_mut().zip([0.1, 0.2]) {
+            let report = shard.report.as_mut().expect("flown");
+            report["smoothed"] = json!({"trajectory": {"position_rmse_m": position_m}});
+        }
+        let summary = Summary::of(&shards.iter().collect::<Vec<_>>());
+        let [line] = summary.smoothed.as_slice() else {
+            panic!("{:?}", summary.smoothed);
+        };
+        assert_eq!(
+            (line.key, line.flights, line.worst),
+            ("trajectory.position_rmse_m", 2, Some(0.2))
+        );
+        assert!(
+            summary.text("a test").contains("2 flights, smoothed"),
             "{}",
             summary.text("a test")
         );

@@ -108,8 +108,11 @@ impl Outputs<'_> {
     ];
 
     /// Names of the files that it makes of a smoothed flight beside these.
-    pub const SMOOTHED_NAMES: [&'static str; 3] =
-        ["map_smoothed.ply", "points_smoothed.ply", "trajectory_smoothed.tum"];
+    pub const SMOOTHED_NAMES: [&'static str; 3] = [
+        "map_smoothed.ply",
+        "points_smoothed.ply",
+        "trajectory_smoothed.tum",
+    ];
 
     /// Writes all files into `out`, which must exist, and these further ones.
     ///

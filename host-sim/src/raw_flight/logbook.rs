@@ -126,7 +126,10 @@ impl Logbook {
 
     /// A sweep that has been entered.
     pub(super) fn sweep_mut(&mut self, sweep: u32) -> Option<&mut SweepRecord> {
-        let found = self.log.sweeps.binary_search_by_key(&sweep, |record| record.sweep);
+        let found = self
+            .log
+            .sweeps
+            .binary_search_by_key(&sweep, |record| record.sweep);
         self.log.sweeps.get_mut(found.ok()?)
     }
 

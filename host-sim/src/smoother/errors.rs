@@ -25,13 +25,19 @@ pub(super) fn errors(from: &Nominal, to: &Nominal) -> [f64; PLANES] {
     );
     for axis in 0..3 {
         let column = |of: &Nominal| of.imu.gyro_matrix.column(axis).into_owned();
-        set(GYRO_MATRIX + 3 * axis, narrow(column(to), column(from)).as_slice());
+        set(
+            GYRO_MATRIX + 3 * axis,
+            narrow(column(to), column(from)).as_slice(),
+        );
     }
     set(
         MOUNTING,
         narrow(to.imu.mounting_rad, from.imu.mounting_rad).as_slice(),
     );
-    set(CLOCK_OFFSET, &[wrap_delay_m(to.clock_offset_m - from.clock_offset_m)]);
+    set(
+        CLOCK_OFFSET,
+        &[wrap_delay_m(to.clock_offset_m - from.clock_offset_m)],
+    );
     set(CLOCK_DRIFT, &[to.clock_drift_m_per_s - from.clock_drift_m_per_s]);
     set(CLOCK_RAMP, &[to.clock_ramp_m_per_s2 - from.clock_ramp_m_per_s2]);
     set(TWO_WAY_BIAS, &[to.two_way_bias_m - from.two_way_bias_m]);
@@ -67,7 +73,10 @@ mod tests {
         let mut to = from;
         to.correct(&added);
         for (i, (found, added)) in errors(&from, &to).iter().zip(&added).enumerate() {
-            assert!((found - added).abs() < 1e-6, "state {i}: {found}, expected {added}");
+            assert!(
+                (found - added).abs() < 1e-6,
+                "state {i}: {found}, expected {added}"
+            );
         }
         // From another attitude, and over the end of a delay period.
         let mut again = to;

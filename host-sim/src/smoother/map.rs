@@ -2,7 +2,8 @@
 
 use cslam_core::association::{PoseEstimate, ReceivedPath, SurfacePoint, SweepPaths, associate};
 use cslam_core::cslam::{
-    Config, Localization, MOST_GMT_SIGMA_M, MappedPoint, Outcome, PATHS, SURFACES, SurfaceChanges, SweepReport,
+    Config, Localization, MOST_GMT_SIGMA_M, MappedPoint, Outcome, PATHS, SURFACES, SurfaceChanges,
+    SweepReport,
 };
 use cslam_core::geometry::{Body, Direction, Position};
 use cslam_core::localization::filter::{Model, Nominal, Transmitter};
@@ -68,20 +69,20 @@ impl<'a> Mapper<'a> {
         if state.position_sigma_m() > self.lost_m || transmitter.sigma_m >= MOST_GMT_SIGMA_M {
             return Remapped::default();
         }
-        self.associated(report, &state.nominal, &pose, transmitter)
+        self.associated(report, state, &pose, transmitter)
     }
 
     fn associated(
         &mut self,
         report: &SweepReport<PATHS>,
-        nominal: &Nominal,
+        state: &State,
         pose: &PoseEstimate,
         transmitter: &Transmitter,
     ) -> Remapped {
         let mut paths = heapless::Vec::<ReceivedPath, PATHS>::new();
         for path in &report.paths {
             let estimated = &path.estimated;
-            let arrival = self.corrected(&estimated.path.aoa, nominal);
+            let arrival = self.corrected(&estimated.path.aoa, &state.nominal);
             let received = ReceivedPath::of(estimated, arrival, estimated.path.aod, path.probabilities);
             // There is room for every path of a sweep.
             let _fits = paths.push(received);
@@ -93,7 +94,7 @@ impl<'a> Mapper<'a> {
             pose,
             transmitter,
             sweep: report.sweep,
-            held: &heapless::Vec::new(),
+            held: &state.standing.held,
         };
         let learned = self.surfaces.learn(&association, &sweep, config);
         let points = learned.points.iter().map(|point| self.insert(point)).collect();

@@ -4,7 +4,7 @@ use std::sync::{Mutex, PoisonError};
 
 use cslam_core::localization::Pose;
 use cslam_core::localization::filter::{
-    Covariance, Filter, Nominal, PLANES, Step, Transition, Transmitter, Watch,
+    Covariance, Filter, MAX_PLANES, Nominal, PLANES, Step, Transition, Transmitter, Watch,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -22,6 +22,8 @@ pub(super) struct Standing {
     pub(super) pose: Option<Pose>,
     /// The GMT as it was taken at the last sweep.
     pub(super) transmitter: Option<Transmitter>,
+    /// Surfaces in the state: of these the paths have told already.
+    pub(super) held: heapless::Vec<u16, MAX_PLANES>,
 }
 
 /// A state on the way to a stage.
@@ -125,6 +127,10 @@ fn standing<const N: usize>(filter: &Filter<f32, N>) -> Standing {
         nominal: *filter.nominal(),
         pose: filter.pose(),
         transmitter: filter.transmitter().copied(),
+        held: filter
+            .planes()
+            .filter_map(|held| u16::try_from(held.id).ok())
+            .collect(),
     }
 }
 

@@ -8,6 +8,9 @@ use nalgebra::{DMatrix, DVector, Matrix3};
 use super::rts::{Smoothed, smooth};
 use super::tape::{Chain, Standing};
 
+/// Covariances are in single precision; a chain of updates leaves ten roundings.
+const ROUNDING: f64 = 1e-6;
+
 /// A smoothed state.
 #[derive(Clone, Debug)]
 pub(super) struct State {
@@ -31,7 +34,7 @@ impl Trajectory {
     /// Smooths what a filter did.
     pub(super) fn of(chains: Vec<Chain>) -> Self {
         let with_smoothed = |chain: Chain| {
-            let smoothed = smooth(&chain.stages);
+            let smoothed = smooth(&chain.stages, ROUNDING);
             (chain, smoothed)
         };
         Self {
@@ -105,7 +108,8 @@ impl State {
     /// handed out none.
     pub(super) fn pose(&self) -> Option<Pose> {
         let own = self.standing.pose.as_ref()?;
-        let of = |of: &DMatrix<f64>, i: usize, j: usize| -> Matrix3<f64> { of.fixed_view::<3, 3>(i, j).into() };
+        let of =
+            |of: &DMatrix<f64>, i: usize, j: usize| -> Matrix3<f64> { of.fixed_view::<3, 3>(i, j).into() };
         let block = |given: &Matrix3<f32>, i: usize, j: usize| {
             let beside = given.map(f64::from) - of(&self.filtered, i, j);
             (of(&self.covariance, i, j) + beside).map(|c| c as f32)

@@ -125,7 +125,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
                     scene: scene.clone(),
                     seed: *seed,
                 };
-                let flown = is_flown(out, &flight, world)?;
+                let flown = is_flown(out, &flight, world, args.smooth)?;
                 Ok((!flown).then_some((flight, *mode)))
             });
             let modes: Vec<_> = modes
@@ -242,11 +242,22 @@ fn report(args: &Args, out: &Path, worlds: &[Named]) -> anyhow::Result<()> {
 /// Whether a flight lies in the directory already.
 ///
 /// # Errors
-/// [`InputError`] when another build or configuration has flown it.
-fn is_flown(out: &Path, flight: &Flight, world: &Named) -> Result<bool, InputError> {
+/// [`InputError`] when another build or configuration has flown it, or when it was not smoothed and is to be.
+fn is_flown(out: &Path, flight: &Flight, world: &Named, smooth: bool) -> Result<bool, InputError> {
     match Shard::read(out, flight)? {
         None => Ok(false),
-        Some(shard) if shard.build == world.build => Ok(true),
+        Some(shard) if shard.build == world.build => {
+            let plain = shard
+                .report
+                .is_some_and(|report| report.get("smoothed").is_none());
+            if smooth && plain {
+                return Err(InputError::in_file(
+                    &out.join(flight.file_name()),
+                    "was flown without --smooth: expected a directory of smoothed flights, or a new one",
+                ));
+            }
+            Ok(true)
+        }
         Some(_) => Err(InputError::in_file(
             &out.join(flight.file_name()),
             "was flown by another build or configuration: expected a directory of this campaign, or a new one",

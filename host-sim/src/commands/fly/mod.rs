@@ -293,7 +293,11 @@ impl Args {
     fn written(&self) -> Vec<&'static str> {
         let exports = self.export.iter().map(|export| export.name());
         let smoothed = Outputs::SMOOTHED_NAMES.into_iter().filter(|_| self.smooth);
-        Outputs::NAMES.into_iter().chain(smoothed).chain(exports).collect()
+        Outputs::NAMES
+            .into_iter()
+            .chain(smoothed)
+            .chain(exports)
+            .collect()
     }
 
     /// What the inertial sensor said in a flight, up to its last pose; nothing when no export wants it.

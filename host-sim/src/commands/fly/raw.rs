@@ -88,7 +88,16 @@ pub(super) fn run(
     };
     let (header, site) = described(&config.receiver, name, &world, args.seed, planned);
     let smooth = args.smooth;
-    let logs = fly(&config.receiver, header, &site, &keeper, smooth, interrupted, swept, sent)?;
+    let logs = fly(
+        &config.receiver,
+        header,
+        &site,
+        &keeper,
+        smooth,
+        interrupted,
+        swept,
+        sent,
+    )?;
     bar.finish_and_clear();
     if let Some(kept) = kept {
         if logs.log.interrupted() {
@@ -126,7 +135,16 @@ pub(super) fn along(
     let (header, site) = described(&config.receiver, &name, &world, args.seed, planned);
     let swept = |_: &Swept<'_>| bar.inc(1);
     let smooth = args.smooth;
-    let logs = fly(&config.receiver, header, &site, &world, smooth, interrupted, swept, sent)?;
+    let logs = fly(
+        &config.receiver,
+        header,
+        &site,
+        &world,
+        smooth,
+        interrupted,
+        swept,
+        sent,
+    )?;
     bar.finish_and_clear();
     let imu = args.imu(&world, &logs.log);
     Ok(Flown {
@@ -226,7 +244,9 @@ pub(crate) fn fly(
         *height_m = ground_z_m as f32;
     }
     if smooth && !matches!(receiver.localization, Localization::Filter(_)) {
-        return Err(InputError::new("--smooth: expected a receiver with the filter (--localization filter)").into());
+        return Err(
+            InputError::new("--smooth: expected a receiver with the filter (--localization filter)").into(),
+        );
     }
     let estimation = EstimatorConfig::default();
     let paper = |delays| PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation).with_delays(delays);
@@ -236,10 +256,28 @@ pub(crate) fn fly(
         estimate::Mode::PaperInterpolated => Some(paper(TapDelays::Interpolated)),
     };
     match estimator {
-        Some(estimator) => fly_with(receiver, estimator, source, header, smooth, interrupted, swept, sent),
+        Some(estimator) => fly_with(
+            receiver,
+            estimator,
+            source,
+            header,
+            smooth,
+            interrupted,
+            swept,
+            sent,
+        ),
         None => {
             let estimator = Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&estimation);
-            fly_with(receiver, estimator, source, header, smooth, interrupted, swept, sent)
+            fly_with(
+                receiver,
+                estimator,
+                source,
+                header,
+                smooth,
+                interrupted,
+                swept,
+                sent,
+            )
         }
     }
 }
