@@ -39,8 +39,9 @@ fn a_smoothed_flight_is_nearer_to_the_truth_and_on_board_nothing_changes() {
     let fly = ["fly", "--scene", "outdoor", "--seed", "3", "--steps", "60"];
     good(
         at,
-        &[&fly[..], &["--keep-paths", "kept", "--out", "plain"]].concat(),
+        &[&fly[..], &["--keep-paths", "kept", "--out", "flown"]].concat(),
     );
+    good(at, &["fly", "--recording", "kept", "--out", "plain"]);
     let again = ["fly", "--recording", "kept", "--out", "smoothed", "--smooth"];
     good(at, &again);
     // The receiver that is listened to is the same to the last byte.
@@ -48,6 +49,7 @@ fn a_smoothed_flight_is_nearer_to_the_truth_and_on_board_nothing_changes() {
     let [plain, both] = ["plain", "smoothed"].map(|out| report(&at.join(out)));
     assert_eq!(plain["trajectory"], both["trajectory"]);
     assert_eq!(plain["map"], both["map"]);
+    same(&at.join("flown"), &at.join("smoothed"), "from samples");
     assert!(plain["smoothed"].is_null());
     for name in FILES {
         assert!(

@@ -14,7 +14,7 @@ use crate::geometry::Real;
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(
     not(feature = "watch"),
-    expect(dead_code, reason = "nobody listens without the feature")
+    expect(dead_code, unreachable_pub, reason = "nobody listens without the feature")
 )]
 pub enum Step<'a, T: Real, const N: usize> {
     /// The state as it stands, before a motion or a change, and after the last update of a sweep.
