@@ -172,13 +172,15 @@ impl<T: Real, const N: usize> Filter<T, N> {
             unknown = noise.gap_accel_m_per_s * noise.gap_accel_m_per_s * dt;
         }
         self.window.advance(&increment.with_errors(&self.nominal.imu));
-        self.carry_covariance(&Transition {
+        let transition = Transition {
             dt_s: T::of(dt),
             force_m_per_s2: force.map(T::of),
             // Halfway: the biases turn with the body.
             attitude: ((before + self.nominal.attitude) * 0.5).map(T::of),
             rate_rad_per_s: rate.map(T::of),
-        });
+        };
+        self.covariance.propagate(&transition);
+        self.tell(Step::Carried(&transition));
         // Scale and misalignment of the accelerometer for what differs from hovering, where they are a bias: a multirotor's force
         // stays along its own axis, whatever it does.
         let felt = increment.delta_velocity_m_per_s.map(f64::from) / dt.max(1e-6);
@@ -197,19 +199,15 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let dt = until_ns.saturating_sub(self.nominal.time_ns) as f64 * 1e-9;
         self.tell(Step::Stands);
         self.nominal.coast(until_ns);
-        self.carry_covariance(&Transition {
+        let transition = Transition {
             dt_s: T::of(dt),
             force_m_per_s2: Vector3::new(T::zero(), T::zero(), T::zero()),
             attitude: self.nominal.attitude.map(T::of),
             rate_rad_per_s: Vector3::new(T::zero(), T::zero(), T::zero()),
-        });
+        };
+        self.covariance.propagate(&transition);
+        self.tell(Step::Carried(&transition));
         self.add_noise(dt, accel, gyro);
-    }
-
-    #[inline(always)]
-    fn carry_covariance(&mut self, transition: &Transition<T>) {
-        self.covariance.propagate(transition);
-        self.tell(Step::Carried(transition));
     }
 
     /// Bridges missing steps.
