@@ -82,7 +82,8 @@ fn a_smoothed_flight_is_nearer_to_the_truth_and_on_board_nothing_changes() {
     let times = |poses: &[[f64; 4]]| poses.iter().map(|pose| pose[0]).collect::<Vec<_>>();
     assert_eq!(times(&on_board), times(&after));
     assert_eq!(on_board.last(), after.last());
-    assert_ne!(on_board.first(), after.first());
+    let middle = on_board.len() / 2;
+    assert_ne!(on_board[middle], after[middle]);
     // A flight without it replaces what it left.
     good(at, &["fly", "--recording", "kept", "--out", "smoothed"]);
     assert!(FILES.iter().all(|name| !at.join("smoothed").join(name).exists()));
