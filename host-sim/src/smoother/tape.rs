@@ -205,8 +205,8 @@ impl<const N: usize> Heard<N> {
 
     fn corrected(&mut self, errors: &[f32; N]) {
         if let Some(open) = &mut self.open {
-            for i in PLANES..N {
-                open.planes[i] += f64::from(errors[i]);
+            for (sum, error) in open.planes.iter_mut().zip(errors).skip(PLANES) {
+                *sum += f64::from(*error);
             }
         }
     }
