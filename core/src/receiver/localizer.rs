@@ -41,10 +41,7 @@ impl<const STATES: usize> Localizer<STATES> {
 
     /// Tells the filter's steps.
     #[cfg(feature = "watch")]
-    pub(super) fn watch(
-        &mut self,
-        watch: alloc::sync::Arc<dyn crate::localization::filter::Watch<f32, STATES>>,
-    ) {
+    pub(super) fn watch(&mut self, watch: alloc::sync::Arc<dyn crate::estimator::Watch<f32, STATES>>) {
         if let Self::Filter(filter) = self {
             filter.watch(watch);
         }

@@ -157,7 +157,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
 
     /// Tells every step of the filter from now on; without a filter there is none.
     #[cfg(feature = "watch")]
-    pub fn watch(&mut self, watch: alloc::sync::Arc<dyn crate::localization::filter::Watch<f32, STATES>>) {
+    pub fn watch(&mut self, watch: alloc::sync::Arc<dyn crate::estimator::Watch<f32, STATES>>) {
         self.localizer.watch(watch);
     }
 

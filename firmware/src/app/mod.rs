@@ -191,10 +191,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
 
     /// Tells every step of the receiver's filter from now on.
     #[cfg(feature = "watch")]
-    pub fn watch(
-        &mut self,
-        watch: alloc::sync::Arc<dyn cslam_core::localization::filter::Watch<f32, STATES>>,
-    ) {
+    pub fn watch(&mut self, watch: alloc::sync::Arc<dyn cslam_core::estimator::Watch<f32, STATES>>) {
         self.cslam.watch(watch);
     }
 

@@ -31,7 +31,7 @@ pub(crate) use events::report;
 pub use frames::{FrameBytes, FrontEndLink};
 use logbook::Logbook;
 pub use logbook::{pose_estimate, verdict};
-pub(crate) use remap::Remap;
+pub(crate) use remap::{Remap, Remapped};
 pub use shared::{Listener, Shared};
 pub use source::{Given, Source};
 

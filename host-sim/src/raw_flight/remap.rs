@@ -1,10 +1,21 @@
 //! The log of a flight with another map in it: the same sweeps, mapped again.
 
 use cslam_core::map::PointCloud;
+use cslam_core::receiver::{MappedPoint, Outcome, SurfaceChanges};
 
 use super::logbook::{Logbook, outcome};
 use crate::flight_log::{FlightLog, PoseEstimate};
-use crate::smoother::Remapped;
+
+/// What a sweep puts into a map.
+#[derive(Debug, Default)]
+pub(crate) struct Remapped {
+    /// What becomes of each path; empty when nothing is mapped of the sweep.
+    pub(crate) outcomes: Vec<Outcome>,
+    /// Points, of this sweep and of earlier ones.
+    pub(crate) points: Vec<MappedPoint>,
+    /// What happens to the surfaces of all points, after these.
+    pub(crate) surfaces: SurfaceChanges,
+}
 
 /// Such a log in the making.
 pub(crate) struct Remap(Logbook);

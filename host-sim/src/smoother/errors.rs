@@ -1,9 +1,10 @@
 //! Differences of states, as the filter counts errors.
 
-use cslam_core::localization::filter::{
+use cslam_core::estimator::{
     ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, FACE_BIAS,
-    GYRO_BIAS, GYRO_MATRIX, MOUNTING, Nominal, PLANES, POSITION, TWO_WAY_BIAS, VELOCITY, wrap_delay_m,
+    GYRO_BIAS, GYRO_MATRIX, MOUNTING, Nominal, PLANES, POSITION, TWO_WAY_BIAS, VELOCITY,
 };
+use cslam_core::signal::wrap_delay_m;
 use nalgebra::{Rotation3, Vector3};
 
 /// What [`Nominal::correct`] has to add to `from` to make it `to`; surfaces are not part of it.
@@ -81,7 +82,7 @@ mod tests {
         // From another attitude, and over the end of a delay period.
         let mut again = to;
         again.correct(&added);
-        again.clock_offset_m += 3.0 * cslam_core::localization::filter::DELAY_PERIOD_M;
+        again.clock_offset_m += 3.0 * cslam_core::signal::DELAY_PERIOD_M;
         for (found, added) in errors(&to, &again).iter().zip(&added) {
             assert!((found - added).abs() < 1e-6);
         }

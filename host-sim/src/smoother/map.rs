@@ -1,27 +1,17 @@
 //! The map again: the same paths, associated and mapped by the receiver's own methods from the smoothed poses.
 
 use cslam_core::association::{PoseEstimate, ReceivedPath, SurfacePoint, SweepPaths, associate};
-use cslam_core::cslam::{
+use cslam_core::estimator::{Model, Nominal, Transmitter};
+use cslam_core::geometry::{Body, Direction, Position};
+use cslam_core::receiver::{
     Config, Localization, MOST_GMT_SIGMA_M, MappedPoint, Outcome, PATHS, SURFACES, SurfaceChanges,
     SweepReport,
 };
-use cslam_core::geometry::{Body, Direction, Position};
-use cslam_core::localization::filter::{Model, Nominal, Transmitter};
 use cslam_core::surfaces::Surfaces;
 use cslam_firmware::app::Map;
 
 use super::trajectory::State;
-
-/// What a sweep puts into a map.
-#[derive(Debug, Default)]
-pub(crate) struct Remapped {
-    /// What becomes of each path; empty when nothing is mapped of the sweep.
-    pub(crate) outcomes: Vec<Outcome>,
-    /// Points, of this sweep and of earlier ones.
-    pub(crate) points: Vec<MappedPoint>,
-    /// What happens to the surfaces of all points, after these.
-    pub(crate) surfaces: SurfaceChanges,
-}
+use crate::raw_flight::Remapped;
 
 /// A map in the making.
 pub(super) struct Mapper<'a> {

@@ -16,10 +16,10 @@ mod trajectory;
 use std::sync::Arc;
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
-use cslam_core::cslam::{Config, Mapped, PATHS, SweepReport};
-use cslam_core::localization::filter::{Watch, wrap_delay_m};
+use cslam_core::estimator::Watch;
+use cslam_core::receiver::{Config, Mapped, PATHS, SweepReport};
+use cslam_core::signal::wrap_delay_m;
 
-pub(crate) use map::Remapped;
 pub use rts::{Link, Smoothed, Stage, smooth};
 
 use self::map::Mapper;

@@ -2,8 +2,8 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use cslam_core::localization::Pose;
-use cslam_core::localization::filter::{
+use cslam_core::estimator::Pose;
+use cslam_core::estimator::{
     Covariance, Filter, MAX_PLANES, Nominal, PLANES, Step, Transition, Transmitter, Watch,
 };
 use nalgebra::{DMatrix, DVector};

@@ -1,8 +1,8 @@
 //! The smoothed state at any time of a flight.
 
+use cslam_core::estimator::{ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, Nominal, POSITION, VELOCITY};
+use cslam_core::estimator::{ClockEstimate, Pose};
 use cslam_core::geometry::Rotation;
-use cslam_core::localization::filter::{ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, Nominal, POSITION, VELOCITY};
-use cslam_core::localization::{ClockEstimate, Pose};
 use nalgebra::{DMatrix, DVector, Matrix3};
 
 use super::rts::{Smoothed, smooth};
@@ -88,7 +88,7 @@ fn within(chain: &Chain, smoothed: &[Smoothed], time_ns: u64) -> Option<State> {
 }
 
 fn corrected(nominal: &Nominal, correction: &DVector<f64>) -> Nominal {
-    let mut errors = [0.0; cslam_core::localization::filter::PLANES];
+    let mut errors = [0.0; cslam_core::estimator::PLANES];
     for (error, value) in errors.iter_mut().zip(correction.iter()) {
         *error = *value;
     }

@@ -35,6 +35,7 @@ fn write(log: &mut FlightLog, scene: &Scene, out: &Path, encoding: Encoding) -> 
         report: &report,
         packets: &[1, 2, 3],
         imu: &synthetic::imu(log),
+        smoothed: None,
     };
     outputs
         .write(out, encoding, &[Export::Npz, Export::Ros2])

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use cslam_core::paths::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays};
-use cslam_core::receiver::{CHANNELS, Config as CoreConfig, Memory, PATHS, Receiver};
+use cslam_core::receiver::{CHANNELS, Config as CoreConfig, Localization, Memory, PATHS, Receiver};
 
 use cslam_firmware::app::{AppConfig, Application, Map, VOXELS};
 use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
@@ -15,6 +15,7 @@ use crate::config::{
     Config, DepartureChoice, EarthField, LinkStateChoice, LocalizationChoice, MappedChoice, ReceiverConfig,
 };
 use crate::flight_log::{FlightLog, Header};
+use crate::input::InputError;
 use crate::raw_flight::{self, Source, Swept};
 use crate::recording::Keeper;
 use crate::scene::Scene;
