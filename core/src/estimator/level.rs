@@ -20,7 +20,7 @@ use nalgebra::{Matrix3, Vector3};
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 pub(super) const CARRIED_NS: u64 = 10_000_000_000;
 /// Standard deviation of the velocity of a UAV whose places of the last second are one, m/s per axis.
-/// Derived: a start's places lie within 0.25 m in up to 1.2 s (`core/src/cslam/level.rs`).
+/// Derived: a start's places lie within 0.25 m in up to 1.2 s (`core/src/receiver/level.rs`).
 const STILL_SIGMA_M_PER_S: f64 = 0.2;
 /// Part of the tilt's standard deviation that is not the accelerometer's bias, rad: how the gyroscope has carried it on.
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).

@@ -22,7 +22,7 @@ const DPS: f32 = core::f32::consts::PI / 180.0;
 const GATE: f32 = 25.0;
 
 /// What counts as rest. Defaults: the sensors of design section 6.
-/// Given: rest as the sensor of the error budget shows it (docs/inertial.md).
+/// Given: rest as the sensor of the error budget shows it (docs/localization.md, "The inertial sensor").
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestConfig {
     /// Samples in a block (at least 2): a quarter of a second.

@@ -6,7 +6,7 @@ use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 
 /// Properties of the inertial sensor and limits of the health monitor. The default is for the ICM-42688-P at 1 kHz in its
 /// high-resolution mode.
-/// Given: the data sheet of the sensor and what a quadrotor can do (docs/inertial.md).
+/// Given: the data sheet of the sensor and what a quadrotor can do (docs/localization.md, "The inertial sensor").
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuConfig {
     /// Time from sample to sample, ns.

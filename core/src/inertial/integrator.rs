@@ -20,10 +20,10 @@ use super::Turn;
 use crate::geometry::Real;
 
 /// Weight of the sample before in coning and sculling.
-/// Given: mathematics (docs/inertial.md).
+/// Given: mathematics (docs/localization.md, "The inertial sensor").
 const ONE_BEFORE: f64 = 7.0 / 60.0;
 /// Weight of the sample before that.
-/// Given: mathematics (docs/inertial.md).
+/// Given: mathematics (docs/localization.md, "The inertial sensor").
 const TWO_BEFORE: f64 = -1.0 / 60.0;
 
 /// Angle and velocity of a sample.

@@ -12,13 +12,13 @@ use super::ImuConfig;
 use crate::inertial::ImuSample;
 
 /// The usual change is averaged over about so many samples while it falls,
-/// Tuned: the motions of docs/inertial.md.
+/// Tuned: the motions of docs/localization.md, "Health".
 const FALLING_SAMPLES: f32 = 256.0;
 /// and over so many while it rises.
 /// Given: motors start within a tenth of a second.
 const RISING_SAMPLES: f32 = 16.0;
 /// A spike is further from the median than so many usual changes, besides the fixed limit.
-/// Tuned: the motions of docs/inertial.md.
+/// Tuned: the motions of docs/localization.md, "Health".
 const USUAL_CHANGES: f32 = 10.0;
 
 /// A sample as it may be integrated, and what is wrong with it.

@@ -114,11 +114,9 @@ impl Summary {
     /// It as text.
     pub fn text(&self, title: &str) -> String {
         let mut table = lines(&format!("{title}, {} flights", self.flights), &self.figures).to_string();
-        if let Some(first) = self.smoothed.first() {
-            let smoothed = lines(
-                &format!("{title}, {} flights, smoothed", first.flights),
-                &self.smoothed,
-            );
+        // A flight without a point has no share of right ones, but it has a position.
+        if let Some(flights) = self.smoothed.iter().map(|line| line.flights).max() {
+            let smoothed = lines(&format!("{title}, {flights} flights, smoothed"), &self.smoothed);
             table = format!("{table}\n{smoothed}");
         }
         let mut worst = Table::new(["furthest from the others", "sigmas", "why"]);
