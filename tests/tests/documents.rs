@@ -164,7 +164,7 @@ fn named_sources(page: &str) -> Vec<&str> {
 #[test]
 fn sources_that_pages_name_are_there() {
     let mut pages = Vec::new();
-    files(&root(), &[".md"], &mut pages);
+    files(root(), &[".md"], &mut pages);
     let mut missing = Vec::new();
     let mut count = 0;
     for page in pages.iter().filter(|page| !page.ends_with("CHANGELOG.md")) {

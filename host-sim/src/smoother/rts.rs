@@ -233,8 +233,8 @@ mod tests {
             }
             let predicted = self.covariance.clone();
             let mut correction = DVector::zeros(STATES);
-            if at % 2 == 0 {
-                let row = DVector::from_vec(vec![1.0, 0.0, if at % 4 == 0 { 1.0 } else { 0.0 }]);
+            if at.is_multiple_of(2) {
+                let row = DVector::from_vec(vec![1.0, 0.0, if at.is_multiple_of(4) { 1.0 } else { 0.0 }]);
                 let (value, variance) = (3.0 * self.random.normal(), 0.3);
                 let along = &self.covariance * &row;
                 let gain = &along / (row.dot(&along) + variance);

@@ -146,10 +146,6 @@ impl<'t> LitEdges<'t> {
     }
 
     /// The path by a lit edge to a receiver, seen as `image` behind the face that reflects it last.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "both ends of a path, each with its reflection"
-    )]
     fn try_path(
         &self,
         lit: &LitEdge,
