@@ -30,8 +30,9 @@
 //! paths of the sweep. **Each beam has an exponent of its own** (amplitude = integer x 2^exponent): one for all gives paths that look
 //! right and are wrong.
 //! ```
-//! use cslam_core::paths::{EstimatedPath, Iq, PathEstimator};
+//! use cslam_core::paths::{EstimatedPath, PathEstimator};
 //! use cslam_core::profile::{Block, FlightConfig, FlightEstimator};
+//! use cslam_core::signal::Iq;
 //!
 //! let mut estimator = FlightEstimator::checked(&FlightConfig::default())?;
 //! let mut samples = Box::new([[Iq::ZERO; 512]; 32]); // of a front end; 32 channels, array-major

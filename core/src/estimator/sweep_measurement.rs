@@ -18,7 +18,7 @@ pub struct SweepMeasurement<'a> {
     pub proven: bool,
     /// Without one: the first path, when it is as strong as through free space, but not from where the pose has the GMT.
     pub contrary: Option<PathMeasurement>,
-    /// Yaw of the level attitude ([`Filter::level`]), if something tells it before the start.
+    /// Yaw of the level attitude ([`super::Filter::level`]), if something tells it before the start.
     pub level_yaw: Option<LevelYaw>,
     /// Reflected paths whose surfaces are known, strongest first. They correct the pose without line of sight.
     pub reflections: &'a [ReflectedPath],

@@ -132,9 +132,9 @@ pub struct BeamReport {
     pub weak: bool,
     /// The beam was not searched because the sweep's work was spent, see [`WorkLimit`].
     pub left_out: bool,
-    /// Lanes that clipped in the transform, see [`super::BeamTaps::clips`].
+    /// Lanes that clipped in the transform, see [`crate::signal::BeamTaps::clips`].
     pub clips: u32,
-    /// See [`super::BeamTaps::unexamined`].
+    /// See [`crate::signal::BeamTaps::unexamined`].
     pub unexamined: u32,
 }
 
