@@ -146,6 +146,10 @@ fn forgetting_gain(filtered: &DMatrix<f64>, first: usize, count: usize, rounding
 /// none.
 fn inverse(covariance: &DMatrix<f64>, rounding: f64) -> DMatrix<f64> {
     let states = covariance.nrows();
+    // Of what is no number nothing can be made, however much is added.
+    if !covariance.iter().all(|value| value.is_finite()) {
+        return DMatrix::zeros(states, states);
+    }
     // A state without variance is known, and stays so.
     let scale = covariance.diagonal().map(|variance| {
         if variance > 0.0 {
@@ -187,6 +191,13 @@ mod tests {
     }
 
     const STATES: usize = 3;
+
+    #[test]
+    fn a_covariance_that_is_no_number_ends_and_tells_nothing() {
+        let mut covariance = DMatrix::identity(STATES, STATES);
+        covariance[(1, 1)] = f64::NAN;
+        assert_eq!(inverse(&covariance, 1e-6), DMatrix::zeros(STATES, STATES));
+    }
 
     impl Toy {
         fn new() -> Self {
