@@ -6,6 +6,7 @@ pub mod cost;
 pub mod elf;
 pub mod tables;
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -14,6 +15,31 @@ use std::sync::OnceLock;
 pub fn root() -> &'static Path {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     package.parent().unwrap_or(package)
+}
+
+/// Every file below a folder whose name has one of the endings, in order: without results of builds, installed packages and hidden folders.
+///
+/// # Panics
+/// When a folder cannot be read: with its name.
+#[must_use]
+pub fn files(folder: &Path, endings: &[&str]) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(folder) = open.pop() {
+        let entries = fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+        for path in entries.flatten().map(|entry| entry.path()) {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            if path.is_dir() {
+                if !["target", "node_modules", "out"].contains(&&*name) && !name.starts_with('.') {
+                    open.push(path);
+                }
+            } else if endings.iter().any(|ending| name.ends_with(ending)) {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    found
 }
 
 /// `cargo VERB` (build or run) of an image for the emulated board, with the features and flags it is made for whatever the environment

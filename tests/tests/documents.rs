@@ -2,29 +2,9 @@
 //! the measurements; `CSLAM_WRITE_TABLES=1 cargo test -p cslam-tests --test documents` makes them anew.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-use cslam_tests::{root, tables};
-
-/// Every file below `folder` with one of the endings, without build results and installed packages.
-fn files(folder: &Path, endings: &[&str], found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).expect("a folder of the project") {
-        let path = entry.expect("an entry").path();
-        let name = path
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        if path.is_dir() {
-            if !["target", "node_modules", "out"].contains(&name.as_str()) && !name.starts_with('.') {
-                files(&path, endings, found);
-            }
-        } else if endings.iter().any(|ending| name.ends_with(ending)) {
-            found.push(path);
-        }
-    }
-}
+use cslam_tests::{files, root, tables};
 
 /// Headings of a page.
 fn sections(page: &str) -> BTreeSet<String> {
@@ -83,7 +63,7 @@ fn pointers(source: &str) -> Vec<(String, Option<String>)> {
 fn sources_point_to_pages_and_sections_that_exist() {
     let mut sources = Vec::new();
     for folder in ["core", "firmware", "host-sim", "tests"] {
-        files(&root().join(folder), &[".rs", ".toml"], &mut sources);
+        sources.extend(files(&root().join(folder), &[".rs", ".toml"]));
     }
     let (mut wrong, mut seen) = (Vec::new(), 0);
     for source in &sources {
@@ -113,8 +93,7 @@ fn sources_point_to_pages_and_sections_that_exist() {
 
 #[test]
 fn links_of_documents_lead_somewhere() {
-    let mut pages = Vec::new();
-    files(root(), &[".md"], &mut pages);
+    let pages = files(root(), &[".md"]);
     let (mut wrong, mut seen) = (Vec::new(), 0);
     for page in &pages {
         let text = fs::read_to_string(page).expect("a page");
@@ -163,8 +142,7 @@ fn named_sources(page: &str) -> Vec<&str> {
 
 #[test]
 fn sources_that_pages_name_are_there() {
-    let mut pages = Vec::new();
-    files(root(), &[".md"], &mut pages);
+    let pages = files(root(), &[".md"]);
     let mut missing = Vec::new();
     let mut count = 0;
     for page in pages.iter().filter(|page| !page.ends_with("CHANGELOG.md")) {
@@ -184,8 +162,7 @@ fn sources_that_pages_name_are_there() {
 fn every_page_is_in_the_book() {
     let docs = root().join("docs");
     let summary = fs::read_to_string(docs.join("SUMMARY.md")).expect("the book's contents");
-    let mut pages = Vec::new();
-    files(&docs, &[".md"], &mut pages);
+    let pages = files(&docs, &[".md"]);
     assert!(pages.len() > 20, "{} pages", pages.len());
     for page in pages {
         let name = page.strip_prefix(&docs).expect("a page of the book").display();
@@ -197,8 +174,7 @@ fn every_page_is_in_the_book() {
 
 #[test]
 fn tables_are_those_of_the_committed_measurements() {
-    let mut pages = Vec::new();
-    files(&root().join("docs"), &[".md"], &mut pages);
+    let pages = files(&root().join("docs"), &[".md"]);
     let (mut stale, mut marked) = (Vec::new(), 0);
     for page in &pages {
         let text = fs::read_to_string(page).expect("a page");

@@ -9,7 +9,7 @@ mod scan;
 mod table;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 pub use effect::{Effect, Effects};
 pub use table::page;
@@ -100,7 +100,7 @@ impl Constant {
     }
 }
 
-/// Rooms whose numbers are on the page, each with its folders and files below `core/src`.
+/// Rooms whose numbers are on the page, each with its folders below `core/src`.
 pub const ROOMS: [(&str, &[&str]); 7] = [
     ("paths", &["kernels", "paths", "signal"]),
     ("surfaces", &["surfaces"]),
@@ -153,10 +153,10 @@ pub fn found() -> Found {
     let mut found = Found::default();
     for (room, places) in ROOMS {
         for place in places {
-            let mut files = Vec::new();
-            sources(&core.join(place), &mut files);
-            files.sort();
-            for file in files {
+            for file in crate::files(&core.join(place), &[".rs"]) {
+                if is_of_tests(file.strip_prefix(&core).unwrap_or(&file)) {
+                    continue;
+                }
                 let text = fs::read_to_string(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
                 let below = file.strip_prefix(&core).unwrap_or(&file);
                 scan::scan(room, &below.to_string_lossy(), &text, &mut found);
@@ -166,19 +166,10 @@ pub fn found() -> Found {
     found
 }
 
-/// Every source of a folder but those of tests; or the one file.
-fn sources(place: &Path, found: &mut Vec<PathBuf>) {
-    if place.extension().is_some_and(|ending| ending == "rs") {
-        found.push(place.to_owned());
-        return;
-    }
-    let entries = fs::read_dir(place).unwrap_or_else(|e| panic!("{}: {e}", place.display()));
-    for entry in entries.flatten() {
-        let path = entry.path();
-        let name = entry.file_name().to_string_lossy().into_owned();
-        let is_of_tests = name == "tests" || name == "tests.rs" || name.ends_with("_tests.rs");
-        if !is_of_tests && (path.is_dir() || name.ends_with(".rs")) {
-            sources(&path, found);
-        }
-    }
+/// Whether a file of core holds tests alone.
+fn is_of_tests(file: &Path) -> bool {
+    file.iter().any(|part| {
+        let name = part.to_string_lossy();
+        name == "tests" || name == "tests.rs" || name.ends_with("_tests.rs")
+    })
 }
