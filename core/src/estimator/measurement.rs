@@ -149,6 +149,14 @@ impl Model {
         (aoa.vector() - e1 * shift.error[0] - e2 * shift.error[1]).normalize()
     }
 
+    /// The same of an arrival as paths have it; one that is no direction afterwards stays as it was.
+    pub fn corrected_arrival(&self, aoa: &Direction<Body>, nominal: &Nominal) -> Direction<Body> {
+        let Ok(wide) = Direction::from_vector(aoa.vector().map(f64::from)) else {
+            return *aoa;
+        };
+        Direction::from_vector(self.corrected(&wide, nominal).map(|c| c as f32)).unwrap_or(*aoa)
+    }
+
     /// World direction of a departure without the face's estimated bias, pointing from the GMT; `None` when its face
     /// does not exist or the cosines exceed one.
     pub fn departed(

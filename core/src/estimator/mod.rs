@@ -241,8 +241,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
 
     /// An angle of arrival without the estimated calibration errors of the arrays. The reflection solver wants this one:
     /// attitude and arrays share an error that cancels only when both corrections are applied (docs/localization.md, "The model").
-    pub fn corrected_aoa(&self, aoa: &Direction<Body, f64>) -> Vector3<f64> {
-        self.model.corrected(aoa, &self.nominal)
+    pub fn corrected_aoa(&self, aoa: &Direction<Body>) -> Direction<Body> {
+        self.model.corrected_arrival(aoa, &self.nominal)
     }
 
     /// Pose at the horizon, the time of the last sweep; `None` while starting.

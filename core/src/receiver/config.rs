@@ -6,6 +6,7 @@
 
 use core::num::NonZeroU32;
 
+use super::SURFACES;
 use super::gain::LinkBudget;
 use super::receive::Residuals;
 use super::rules::Rules;
@@ -14,11 +15,12 @@ use crate::association::AssociationConfig;
 use crate::beam_squint::{BeamSquint, BeamSquintConfig};
 use crate::estimator::baseline;
 use crate::estimator::{self, FilterConfig};
+use crate::geometry::Position;
 use crate::inertial::{ImuConfig, MagneticField, RestConfig};
 use crate::link_state::{AcceptGate, Classifier, PaperClassifier, PathClassifier};
 use crate::reflection::{Form, Gates};
 use crate::signal::Waveform;
-use crate::surfaces::SurfaceConfig;
+use crate::surfaces::{SurfaceConfig, Surfaces};
 
 /// How the pose is found, and with it what a path must be to correct it.
 #[derive(Clone, Copy, Debug)]
@@ -178,6 +180,17 @@ impl core::fmt::Display for ConfigError {
 impl core::error::Error for ConfigError {}
 
 impl<'m> Config<'m> {
+    /// Surfaces before anything is known of them: the ground alone, where its height is.
+    #[must_use]
+    pub fn no_surfaces(&self) -> Surfaces<SURFACES> {
+        let ground_z_m = self.accept.point.ground_z_m;
+        let beneath = ground_z_m.and_then(|z_m| Position::new(0.0, 0.0, z_m).ok());
+        beneath.map_or_else(
+            || Surfaces::new(self.surfaces),
+            |beneath| Surfaces::with_ground(self.surfaces, beneath),
+        )
+    }
+
     /// Beam squint as this configuration has it, for [`super::Memory`].
     ///
     /// # Errors

@@ -123,13 +123,10 @@ impl<const STATES: usize> Localizer<STATES> {
 
     /// An angle of arrival without the arrays' errors, as far as they are known.
     pub(super) fn corrected(&self, aoa: &Direction<Body>) -> Direction<Body> {
-        let Self::Filter(filter) = self else {
-            return *aoa;
-        };
-        let Ok(wide) = Direction::from_vector(aoa.vector().map(f64::from)) else {
-            return *aoa;
-        };
-        Direction::from_vector(filter.corrected_aoa(&wide).map(|c| c as f32)).unwrap_or(*aoa)
+        match self {
+            Self::Filter(filter) => filter.corrected_aoa(aoa),
+            Self::Hpc(_) => *aoa,
+        }
     }
 
     /// Takes in a sweep.

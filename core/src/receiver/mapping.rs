@@ -6,11 +6,12 @@ use super::config::Mapped;
 use super::paths::{ClassifiedPath, MeasuredPath};
 use super::receive::ends;
 use super::report::{MappedPoint, Outcome, SurfaceChanges};
-use super::{CHANNELS, PATHS};
+use super::{CHANNELS, PATHS, SURFACES};
 use crate::association::{
-    self, Decision, POINTS, PoseEstimate, ReceivedPath, SurfacePoint, SweepPaths, associate,
+    self, Decision, Learned, POINTS, PoseEstimate, ReceivedPath, SweepPaths, associate,
 };
 use crate::estimator::{Bounces, MappedPlane, Pose, ReflectedPath, SweepVerdict, Transmitter};
+use crate::map::PointCloud;
 use crate::numeric::gather;
 use crate::paths::PathEstimator;
 use crate::receiver::Receiver;
@@ -37,6 +38,34 @@ pub(super) struct Mapping {
     pub(super) outcomes: Vec<Outcome, PATHS>,
     pub(super) points: Vec<MappedPoint, POINTS>,
     pub(super) surfaces: SurfaceChanges,
+}
+
+/// Maps what association has learnt of a sweep: its points go in, those of surfaces that are one go over to it, those of a demoted one leave.
+pub fn map_learned<const VOXELS: usize>(
+    map: &mut PointCloud<VOXELS>,
+    learned: Learned<SURFACES>,
+) -> (Vec<MappedPoint, POINTS>, SurfaceChanges) {
+    let points = gather(learned.points.iter().map(|point| MappedPoint {
+        surface: Some(point.surface),
+        sweep: point.sweep,
+        path: point.path,
+        reflection: point.reflection,
+        probability: point.existence,
+        point: point.point,
+        // What lies beyond the map's range is counted there.
+        insertion: map.insert_on(Some(point.surface), &point.point).ok(),
+    }));
+    for (gone, stays) in &learned.merged {
+        map.rename(*gone, *stays);
+    }
+    for surface in &learned.changes.demoted {
+        let _freed = map.withdraw(*surface);
+    }
+    let surfaces = SurfaceChanges {
+        merged: learned.merged,
+        withdrawn: learned.changes.demoted,
+    };
+    (points, surfaces)
 }
 
 impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
@@ -151,13 +180,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             ),
         };
         let learned = self.surfaces.learn(&association, &sweep, &config);
-        let points = gather(learned.points.iter().map(|point| self.insert(point)));
-        for (gone, stays) in &learned.merged {
-            self.memory.map.rename(*gone, *stays);
-        }
-        for surface in &learned.changes.demoted {
-            let _freed = self.memory.map.withdraw(*surface);
-        }
+        let (points, surfaces) = map_learned(self.memory.map, learned);
         let outcomes = association.verdicts.iter().enumerate();
         Mapping {
             outcomes: gather(outcomes.map(|(index, verdict)| {
@@ -168,23 +191,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 }
             })),
             points,
-            surfaces: SurfaceChanges {
-                merged: learned.merged,
-                withdrawn: learned.changes.demoted,
-            },
-        }
-    }
-
-    fn insert(&mut self, point: &SurfacePoint) -> MappedPoint {
-        MappedPoint {
-            surface: Some(point.surface),
-            sweep: point.sweep,
-            path: point.path,
-            reflection: point.reflection,
-            probability: point.existence,
-            point: point.point,
-            // What lies beyond the map's range is counted there.
-            insertion: self.memory.map.insert_on(Some(point.surface), &point.point).ok(),
+            surfaces,
         }
     }
 

@@ -31,7 +31,7 @@ mod sweep;
 
 pub use config::{Config, ConfigError, Departures, HpcConfig, LinkStates, Localization, Mapped};
 pub use gain::LinkBudget;
-pub use mapping::MOST_GMT_SIGMA_M;
+pub use mapping::{MOST_GMT_SIGMA_M, map_learned};
 pub use receive::Residuals;
 pub use report::{Innovation, MappedPoint, Measured, Outcome, PathReport, SurfaceChanges, SweepReport};
 pub use rules::Rules;
@@ -45,12 +45,12 @@ use self::sweep::Open;
 use crate::beam_squint::BeamSquint;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::estimator::{Counters as FilterCounters, Health, Pose, states};
-use crate::geometry::{Gmt, Position, Real, Rotation, World};
+use crate::geometry::{Gmt, Real, Rotation, World};
 use crate::inertial::{Imu, ImuCounters, ImuSample, RestAlignment, RestStatus};
 use crate::map::PointCloud;
 use crate::paths::{BeamReport, PathEstimator};
 use crate::signal::{BeamBlock, wrap_delay_m};
-use crate::surfaces::{SurfaceConfig, Surfaces};
+use crate::surfaces::Surfaces;
 
 /// Paths of a sweep.
 /// Given: the paper's K (docs/signal-model.md).
@@ -144,7 +144,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             imu: Imu::new(config.imu),
             rest: Some(RestAlignment::new(config.rest)),
             last_heading_ns: 0,
-            surfaces: surfaces(&config.surfaces, config.accept.point.ground_z_m),
+            surfaces: config.no_surfaces(),
             stand: None,
             localizer: Localizer::new(&config.localization),
             open: None,
@@ -329,15 +329,6 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             self.localizer.step(&step);
         }
     }
-}
-
-/// The ground alone, where its height is known.
-fn surfaces(config: &SurfaceConfig, ground_z_m: Option<f32>) -> Surfaces<SURFACES> {
-    let beneath = ground_z_m.and_then(|z_m| Position::new(0.0, 0.0, z_m).ok());
-    beneath.map_or_else(
-        || Surfaces::new(*config),
-        |beneath| Surfaces::with_ground(*config, beneath),
-    )
 }
 
 fn count(counter: &mut u32) {

@@ -1,5 +1,6 @@
 //! The log of a flight with another map in it: the same sweeps, mapped again.
 
+use cslam_core::association::POINTS;
 use cslam_core::map::PointCloud;
 use cslam_core::receiver::{MappedPoint, Outcome, SurfaceChanges};
 
@@ -12,7 +13,7 @@ pub(crate) struct Remapped {
     /// What becomes of each path; empty when nothing is mapped of the sweep.
     pub(crate) outcomes: Vec<Outcome>,
     /// Points, of this sweep and of earlier ones.
-    pub(crate) points: Vec<MappedPoint>,
+    pub(crate) points: heapless::Vec<MappedPoint, POINTS>,
     /// What happens to the surfaces of all points, after these.
     pub(crate) surfaces: SurfaceChanges,
 }

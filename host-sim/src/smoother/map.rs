@@ -1,11 +1,9 @@
 //! The map again: the same paths, associated and mapped by the receiver's own methods from the smoothed poses.
 
-use cslam_core::association::{PoseEstimate, ReceivedPath, SurfacePoint, SweepPaths, associate};
-use cslam_core::estimator::{Model, Nominal, Transmitter};
-use cslam_core::geometry::{Body, Direction, Position};
+use cslam_core::association::{PoseEstimate, ReceivedPath, SweepPaths, associate};
+use cslam_core::estimator::{Model, Transmitter};
 use cslam_core::receiver::{
-    Config, Localization, MOST_GMT_SIGMA_M, MappedPoint, Outcome, PATHS, SURFACES, SurfaceChanges,
-    SweepReport,
+    Config, Localization, MOST_GMT_SIGMA_M, Outcome, PATHS, SURFACES, SweepReport, map_learned,
 };
 use cslam_core::surfaces::Surfaces;
 use cslam_firmware::app::Map;
@@ -28,16 +26,11 @@ impl<'a> Mapper<'a> {
         let Localization::Filter(filter) = &config.localization else {
             return None;
         };
-        let beneath = config.accept.point.ground_z_m;
-        let beneath = beneath.and_then(|z_m| Position::new(0.0, 0.0, z_m).ok());
         Some(Self {
             config,
             model: Model::new(filter.radio),
             lost_m: filter.gates.lost_m,
-            surfaces: beneath.map_or_else(
-                || Surfaces::new(config.surfaces),
-                |beneath| Surfaces::with_ground(config.surfaces, beneath),
-            ),
+            surfaces: config.no_surfaces(),
             map: Box::new(Map::new()),
         })
     }
@@ -72,7 +65,7 @@ impl<'a> Mapper<'a> {
         let mut paths = heapless::Vec::<ReceivedPath, PATHS>::new();
         for path in &report.paths {
             let estimated = &path.estimated;
-            let arrival = self.corrected(&estimated.path.aoa, &state.nominal);
+            let arrival = self.model.corrected_arrival(&estimated.path.aoa, &state.nominal);
             let received = ReceivedPath::of(estimated, arrival, estimated.path.aod, path.probabilities);
             // There is room for every path of a sweep.
             let _fits = paths.push(received);
@@ -87,13 +80,7 @@ impl<'a> Mapper<'a> {
             held: &state.standing.held,
         };
         let learned = self.surfaces.learn(&association, &sweep, config);
-        let points = learned.points.iter().map(|point| self.insert(point)).collect();
-        for (gone, stays) in &learned.merged {
-            self.map.rename(*gone, *stays);
-        }
-        for surface in &learned.changes.demoted {
-            let _freed = self.map.withdraw(*surface);
-        }
+        let (points, surfaces) = map_learned(&mut self.map, learned);
         let outcomes = association.verdicts.iter().zip(&report.paths);
         Remapped {
             outcomes: outcomes
@@ -103,28 +90,7 @@ impl<'a> Mapper<'a> {
                 })
                 .collect(),
             points,
-            surfaces: SurfaceChanges {
-                merged: learned.merged,
-                withdrawn: learned.changes.demoted,
-            },
-        }
-    }
-
-    fn corrected(&self, aoa: &Direction<Body>, nominal: &Nominal) -> Direction<Body> {
-        let wide = Direction::from_vector(aoa.vector().map(f64::from));
-        let corrected = wide.map(|wide| self.model.corrected(&wide, nominal).map(|c| c as f32));
-        corrected.and_then(Direction::from_vector).unwrap_or(*aoa)
-    }
-
-    fn insert(&mut self, point: &SurfacePoint) -> MappedPoint {
-        MappedPoint {
-            surface: Some(point.surface),
-            sweep: point.sweep,
-            path: point.path,
-            reflection: point.reflection,
-            probability: point.existence,
-            point: point.point,
-            insertion: self.map.insert_on(Some(point.surface), &point.point).ok(),
+            surfaces,
         }
     }
 }

@@ -134,14 +134,14 @@ fn standing<const N: usize>(filter: &Filter<f32, N>) -> Standing {
     }
 }
 
-/// What has been heard so far.
+/// What the filter has told so far.
 #[derive(Debug)]
-struct Heard<const N: usize> {
+struct Told<const N: usize> {
     chains: Vec<Chain>,
     open: Option<Open<N>>,
 }
 
-impl<const N: usize> Heard<N> {
+impl<const N: usize> Told<N> {
     fn close(&mut self) {
         if let (Some(open), Some(chain)) = (self.open.take(), self.chains.last_mut()) {
             let (stage, standing) = open.stage();
@@ -242,38 +242,38 @@ impl<const N: usize> Heard<N> {
 /// Listens to a filter of `N` states.
 #[derive(Debug)]
 pub(super) struct Tape<const N: usize> {
-    heard: Mutex<Heard<N>>,
+    told: Mutex<Told<N>>,
 }
 
 impl<const N: usize> Tape<N> {
     pub(super) fn new() -> Self {
         Self {
-            heard: Mutex::new(Heard {
+            told: Mutex::new(Told {
                 chains: Vec::new(),
                 open: None,
             }),
         }
     }
 
-    /// All that was heard.
+    /// All that was told.
     pub(super) fn take(&self) -> Vec<Chain> {
-        let mut heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
-        heard.close();
-        std::mem::take(&mut heard.chains)
+        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        told.close();
+        std::mem::take(&mut told.chains)
     }
 }
 
 impl<const N: usize> Watch<f32, N> for Tape<N> {
     fn step(&self, filter: &Filter<f32, N>, step: Step<'_, f32, N>) {
-        let mut heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
         match step {
-            Step::Stands => heard.stands(filter),
-            Step::Carried(transition) => heard.carried(filter, transition),
-            Step::Spread => heard.spread(filter),
-            Step::Corrected(errors) => heard.corrected(errors),
-            Step::Doubted => heard.doubted(filter),
-            Step::Forgot { first, count } => heard.forgot(filter, first, count),
-            Step::Restarted => heard.restarted(),
+            Step::Stands => told.stands(filter),
+            Step::Carried(transition) => told.carried(filter, transition),
+            Step::Spread => told.spread(filter),
+            Step::Corrected(errors) => told.corrected(errors),
+            Step::Doubted => told.doubted(filter),
+            Step::Forgot { first, count } => told.forgot(filter, first, count),
+            Step::Restarted => told.restarted(),
         }
     }
 }
