@@ -223,7 +223,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 let strayed = (self.last_stray_ns)
                     .is_some_and(|stray_ns| time_ns.saturating_sub(stray_ns) < STRAYING_NS);
                 let refuted = refuted >= if strayed { REFUTED_STRAYING } else { 1 };
-                if refuted || !strayed {
+                let (first_ns, first_m) = before.first;
+                let run_s = time_ns.saturating_sub(first_ns) as f64 * 1e-9;
+                let drift = self.nominal.clock_drift_m_per_s;
+                let ran_m = wrap_delay_m(offset_m - first_m - drift * run_s);
+                if refuted || !strayed || !self.may_have_run_by(ran_m, run_s) {
                     self.doubt_timing_by(row.residual.to_f64());
                 }
                 if refuted {
@@ -233,10 +237,6 @@ impl<T: Real, const N: usize> Filter<T, N> {
                     self.health.clock_contested = self.timing_is_off();
                 } else {
                     // The next one will tell.
-                    let (first_ns, first_m) = before.first;
-                    let run_s = time_ns.saturating_sub(first_ns) as f64 * 1e-9;
-                    let drift = self.nominal.clock_drift_m_per_s;
-                    let ran_m = wrap_delay_m(offset_m - first_m - drift * run_s);
                     self.nominal.clock_drift_m_per_s += ran_m / run_s.max(SHORTEST_STEP_S);
                     self.clock_step(offset_m, variance, (0.0, run_s));
                 }
@@ -258,6 +258,14 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 });
             }
         }
+    }
+
+    /// Whether the clock may have run by this, m, beside its rate, in this time, s: as fast as its ramp has made it since a line of sight
+    /// tied it last. What runs faster is a lie, or may be.
+    fn may_have_run_by(&self, ran_m: f64, run_s: f64) -> bool {
+        let since_s = self.nominal.time_ns.saturating_sub(self.last_sight_ns) as f64 * 1e-9;
+        let most_m_per_s = self.config.priors.clock_ramp_m_per_s2 * since_s;
+        ran_m.abs() <= most_m_per_s * run_s + LINE_AGREEMENT_M
     }
 
     /// Whether the timing's own error is one that no radio has, or may be.

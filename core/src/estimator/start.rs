@@ -13,6 +13,7 @@ use super::{Covariance, Filter};
 use crate::geometry::Real;
 use crate::inertial::Alignment;
 use crate::signal::DELAY_PERIOD_M;
+use nalgebra::Vector3;
 
 /// Fixes that a start needs.
 /// Derived: three tell a motion that bends, two more which of them is wrong.
@@ -106,7 +107,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let acceptable = self.is_acceptable(solution);
         if acceptable {
             self.set_pose(gmt, solution);
-            self.count_refix();
+            self.settle_refix();
         }
         acceptable
     }
@@ -121,11 +122,18 @@ impl<T: Real, const N: usize> Filter<T, N> {
         for i in 0..3 {
             self.covariance.add(ATTITUDE + i, T::of(off));
         }
-        self.count_refix();
+        self.settle_refix();
         true
     }
 
-    fn count_refix(&mut self) {
+    /// A pose was wrong, and with it what it has taught of the accelerometer: a body that is believed to lean feels gravity where there is
+    /// none, and once it turns, that bias leans it the other way.
+    fn settle_refix(&mut self) {
+        self.nominal.imu.accel_bias_m_per_s2 = Vector3::zeros();
+        let sigma = self.config.priors.accel_bias_m_per_s2;
+        for i in 0..3 {
+            self.covariance.reset(ACCEL_BIAS + i, T::of(sigma * sigma));
+        }
         self.resets = self.resets.saturating_add(1);
         self.counters.refixes = self.counters.refixes.saturating_add(1);
     }

@@ -299,6 +299,31 @@ fn one_wrong_exchange_after_a_silence_does_not_make_timing_doubted() {
 }
 
 #[test]
+fn timing_that_runs_off_faster_than_an_oscillator_shows_in_sigma_where_exchanges_stray() {
+    // A stray one in sight, then out of sight the lie: 1.6 m/s, which no ramp comes to within seconds.
+    let lie = |now: u64| match now {
+        now if now < 12 * SECOND_NS => 0.0,
+        now if now < 12 * SECOND_NS + SWEEP_NS => 2.0,
+        now => 1.6 * now.saturating_sub(13 * SECOND_NS) as f64 * 1e-9,
+    };
+    let sight = |now: u64| now < 14 * SECOND_NS;
+    let (mut worst, mut flagged) = (0.0_f64, false);
+    let filter = timed(25 * SECOND_NS, lie, sight, |now, filter| {
+        if now > 17 * SECOND_NS {
+            let pose = filter.pose().expect("running");
+            worst = worst.max(clock_m(filter).abs() / f64::from(pose.clock.offset_sigma_m));
+            flagged |= filter.health().clock_contested;
+        }
+    });
+    println!(
+        "clock {:.2} m off, {worst:.1} sigmas at worst, flagged {flagged}, {:?}",
+        clock_m(&filter),
+        filter.counters()
+    );
+    assert!(worst < 4.5 && flagged, "{worst}, flagged {flagged}");
+}
+
+#[test]
 fn strays_that_the_gate_lets_pass_do_not_run_the_clock_off() {
     // Out of sight two exchanges in a row are of a longer path; the next ones are right.
     let timing = |now: u64| {

@@ -1,5 +1,7 @@
 //! After an outage, and when sweeps contradict: what is believed, and what is fixed anew.
 
+extern crate std;
+
 use nalgebra::Vector3;
 
 use super::super::*;
@@ -20,6 +22,30 @@ fn a_filter_that_is_wrong_is_fixed_anew() {
     assert_eq!(filter.counters().refixes, 1, "{:?}", filter.counters());
     assert_eq!(filter.pose().map(|pose| pose.resets), Some(1));
     assert!(error_m(&filter) < 0.1, "{}", error_m(&filter));
+}
+
+/// What a wrong pose has taught of the accelerometer goes with it: a bias that is believed to the last outlives the re-fix otherwise, and
+/// leads the next outage astray.
+#[test]
+fn a_pose_that_is_fixed_anew_learns_the_accelerometer_anew() {
+    let mut worst_m = 0.0_f64;
+    let filter = flown(45_000_000_000, 0, |time_ns, filter, sweep| {
+        if time_ns == 20 * SWEEP_NS {
+            filter.nominal.position_m += Vector3::new(8.0, -5.0, 3.0);
+            filter.nominal.imu.accel_bias_m_per_s2 += Vector3::new(0.15, -0.1, 0.0);
+            for i in 0..3 {
+                filter.covariance.reset(ACCEL_BIAS + i, 1e-6);
+            }
+        }
+        if (80..90).contains(&(time_ns / SWEEP_NS)) {
+            sweep.line_of_sight = None;
+            worst_m = worst_m.max(error_m(filter));
+        }
+    });
+    assert_eq!(filter.counters().refixes, 1, "{:?}", filter.counters());
+    let bias = filter.nominal.imu.accel_bias_m_per_s2;
+    std::println!("{worst_m:.2} m off in an outage of 5 s, bias {bias:?}");
+    assert!(worst_m < 0.4 && bias.norm() < 0.03, "{worst_m} m, {bias:?}");
 }
 
 /// Fixes that claim metres of scatter tell the attitude to tens of degrees: no start, and no re-fix.
