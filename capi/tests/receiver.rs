@@ -14,7 +14,7 @@ use cslam_host_sim::flight_log::Header;
 use cslam_host_sim::raw_flight::{Recorder, Source, fly, with_board_receiver};
 use cslam_host_sim::scene::Scene;
 use cslam_host_sim::sensors::Event;
-use cslam_host_sim::world::{World, WorldConfig};
+use cslam_host_sim::world::{Profile, World, WorldConfig};
 
 const BLOCK: usize = 32 * SAMPLES * 2;
 /// Three seconds at rest, then nine in the air.
@@ -137,7 +137,7 @@ fn packets_are_those_of_the_application() {
             duration_s: 0.5 * f64::from(SWEEPS + 1),
             ..FlightConfig::default()
         },
-        ..WorldConfig::default()
+        ..WorldConfig::of(Profile::Budget)
     };
     let world = World::new(&scene, told, 3).expect("a flight");
     let header = Header {

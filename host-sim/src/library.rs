@@ -21,15 +21,15 @@ pub fn fly_recording(
     fly::over_recording(directory, out, steps, interrupted)
 }
 
-/// Records a flight of `seed` through a scene in a world (`ideal`, `budget`, `real`), at most `sweeps` sweeps, into the directory `out`, as
-/// `cslam record` does.
+/// Records a flight of `seed` through a scene in a world (`ideal`, `budget`, `real`; `None`: the default one), at most `sweeps` sweeps,
+/// into the directory `out`, as `cslam record` does.
 ///
 /// # Errors
 /// [`crate::input::InputError`], as an [`anyhow::Error`], naming what is not known, or the file that cannot be written; an error of another
 /// kind when it was `interrupted`.
 pub fn record(
     scene: &str,
-    world: &str,
+    world: Option<&str>,
     seed: u64,
     sweeps: Option<u32>,
     out: &Path,

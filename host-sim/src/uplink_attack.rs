@@ -17,7 +17,7 @@ use crate::raw_flight::{BoardReceiver, Recorder, Source, hear, report, with_boar
 use crate::scene::Scene;
 use crate::sensors::Event;
 use crate::table::Table;
-use crate::world::{World, WorldConfig};
+use crate::world::{Profile, World, WorldConfig};
 
 /// Length of the flight, s.
 const FLIGHT_S: f64 = 14.0;
@@ -107,7 +107,7 @@ pub fn run(packets: u64) -> anyhow::Result<Figures> {
             duration_s: FLIGHT_S,
             ..FlightConfig::default()
         },
-        ..WorldConfig::default()
+        ..WorldConfig::of(Profile::Budget)
     };
     let world = World::new(&scene, config, SEED)?;
     with_board_receiver(|left_alone| {

@@ -28,21 +28,21 @@ fn a_campaign_goes_on_where_it_was_and_is_compared() {
     let (code, table, errors) = fly(out, "1");
     assert_eq!(code, Some(0), "{errors}");
     assert!(
-        table.contains("budget, best, 1 flights") && table.contains("position, rms, m"),
+        table.contains("real, best, 1 flights") && table.contains("position, rms, m"),
         "{table}"
     );
-    let first = one.join("budget.best.outdoor.1.json");
+    let first = one.join("real.best.outdoor.1.json");
     let before = changed(&first);
     let (code, table, _) = fly(out, "2");
     assert!(code == Some(0) && table.contains("2 flights"), "{table}");
     assert_eq!(changed(&first), before, "flown again");
     let summary: serde_json::Value =
         serde_json::from_slice(&fs::read(one.join("summary.json")).expect("written")).expect("JSON");
-    assert_eq!(summary["budget, best"]["flights"], 2);
+    assert_eq!(summary["real, best"]["flights"], 2);
 
     // The same flights in another directory: nothing differs. One that is put right is found.
     fs::create_dir(&other).expect("writable");
-    fs::copy(&first, other.join("budget.best.outdoor.1.json")).expect("copied");
+    fs::copy(&first, other.join("real.best.outdoor.1.json")).expect("copied");
     let (code, text, _) = cslam(&["campaign", "--compare", out, compared]);
     assert!(
         code == Some(0) && text.contains("no figure of any flight differs"),
@@ -57,7 +57,7 @@ fn a_campaign_goes_on_where_it_was_and_is_compared() {
     let (code, _, errors) = fly(out, "1");
     assert_eq!(code, Some(2), "{errors}");
     assert!(
-        errors.contains("another build") && errors.contains("budget.best.outdoor.1.json"),
+        errors.contains("another build") && errors.contains("real.best.outdoor.1.json"),
         "{errors}"
     );
 }
@@ -107,7 +107,7 @@ fn a_campaign_from_kept_paths_is_that_through_the_world() {
     };
     let flights = names(&kept);
     assert_eq!(flights.len(), 4, "{flights:?}");
-    assert!(flights[0].starts_with("budget-") && flights[0].contains(".best-fit.outdoor.1"));
+    assert!(flights[0].starts_with("real-") && flights[0].contains(".best-fit.outdoor.1"));
     let before = changed(&kept.join(&flights[0]).join("flight.json"));
 
     let (code, _, errors) = fly(&again, &both);
@@ -130,13 +130,13 @@ fn a_campaign_from_kept_paths_is_that_through_the_world() {
     let few = directory.path().join("few");
     let (code, _, errors) = fly(&few, &["--steps", "6"]);
     assert_eq!(code, Some(0), "{errors}");
-    assert_eq!(report(&few, "budget.best.outdoor.1.json")["sweeps"], 6);
+    assert_eq!(report(&few, "real.best.outdoor.1.json")["sweeps"], 6);
     fs::write(kept.join(&flights[0]).join("estimated_paths.jsonl"), "").expect("writable");
     let more = directory.path().join("more");
     let (code, _, errors) = fly(&more, &["--steps", "15"]);
     assert_eq!(code, Some(0), "{errors}");
     let error = |seed: u32| {
-        let shard = fs::read_to_string(more.join(format!("budget.best.outdoor.{seed}.json"))).expect("there");
+        let shard = fs::read_to_string(more.join(format!("real.best.outdoor.{seed}.json"))).expect("there");
         let shard: serde_json::Value = serde_json::from_str(&shard).expect("JSON");
         shard["error"].as_str().expect("not flown").to_owned()
     };

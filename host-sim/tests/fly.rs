@@ -222,14 +222,14 @@ fn bad_input_is_one_line_and_exit_2() {
 }
 
 #[test]
-fn without_a_word_it_flies_outdoors_from_raw_samples() {
+fn without_a_word_it_flies_outdoors_in_the_real_world_from_raw_samples() {
     let directory = tempfile::tempdir().expect("a directory");
     let output = fly(directory.path(), &["fly", "--steps", "2"]);
     assert!(output.status.success());
     let report = report(&directory.path().join("out"));
     assert_eq!(
-        (&report["sweeps"], &report["scene"]),
-        (&2.into(), &"outdoor".into())
+        (&report["sweeps"], &report["scene"], &report["world"]),
+        (&2.into(), &"outdoor".into(), &"real".into())
     );
     let out = directory.path().join("out");
     let packets = fs::read(out.join("packets.bin")).expect("written");
@@ -249,7 +249,9 @@ fn a_beacon_that_lies_from_the_start_is_held_against_the_place_of_set_up() {
         fs::write(directory.path().join("c.toml"), format!("{lie}{setup}")).expect("writable");
         let output = fly(
             directory.path(),
-            &["fly", "--steps", "24", "--config", "c.toml", "--out", "out"],
+            &[
+                "fly", "--world", "budget", "--steps", "24", "--config", "c.toml", "--out", "out",
+            ],
         );
         assert!(output.status.success());
         let report = report(&directory.path().join("out"));
@@ -269,7 +271,8 @@ fn a_flight_from_raw_samples_finds_its_pose_and_repeats_bit_for_bit() {
     let run = |out: &str, more: &[&str]| {
         let args = [
             &[
-                "fly", "--scene", "outdoor", "--seed", "3", "--steps", "40", "--out", out,
+                "fly", "--world", "budget", "--scene", "outdoor", "--seed", "3", "--steps", "40", "--out",
+                out,
             ],
             more,
         ]
@@ -313,6 +316,8 @@ fn a_drifted_calibration_takes_the_fixes_that_bring_it_back() {
     let directory = tempfile::tempdir().expect("a directory");
     let args = [
         "fly",
+        "--world",
+        "budget",
         "--localization",
         "hpc",
         "--seed",
@@ -349,7 +354,7 @@ fn a_scene_that_is_raised_is_flown_as_it_was() {
         let file = format!("{name}.toml");
         fs::write(directory.path().join(&file), config).expect("writable");
         let args = [
-            "fly", "--seed", "3", "--steps", "40", "--config", &file, "--out", name,
+            "fly", "--world", "budget", "--seed", "3", "--steps", "40", "--config", &file, "--out", name,
         ];
         let output = fly(directory.path(), &args);
         assert!(

@@ -5,7 +5,7 @@ use cslam_host_sim::raw_flight::board_config;
 use cslam_host_sim::recording::Span;
 use cslam_host_sim::scene::Scene;
 use cslam_host_sim::sensors::FaultsConfig;
-use cslam_host_sim::world::WorldConfig;
+use cslam_host_sim::world::{Profile, WorldConfig};
 
 /// Time of a sweep, whether a line of sight was taken in it, and the errors of its pose.
 type Swept = (f64, bool, Option<PoseErrors>);
@@ -36,7 +36,7 @@ fn end(sweeps: &[Swept]) -> PoseErrors {
 #[test]
 fn the_same_flight_again_with_other_sensors_and_without_sight() {
     let scene = Scene::load("outdoor").expect("built in");
-    let mut config = WorldConfig::default();
+    let mut config = WorldConfig::of(Profile::Budget);
     config.flight.duration_s = 30.0;
     let flight = KeptFlight::fly(&scene, config, 3).expect("a flight");
     let unchanged = again(&flight, &Changes::default());

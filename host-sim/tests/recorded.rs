@@ -77,7 +77,10 @@ fn a_barometer_is_recorded_and_changes_nothing_that_the_receiver_makes() {
     let at = directory.path();
     let barometer = "[world.sensors.barometer]\nrate_hz = 25\nnoise_m = 0.08\nweather_m = 0.4\n";
     fs::write(at.join("c.toml"), barometer).expect("written");
-    let options = ["--scene", "outdoor", "--seed", "4", "--steps", "16"];
+    // The default world has a barometer already.
+    let options = [
+        "--world", "budget", "--scene", "outdoor", "--seed", "4", "--steps", "16",
+    ];
     good(at, &[&["fly", "--out", "without"][..], &options].concat());
     good(
         at,
@@ -151,7 +154,8 @@ fn a_flight_whose_events_are_lost_doubled_and_late_flies_the_same_from_its_recor
 fn a_recording_flies_without_its_truth_and_what_is_damaged_is_told() {
     let directory = tempfile::tempdir().expect("a directory");
     let at = directory.path();
-    good(at, &["record", "--seed", "4", "--steps", "20", "--out", "rec"]);
+    let record = ["record", "--world", "budget", "--seed", "4", "--steps", "20"];
+    good(at, &[&record[..], &["--out", "rec"]].concat());
     good(at, &["fly", "--recording", "rec", "--out", "whole"]);
     let whole = report(&at.join("whole"));
     assert!(whole["map"]["points"].as_u64() > Some(0), "{whole}");

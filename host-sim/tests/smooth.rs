@@ -36,7 +36,9 @@ fn number(report: &Value, keys: [&str; 2]) -> f64 {
 fn a_smoothed_flight_is_nearer_to_the_truth_and_on_board_nothing_changes() {
     let directory = tempfile::tempdir().expect("a directory");
     let at = directory.path();
-    let fly = ["fly", "--scene", "outdoor", "--seed", "3", "--steps", "60"];
+    let fly = [
+        "fly", "--world", "budget", "--scene", "outdoor", "--seed", "3", "--steps", "60",
+    ];
     good(
         at,
         &[&fly[..], &["--keep-paths", "kept", "--out", "flown"]].concat(),

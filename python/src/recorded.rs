@@ -20,7 +20,7 @@ pub(crate) fn record(
     py: Python<'_>,
     out: PathBuf,
     scene: &str,
-    world: &str,
+    world: Option<&str>,
     seed: u64,
     sweeps: Option<u32>,
 ) -> PyResult<String> {

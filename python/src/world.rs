@@ -1,7 +1,6 @@
 //! The simulated world: scenes, ray tracing, what a front end would hear.
 
-use cslam_host_sim::channel::{Impairments, Instant, Simulator};
-use cslam_host_sim::config::Config;
+use cslam_host_sim::channel::{ChannelConfig, Instant, Simulator};
 use cslam_host_sim::paths::{self, Link};
 use cslam_host_sim::tracer::{LEAST_DISTANCE_M, MAX_ORDER, Tracer, for_each_link};
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
@@ -122,10 +121,11 @@ pub(crate) fn synth<'py>(
     let [link] = &links[..] else {
         return Err(refused(format_args!("got {} links, expected one", links.len())));
     };
-    let mut config = Config::read(None, None).map_err(refused)?.world.channel;
-    if !impairments {
-        config.impairments = Impairments::none();
-    }
+    let mut config = if impairments {
+        ChannelConfig::default()
+    } else {
+        ChannelConfig::ideal()
+    };
     config.front_end.snr_offset_db += snr_offset_db;
     config.motion.uav_quaternion_wb = attitude_wxyz;
     config.check().map_err(refused)?;

@@ -15,8 +15,8 @@ SWEEPS = 20
 @pytest.fixture(scope="module")
 def directory(tmp_path_factory):
     out = tmp_path_factory.mktemp("recorded") / "flight"
-    told = cslam.record(out, "outdoor", seed=3, sweeps=SWEEPS)
-    assert told["seed"] == 3 and told["samples"]
+    told = cslam.record(out, "outdoor", world="budget", seed=3, sweeps=SWEEPS)
+    assert told["seed"] == 3 and told["samples"] and told["world"] == "budget"
     return out
 
 

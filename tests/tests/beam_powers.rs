@@ -16,7 +16,7 @@ use cslam_firmware::front_end::{
 use cslam_host_sim::raw_flight::{FrameBytes, FrontEndLink, with_board_receiver};
 use cslam_host_sim::scene::Scene;
 use cslam_host_sim::sensors::Event;
-use cslam_host_sim::world::{HeardSweep, World, WorldConfig, instant};
+use cslam_host_sim::world::{HeardSweep, Profile, World, WorldConfig, instant};
 
 /// Beams of a sweep.
 const BEAMS: usize = 72;
@@ -38,7 +38,7 @@ fn sweeps() -> &'static [Sent] {
     static SWEEPS: OnceLock<Vec<Sent>> = OnceLock::new();
     SWEEPS.get_or_init(|| {
         let scene = Scene::load("outdoor").expect("built in");
-        let mut config = WorldConfig::default();
+        let mut config = WorldConfig::of(Profile::Budget);
         config.flight.duration_s = FLIGHT_S;
         let world = World::new(&scene, config, 1).expect("a flight");
         let mut link = FrontEndLink::default();

@@ -17,7 +17,7 @@ use cslam_host_sim::raw_flight::{
 };
 use cslam_host_sim::scene::Scene;
 use cslam_host_sim::sensors::Event;
-use cslam_host_sim::world::{World, WorldConfig};
+use cslam_host_sim::world::{Profile, World, WorldConfig};
 
 /// Length of the flight, and when faults begin and end: the filter has started by then, s.
 const FLIGHT_S: f64 = 30.0;
@@ -106,7 +106,7 @@ struct Flown {
 /// Flies with faults at a rate and checks the counters.
 fn fly(rate: f64) -> Flown {
     let scene = Scene::load("outdoor").expect("built in");
-    let mut config = WorldConfig::default();
+    let mut config = WorldConfig::of(Profile::Budget);
     config.flight.duration_s = FLIGHT_S;
     let world = World::new(&scene, config, 1).expect("a flight");
     let mut packets = Vec::new();

@@ -26,7 +26,7 @@ pub(crate) struct Args {
     /// hold
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// The simulated world [default: the configuration's, budget]
+    /// The simulated world [default: the configuration's, real]
     #[arg(long, value_enum)]
     world: Option<Profile>,
     /// Print the configuration with what the options changed as TOML and end
@@ -72,16 +72,18 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
 /// Records a flight with nothing but these said, until `interrupted`.
 pub(crate) fn flight(
     scene: &str,
-    world: &str,
+    world: Option<&str>,
     seed: u64,
     sweeps: Option<u32>,
     out: &Path,
     interrupted: &AtomicBool,
 ) -> anyhow::Result<Manifest> {
-    let profile = Profile::from_str(world, false).map_err(|_| {
-        let names = Profile::value_variants().iter().map(|known| known.name());
-        let names = names.collect::<Vec<_>>().join(", ");
-        InputError::new(format!("world: got \"{world}\", expected one of {names}"))
+    let profile = world.map_or(Ok(Profile::default()), |world| {
+        Profile::from_str(world, false).map_err(|_| {
+            let names = Profile::value_variants().iter().map(|known| known.name());
+            let names = names.collect::<Vec<_>>().join(", ");
+            InputError::new(format!("world: got \"{world}\", expected one of {names}"))
+        })
     })?;
     let args = Args {
         scene: scene.to_owned(),

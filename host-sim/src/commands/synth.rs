@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::channel::{Impairments, Instant, Simulator, SquintScheme, Sweep};
+use crate::channel::{ChannelConfig, Instant, Simulator, SquintScheme, Sweep};
 use crate::config::Config;
 use crate::input::InputError;
 use crate::paths::{self, Link};
@@ -29,7 +29,7 @@ pub(crate) struct Args {
     /// Seed of noise and device errors
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Errors of arrays, clock and transmitter: none, or the design's budget (the default)
+    /// Errors of arrays, clock and transmitter: none, or the design's budget (the default, without a configuration)
     #[arg(long, value_enum, conflicts_with = "config")]
     impairments: Option<Preset>,
     /// Configuration file (TOML), of which [world.channel] counts; `cslam config` shows what it may hold
@@ -68,10 +68,11 @@ struct Written {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
-    let mut config = Config::read(args.config.as_deref(), None)?.world.channel;
-    if let Some(Preset::None) = args.impairments {
-        config.impairments = Impairments::none();
-    }
+    let mut config = match (&args.config, args.impairments) {
+        (Some(file), _) => Config::read(Some(file), None)?.world.channel,
+        (None, Some(Preset::None)) => ChannelConfig::ideal(),
+        (None, Some(Preset::Budget) | None) => ChannelConfig::default(),
+    };
     config.front_end.snr_offset_db += args.snr_offset;
     config
         .check()

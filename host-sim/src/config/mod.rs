@@ -71,18 +71,9 @@ impl Config {
     pub fn parse(file: &Path, text: &str, profile: Option<Profile>) -> Result<Self, InputError> {
         let said: Self = from_toml(file, text)?;
         let profile = profile.unwrap_or(said.world.profile);
-        let config = if profile == Profile::default() {
-            // What is not said is what the types begin with.
-            let world = WorldConfig {
-                profile,
-                ..said.world
-            };
-            Self { world, ..said }
-        } else {
-            Self::of(profile)
-                .overlaid(text, profile)
-                .map_err(|error| InputError::in_file(file, error.message()))?
-        };
+        let config = Self::of(profile)
+            .overlaid(text, profile)
+            .map_err(|error| InputError::in_file(file, error.message()))?;
         config.check().map_err(|error| error.in_toml(file, text))?;
         Ok(config)
     }

@@ -30,16 +30,25 @@ fn a_profile_fills_what_is_not_said() {
         let asked = Config::parse(Path::new("c.toml"), &text, Some(Profile::Real));
         assert_eq!(asked.expect("sound"), Config::of(Profile::Real));
     }
-    let text =
-        "world.profile = \"real\"\nworld.propagation.diffuse = false\nworld.flight.limits.tilt_deg = 20.0\n";
-    let mut expected = Config::of(Profile::Real);
-    expected.world.propagation.diffuse = false;
-    expected.world.flight.limits.tilt_deg = 20.0;
-    assert_eq!(parse(text).expect("sound"), expected);
-    assert!(expected.world.propagation.diffraction && expected != Config::default());
-    // And what a program writes of it, another one reads.
-    let text = toml::to_string(&expected).expect("serialisable");
-    assert_eq!(parse(&text).expect("own output"), expected);
+    // Key by key, and without a profile it is the default one that fills.
+    for (said, profile) in [
+        ("", Profile::Real),
+        ("world.profile = \"real\"\n", Profile::Real),
+        ("world.profile = \"budget\"\n", Profile::Budget),
+        ("world.profile = \"ideal\"\n", Profile::Ideal),
+    ] {
+        let text = format!(
+            "{said}world.sensors.imu.vibration.rate_dps = [0.3, 0.2, 0.0]\nworld.flight.limits.tilt_deg = 20.0\n"
+        );
+        let mut expected = Config::of(profile);
+        expected.world.sensors.imu.vibration.rate_dps = [0.3, 0.2, 0.0];
+        expected.world.flight.limits.tilt_deg = 20.0;
+        assert_eq!(parse(&text).expect("sound"), expected);
+        assert_eq!(expected.world.propagation.diffraction, profile == Profile::Real);
+        // And what a program writes of it, another one reads.
+        let text = toml::to_string(&expected).expect("serialisable");
+        assert_eq!(parse(&text).expect("own output"), expected);
+    }
     let wrong =
         parse("world.profile = \"real\"\n[world.propagation]\nmax_order = 7\n").expect_err("too many");
     assert!(

@@ -245,7 +245,7 @@ mod tests {
     use crate::flight::FlightConfig;
     use crate::scene::Scene;
     use crate::sensors::faults::{TransportFault, Traveller};
-    use crate::world::{World, WorldConfig};
+    use crate::world::{Profile, World, WorldConfig};
 
     /// Flies eight sweeps whose beginnings fare as `fault` says: numbers of the sweeps in the log, and how far from where the UAV was
     /// in each of them the samples were that it was given, m.
@@ -257,7 +257,7 @@ mod tests {
                 rest_s: 0.5,
                 ..FlightConfig::default()
             },
-            ..WorldConfig::default()
+            ..WorldConfig::of(Profile::Budget)
         };
         config.sensors.faults.transport.push(TransportFault {
             events: vec![Traveller::Sweep],

@@ -17,9 +17,10 @@ pub enum Profile {
     /// The paper's: specular reflections off one material, no errors but thermal noise. For checking equations
     Ideal,
     /// Specular reflections off one material; arrays and sensors err as the receiver's error budget says
-    #[default]
     Budget,
     /// Diffraction, diffuse scattering and a material for each wall; errors that the receiver has no model of
+    // The default of every command and program: what the receiver does where its assumptions hold says little of what it will do.
+    #[default]
     Real,
 }
 
@@ -34,8 +35,8 @@ impl Profile {
     }
 }
 
-/// Everything that can be set about a world besides its scene and its seed. The default is that of [`Profile::Budget`].
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// Everything that can be set about a world besides its scene and its seed. The default is that of the default profile.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct WorldConfig {
     /// Whose defaults fill what is not said.
@@ -52,12 +53,22 @@ pub struct WorldConfig {
     pub channel: ChannelConfig,
 }
 
+impl Default for WorldConfig {
+    fn default() -> Self {
+        Self::of(Profile::default())
+    }
+}
+
 impl WorldConfig {
-    /// The figures of a profile.
+    /// The figures of a profile. The parts of a configuration begin with those of [`Profile::Budget`], from which the others differ.
     pub fn of(profile: Profile) -> Self {
         let budget = Self {
             profile,
-            ..Self::default()
+            scene: SceneConfig::default(),
+            propagation: PropagationConfig::default(),
+            flight: FlightConfig::default(),
+            sensors: SensorsConfig::default(),
+            channel: ChannelConfig::default(),
         };
         match profile {
             Profile::Budget => budget,
@@ -75,7 +86,7 @@ impl WorldConfig {
                 flight: FlightConfig::real(),
                 sensors: SensorsConfig::real(),
                 channel: ChannelConfig::real(),
-                ..budget
+                profile,
             },
         }
     }

@@ -266,7 +266,7 @@ mod tests {
         };
         WorldConfig {
             flight,
-            ..WorldConfig::default()
+            ..WorldConfig::of(Profile::Budget)
         }
     }
 

@@ -51,7 +51,7 @@ mod tests {
     use super::*;
     use crate::flight::{FlightConfig, WindConfig};
     use crate::sensors::Event;
-    use crate::world::{World, WorldConfig};
+    use crate::world::{Profile, World, WorldConfig};
     use nalgebra::Vector3;
 
     /// A short flight in wind, without the waves that take long.
@@ -64,7 +64,7 @@ mod tests {
         WorldConfig {
             scene,
             flight,
-            ..WorldConfig::default()
+            ..WorldConfig::of(Profile::Budget)
         }
     }
 
@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn a_scene_that_nothing_becomes_of_is_the_scene() {
-        let config = WorldConfig::default();
+        let config = WorldConfig::of(Profile::Budget);
         let scene = config.scene("street").expect("built in");
         assert!(scene.placement().is_none() && scene.uneven().is_none());
         let plain = Scene::load("street").expect("built in");

@@ -95,7 +95,7 @@ mod tests {
         WorldConfig {
             flight,
             propagation,
-            ..WorldConfig::default()
+            ..WorldConfig::of(Profile::Budget)
         }
     }
 

@@ -63,14 +63,14 @@ def record(
     out: str | os.PathLike[str],
     scene: str | os.PathLike[str] = "outdoor",
     *,
-    world: str = "budget",
+    world: str | None = None,
     seed: int = 1,
     sweeps: int | None = None,
 ) -> dict[str, Any]:
     """Records a simulated flight, as ``cslam record``: 6.9 MB a sweep, two sweeps per second. Releases the GIL; Ctrl-C ends it.
 
-    ``out``: a directory, made when missing; an older recording in it is replaced. ``world``: ``ideal``, ``budget`` or ``real``. ``sweeps``:
-    at most this many, instead of two minutes. Gives what ``flight.json`` in it says.
+    ``out``: a directory, made when missing; an older recording in it is replaced. ``world``: ``ideal``, ``budget`` or ``real``, the default.
+    ``sweeps``: at most this many, instead of two minutes. Gives what ``flight.json`` in it says.
 
     Raises
     ------

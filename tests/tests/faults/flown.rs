@@ -8,7 +8,7 @@ use cslam_host_sim::kept_flight::{Changes, KeptFlight, PoseErrors, pose_errors};
 use cslam_host_sim::raw_flight::board_config;
 use cslam_host_sim::scene::Scene;
 use cslam_host_sim::sensors::FaultsConfig;
-use cslam_host_sim::world::WorldConfig;
+use cslam_host_sim::world::{Profile, WorldConfig};
 
 /// A flight in whose sweeps 60 to 99 the UAV is below 24 degrees of elevation at the GMT and less than 60 m away, in line of sight: nowhere else
 /// can a sweep fix the attitude that a fault has taken.
@@ -67,7 +67,7 @@ fn kept(wrong_fixes: bool) -> &'static KeptFlight<'static> {
     KEPT[usize::from(wrong_fixes)].get_or_init(|| {
         static SCENE: OnceLock<Scene> = OnceLock::new();
         let scene = SCENE.get_or_init(|| Scene::load("outdoor").expect("built in"));
-        let mut config = WorldConfig::default();
+        let mut config = WorldConfig::of(Profile::Budget);
         config.flight.duration_s = DURATION_S;
         if wrong_fixes {
             config.sensors.faults = parsed("[[fix]]\nsweep = @S\nsweeps = 3\ndistance_m = 10.0");

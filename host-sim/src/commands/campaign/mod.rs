@@ -49,7 +49,7 @@ pub(crate) struct Args {
     /// Whose methods
     #[arg(long, value_enum, num_args = 1.., default_values_t = [Mode::Best])]
     modes: Vec<Mode>,
-    /// Worlds, each with the configuration's keys over its own figures [default: the configuration's, budget]
+    /// Worlds, each with the configuration's keys over its own figures [default: the configuration's, real]
     #[arg(long = "world", value_enum, num_args = 1..)]
     profiles: Vec<Profile>,
     /// Configurations (`cslam config`): each flight is flown with each. Their mode is that of --modes

@@ -66,7 +66,7 @@ pub(crate) struct Args {
     /// Configuration file (TOML), of which [world], [path_errors] and [receiver] count; `cslam config` shows what it may hold
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// The simulated world [default: the configuration's, budget]
+    /// The simulated world [default: the configuration's, real]
     #[arg(long, value_enum)]
     world: Option<Profile>,
     /// Print the configuration with what the options changed as TOML and end

@@ -18,7 +18,7 @@ use crate::progress;
 use crate::scene::Scene;
 use crate::statistics;
 use crate::table::Table;
-use crate::world::{World, WorldConfig};
+use crate::world::{Profile, World, WorldConfig};
 
 /// Arguments of `cslam reproduce flights`.
 #[derive(clap::Args, Debug)]
@@ -329,7 +329,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             duration_s: args.duration,
             ..args.planned.config()
         },
-        ..WorldConfig::default()
+        ..WorldConfig::of(Profile::Budget)
     };
     let setups = setups(args.what);
     let worlds = (args.first_seed..args.first_seed.saturating_add(args.flights))

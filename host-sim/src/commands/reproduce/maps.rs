@@ -24,7 +24,7 @@ use crate::input::InputError;
 use crate::progress;
 use crate::scene::Scene;
 use crate::table::Table;
-use crate::world::{HeardSweep, World, WorldConfig, instant};
+use crate::world::{HeardSweep, Profile, World, WorldConfig, instant};
 use cslam_firmware::app::VOXELS;
 
 /// Arguments of `cslam reproduce maps`.
@@ -149,7 +149,7 @@ fn cells(row: &Row<'_>) -> Vec<String> {
 
 /// The flight as each receiver sees it: the same samples for all of them.
 fn fly(args: &Args, name: &str, scene: &Scene, receivers: &[KnownPose]) -> anyhow::Result<Vec<FlightLog>> {
-    let mut config = WorldConfig::default();
+    let mut config = WorldConfig::of(Profile::Budget);
     config.flight.duration_s = args.duration;
     let world = World::new(scene, config, args.seed)?;
     let mut flights: Vec<Flight> = receivers

@@ -14,7 +14,7 @@ use crate::link_traffic::{BAUD, Budget, damage, loss, rivals};
 use crate::progress;
 use crate::scene::Scene;
 use crate::table::Table;
-use crate::world::{World, WorldConfig};
+use crate::world::{Profile, World, WorldConfig};
 use cslam_firmware::sensor_stream::UAV;
 
 /// Arguments of `cslam reproduce telemetry`.
@@ -81,7 +81,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
 /// Everything that a flight from raw samples sends.
 fn flight(args: &Args) -> anyhow::Result<Vec<u8>> {
     let scene = Scene::load(&args.scene)?;
-    let mut config = WorldConfig::default();
+    let mut config = WorldConfig::of(Profile::Budget);
     config.flight.duration_s = args.duration;
     let world = World::new(&scene, config, args.seed)?;
     let planned = usize::try_from(world.sweeps())?;

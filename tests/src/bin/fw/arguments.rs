@@ -18,7 +18,7 @@ pub(crate) struct Arguments {
     #[arg(long, default_value = "outdoor")]
     pub(crate) scene: String,
     /// World, with the figures of its name
-    #[arg(long, value_enum, default_value_t = Profile::Budget)]
+    #[arg(long, value_enum, default_value_t)]
     pub(crate) world: Profile,
     /// Seed of the flight, of its sensors and of its channel
     #[arg(long, default_value_t = 1)]

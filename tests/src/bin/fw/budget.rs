@@ -203,7 +203,7 @@ const HEADER: &str = "\
 # The whole receiver on a Cortex-M7 over a flight in the loop: instructions (not cycles) of each piece of work, mean and most, and the
 # most of a sweep; bytes of each stage's memory, of all static data, of flash with the models, and of the stack as it was used.
 #
-# Made by:  cargo fw --faults --count --seconds SECONDS --write tests/golden/receiver_cost.txt
+# Made by:  cargo fw --world budget --faults --count --seconds SECONDS --write tests/golden/receiver_cost.txt
 # With:     rustc 1.95.0, -C target-cpu=cortex-m7, opt-level 2, fat LTO, one codegen unit; QEMU 7.2.22, mps2-an500, -icount shift=10:
 #           the board's 25 MHz counter advances 25.6 ticks an instruction (resolution: one or two).
 # Checked:  cargo verify --only loop; more than 2 % over this table fails.

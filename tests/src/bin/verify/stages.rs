@@ -393,6 +393,7 @@ pub(crate) const STAGES: &[Stage] = &[
         work: Work::Steps(&[built(
             "fw",
             &[
+                "--world=budget",
                 "--seconds=60",
                 "--faults",
                 "--count",

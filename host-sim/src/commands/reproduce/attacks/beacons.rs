@@ -9,7 +9,7 @@ use crate::scene::Scene;
 use crate::sensors::{BeaconFault, FaultsConfig, TimingFault};
 use crate::statistics::median;
 use crate::table::Table;
-use crate::world::WorldConfig;
+use crate::world::{Profile, WorldConfig};
 
 /// Arguments of `cslam reproduce attacks beacons`.
 #[derive(clap::Args, Debug)]
@@ -123,7 +123,7 @@ fn rows() -> Vec<Row> {
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let scene = Scene::load("outdoor")?;
-    let mut config = WorldConfig::default();
+    let mut config = WorldConfig::of(Profile::Budget);
     config.flight.duration_s = args.duration;
     let rows = rows();
     let bar = progress::bar((1 + rows.len() as u64) * args.flights, "flying");

@@ -16,7 +16,7 @@ use crate::scene::Scene;
 use crate::seeded::{Seeded, Source};
 use crate::statistics;
 use crate::table::Table;
-use crate::world::{World, WorldConfig};
+use crate::world::{Profile, World, WorldConfig};
 
 /// Arguments of `cslam reproduce attacks jamming`.
 #[derive(clap::Args, Debug)]
@@ -142,7 +142,7 @@ fn start(
     jammer: Option<Jammer>,
     seed: u64,
 ) -> anyhow::Result<Vec<Option<Claimed>>> {
-    let mut config = WorldConfig::default();
+    let mut config = WorldConfig::of(Profile::Budget);
     config.channel.impairments.jammer = jammer;
     let world = World::new(scene, config, seed)?;
     let planned = usize::try_from(world.sweeps())?.min(args.sweeps);

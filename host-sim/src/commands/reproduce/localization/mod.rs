@@ -29,7 +29,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// The world to fly in
-    #[arg(long, value_enum, default_value_t = Profile::Budget)]
+    #[arg(long, value_enum, default_value_t)]
     world: Profile,
     /// Lengths of the outages, s
     #[arg(long, value_name = "SECONDS", num_args = 1.., default_values_t = [10.0, 20.0, 40.0, 60.0])]
