@@ -203,7 +203,8 @@ fn ends(range: &str) -> Option<(Vec<f64>, Vec<f64>)> {
 
 #[test]
 fn the_printed_ranges_are_enforced_by_line_and_key() {
-    let text = full_text();
+    // A filter is at most twice the data rate wide, and the least rate is 1 Hz.
+    let text = full_text().replace("filter_hz = 200.0", "filter_hz = 0.0");
     let mut numbers = 0;
     for key in keys(&text) {
         let set = |value: &str| {
