@@ -369,7 +369,9 @@ fn trees_are_trained_on_flights_and_fly() {
     let (samples, model, out) = (place("samples"), place("mine.lscn"), place("out"));
     good(
         &[
-            &["campaign", "--quiet", "--world", "budget", "--steps", "30", "--seeds", "1", "1"][..],
+            &[
+                "campaign", "--quiet", "--world", "budget", "--steps", "30", "--seeds", "1", "1",
+            ][..],
             &["--scenes", "city:101", "city:201", "city:21", "--any-seed"],
             &["--out", text(&place("flown")), "--samples", text(&samples)],
         ]

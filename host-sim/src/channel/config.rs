@@ -1,7 +1,7 @@
 //! What the channel and the front end are set to, as a TOML file gives it.
 //!
 //! Every impairment has its parameter, a zero setting ([`Impairments::none`]) and a default at the "Error
-//! budget" of docs/signal-model.md; the three worlds are [`ChannelConfig::ideal`], the default and [`ChannelConfig::real`].
+//! budget" of docs/signal-model.md; the three worlds are [`ChannelConfig::ideal`], `ChannelConfig::default()` (`budget`) and [`ChannelConfig::real`].
 
 use serde::{Deserialize, Serialize};
 
