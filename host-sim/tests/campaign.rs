@@ -168,3 +168,59 @@ fn what_makes_no_campaign_is_refused_in_one_line() {
     let (code, _, errors) = cslam(&["campaign", "--compare", out, out]);
     assert!(code == Some(2) && errors.contains("holds no flight"), "{errors}");
 }
+
+#[test]
+fn shards_of_several_processes_are_one_campaign() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let [whole, pieces] = ["whole", "pieces"].map(|name| directory.path().join(name));
+    let fly = |out: &Path, more: &[&str]| {
+        let out = out.to_str().expect("text");
+        let args = [
+            "campaign", "--out", out, "--seeds", "1", "2", "--steps", "6", "--modes", "best", "paper",
+            "--world", "ideal", "budget",
+        ];
+        cslam(&[&args[..], more].concat())
+    };
+    let missing = || {
+        let (code, printed, errors) = fly(&pieces, &["--missing"]);
+        assert_eq!(code, Some(0), "{errors}");
+        serde_json::from_str::<serde_json::Value>(&printed).expect("JSON")
+    };
+    assert_eq!(fly(&whole, &[]).0, Some(0));
+    assert_eq!(
+        missing(),
+        serde_json::json!({"shards": 4, "missing": [0, 1, 2, 3]})
+    );
+    assert!(!pieces.exists(), "asking made a directory");
+    for shard in ["2/4", "0/2"] {
+        let (code, printed, errors) = fly(&pieces, &["--shard", shard, "--threads", "1"]);
+        assert!(code == Some(0) && printed.is_empty(), "{errors}{printed}");
+        assert!(!pieces.join("summary.json").exists(), "a part has no summary");
+    }
+    assert_eq!(missing()["missing"], serde_json::json!([1, 3]));
+    let names = ["ideal.best.outdoor.1.json", "ideal.paper.outdoor.1.json"];
+    assert!(
+        names.iter().all(|name| pieces.join(name).exists()),
+        "modes stay together"
+    );
+    assert_eq!(fly(&pieces, &["--shard", "1/2"]).0, Some(0));
+    assert_eq!(missing()["missing"], serde_json::json!([]));
+    let (code, _, errors) = fly(&pieces, &[]);
+    assert_eq!(code, Some(0), "{errors}");
+    let summary = |out: &Path| fs::read(out.join("summary.json")).expect("written");
+    assert!(summary(&whole) == summary(&pieces), "the summaries differ");
+    for (args, expected) in [
+        (&["--shard", "4/4"][..], "--shard 4/4: expected I/N"),
+        (
+            &["--shard", "0/2", "--keep-paths", "kept"],
+            "--keep-paths: expected one world",
+        ),
+        (
+            &["--missing", "--keep-paths", "kept"],
+            "--keep-paths: expected one world",
+        ),
+    ] {
+        let (code, _, errors) = fly(&pieces, args);
+        assert!(code == Some(2) && errors.contains(expected), "{args:?}: {errors}");
+    }
+}

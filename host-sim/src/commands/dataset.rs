@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use crate::commands::shard::OneOf;
 use crate::commands::threads::Threads;
 use crate::input::InputError;
 use crate::input::limits::DATASET_SHARDS;
@@ -99,7 +100,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     };
     let (chosen, shards) = match &args.shard {
         Some(text) => {
-            let (shard, shards) = shard(text)?;
+            let OneOf { shard, shards } = OneOf::parse(text, DATASET_SHARDS)?;
             (shard..shard + 1, shards)
         }
         None => (0..args.shards, args.shards),
@@ -135,18 +136,6 @@ fn make(
     }
     bar.finish_and_clear();
     Ok(counts)
-}
-
-fn shard(text: &str) -> Result<(usize, usize), InputError> {
-    let numbers = text
-        .split_once('/')
-        .and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-    match numbers {
-        Some((i, n)) if i < n && n <= 9999 => Ok((i, n)),
-        _ => Err(InputError::new(format!(
-            "--shard {text}: expected I/N, shard I of N counted from 0, such as 3/16"
-        ))),
-    }
 }
 
 fn report(args: &Args, counts: &Counts) -> anyhow::Result<()> {

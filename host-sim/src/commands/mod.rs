@@ -19,6 +19,7 @@ pub(crate) mod record;
 pub(crate) mod replay;
 pub(crate) mod reproduce;
 mod seeds;
+mod shard;
 pub(crate) mod solve;
 pub(crate) mod synth;
 mod threads;

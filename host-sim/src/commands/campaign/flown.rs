@@ -34,9 +34,9 @@ pub(super) fn flown(
     // What is still to be reported when there is no world.
     let mut left: Vec<&Flight> = flights.modes.iter().map(|(flight, _)| flight).collect();
     let mut in_world = || -> anyhow::Result<()> {
-        let scene = config.world.scene(flights.scene)?;
+        let scene = config.world.scene(&flights.scene)?;
         let of_one = kept
-            .map(|kept| kept.of_one(config, flights.scene, flights.seed))
+            .map(|kept| kept.of_one(config, &flights.scene, flights.seed))
             .transpose()?;
         let _alone = of_one
             .as_ref()

@@ -2,6 +2,7 @@
 
 mod flown;
 mod kept;
+mod planned;
 mod worlds;
 
 use std::fs;
@@ -14,18 +15,17 @@ use rayon::prelude::*;
 
 use flown::flown;
 use kept::Kept;
+use planned::{Missing, Together};
 use worlds::Named;
 
-use crate::campaign::{
-    Constant, ConstantsTable, EffectsTable, Flight, Lists, Purpose, Shard, Summary, compare, read_shards,
-};
+use crate::campaign::{Constant, ConstantsTable, EffectsTable, Shard, Summary, compare, read_shards};
 use crate::commands::seeds::AnySeed;
+use crate::commands::shard::OneOf;
 use crate::commands::threads::Threads;
 use crate::config::Mode;
 use crate::input::InputError;
 use crate::interrupt;
 use crate::progress;
-use crate::scene::Scene;
 use crate::world::Profile;
 
 /// Arguments of `cslam campaign`.
@@ -77,13 +77,21 @@ pub(crate) struct Args {
     /// inputs that the receiver has of each measured path, and what the path truly was
     #[arg(long, value_name = "DIR")]
     samples: Option<PathBuf>,
+    /// Fly only shard I of N, counted from 0, and write no summary: for several processes or machines. Simulated flights go round the
+    /// shards, a flight's modes stay together. The same command without it, where the files of all shards lie in DIR, is one campaign
+    #[arg(long, value_name = "I/N", conflicts_with = "json")]
+    shard: Option<String>,
+    /// Print what is not in DIR yet as one JSON object, and fly nothing: {"shards": N, "missing": [I, ...]}, where N is the number of simulated
+    /// flights, so that `--shard I/N` is one of them
+    #[arg(long, conflicts_with = "shard")]
+    missing: bool,
     #[command(flatten)]
     threads: Threads,
     /// Print the summary as one JSON object on standard output
     #[arg(long)]
     json: bool,
     /// Compare two campaigns flight by flight, and fly nothing
-    #[arg(long, value_name = "DIR", num_args = 2, conflicts_with_all = ["out", "json"])]
+    #[arg(long, value_name = "DIR", num_args = 2, conflicts_with_all = ["out", "json", "shard", "missing"])]
     compare: Option<Vec<PathBuf>>,
 }
 
@@ -93,14 +101,6 @@ enum Set {
     Tuning,
     /// Flown when the code is finished
     Reporting,
-}
-
-/// Flights through one world that have not been flown: one for each mode.
-struct Together<'a> {
-    world: &'a Named,
-    scene: &'a str,
-    seed: u64,
-    modes: Vec<(Flight, Mode)>,
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
@@ -113,34 +113,31 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         return Err(InputError::new("--out: expected a directory").into());
     };
     let worlds = worlds::of(args)?;
-    let flights = flights(args)?;
-    fs::create_dir_all(out).map_err(|e| InputError::unwritable(out, "cannot be made a directory", &e))?;
-    let mut missing: Vec<Together> = Vec::new();
-    for world in &worlds {
-        for (scene, seed) in &flights {
-            let modes = args.modes.iter().map(|mode| {
-                let flight = Flight {
-                    world: world.name.clone(),
-                    mode: mode.name().to_owned(),
-                    scene: scene.clone(),
-                    seed: *seed,
-                };
-                let flown = is_flown(out, &flight, world, args.smooth)?;
-                Ok((!flown).then_some((flight, *mode)))
-            });
-            let modes: Vec<_> = modes
-                .filter_map(Result::transpose)
-                .collect::<Result<_, InputError>>()?;
-            if !modes.is_empty() {
-                missing.push(Together {
-                    world,
-                    scene,
-                    seed: *seed,
-                    modes,
-                });
-            }
-        }
+    // Processes do not know of each other who keeps which paths.
+    let is_shared = args.shard.is_some() || args.missing;
+    if is_shared && args.keep_paths.is_some() && worlds.len() > 1 {
+        let message = "--keep-paths: expected one world where flights are shared out by --shard";
+        return Err(InputError::new(message).into());
     }
+    let shard = args
+        .shard
+        .as_deref()
+        .map(|text| OneOf::parse(text, usize::MAX))
+        .transpose()?;
+    let all = planned::all(args, out, &worlds)?;
+    if args.missing {
+        println!("{}", serde_json::to_string(&Missing::of(&all))?);
+        return Ok(());
+    }
+    let own = all
+        .iter()
+        .enumerate()
+        .filter(|(place, _)| shard.is_none_or(|shard| shard.has(*place)));
+    let missing: Vec<&Together> = own
+        .map(|(_, flights)| flights)
+        .filter(|flights| !flights.modes.is_empty())
+        .collect();
+    fs::create_dir_all(out).map_err(|e| InputError::unwritable(out, "cannot be made a directory", &e))?;
     let interrupted = interrupt::flag();
     let count = missing.iter().map(|flights| flights.modes.len()).sum::<usize>();
     let bar = progress::bar(count as u64, "flying");
@@ -179,7 +176,14 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     if let Ok(Some(error)) = failed.into_inner() {
         return Err(error.into());
     }
-    report(args, out, &worlds)
+    if shard.is_none() {
+        return report(args, out, &worlds);
+    }
+    // Of a shard there is no summary to tell that a part of it is missing.
+    if interrupted.load(Ordering::Relaxed) {
+        anyhow::bail!("interrupted: the shard is not complete");
+    }
+    Ok(())
 }
 
 /// Summaries of everything that lies in the directory, world by world and mode by mode.
@@ -237,65 +241,6 @@ fn report(args: &Args, out: &Path, worlds: &[Named]) -> anyhow::Result<()> {
         println!("{text}");
     }
     Ok(())
-}
-
-/// Whether a flight lies in the directory already.
-///
-/// # Errors
-/// [`InputError`] when another build or configuration has flown it, or when it was not smoothed and is to be.
-fn is_flown(out: &Path, flight: &Flight, world: &Named, smooth: bool) -> Result<bool, InputError> {
-    match Shard::read(out, flight)? {
-        None => Ok(false),
-        Some(shard) if shard.build == world.build => {
-            let plain = shard
-                .report
-                .is_some_and(|report| report.get("smoothed").is_none());
-            if smooth && plain {
-                return Err(InputError::in_file(
-                    &out.join(flight.file_name()),
-                    "was flown without --smooth: expected a directory of smoothed flights, or a new one",
-                ));
-            }
-            Ok(true)
-        }
-        Some(_) => Err(InputError::in_file(
-            &out.join(flight.file_name()),
-            "was flown by another build or configuration: expected a directory of this campaign, or a new one",
-        )),
-    }
-}
-
-/// The flights that are asked for, scene and seed.
-fn flights(args: &Args) -> Result<Vec<(String, u64)>, InputError> {
-    let lists = Lists::of_the_repository()?;
-    let flights = match args.set {
-        Some(Set::Tuning) => lists.flights(Purpose::Tuning),
-        Some(Set::Reporting) => lists.flights(Purpose::Reporting),
-        None => {
-            let [first, last] = args.seeds[..] else {
-                return Err(InputError::new("--seeds: expected the first and the last"));
-            };
-            let of_scene = |scene: &String| {
-                (first..=last)
-                    .map(|seed| (scene.clone(), seed))
-                    .collect::<Vec<_>>()
-            };
-            args.scenes.iter().flat_map(of_scene).collect()
-        }
-    };
-    if flights.is_empty() || args.steps == Some(0) {
-        return Err(InputError::new(
-            "nothing to fly: --seeds or --steps leave no flight",
-        ));
-    }
-    args.any_seed.check(&flights)?;
-    // A scene that cannot be read must not cost a night of flights.
-    let mut scenes: Vec<&String> = flights.iter().map(|(scene, _)| scene).collect();
-    scenes.dedup();
-    for scene in scenes {
-        Scene::load(scene)?;
-    }
-    Ok(flights)
 }
 
 fn text_of(directory: &Path) -> String {
