@@ -61,6 +61,74 @@ fn links_along_a_route_are_flown_and_mapped() {
 }
 
 #[test]
+fn a_recording_of_a_flight_along_links_flies_as_the_flight_itself() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let at = directory.path();
+    traced(at);
+    let options = ["--channel", "route.jsonl", "--scene", "outdoor"];
+    good(at, &[&["fly", "--out", "direct"], &options[..]].concat());
+    good(at, &[&["record", "--out", "recorded"], &options[..]].concat());
+    good(at, &["fly", "--recording", "recorded", "--out", "flown"]);
+    same(&at.join("direct"), &at.join("flown"), "from a recording");
+    let [mut direct, mut flown] = ["direct", "flown"].map(|out| report(&at.join(out)));
+    let of_map = &direct["map"];
+    assert!(of_map["accepted"].as_u64() > Some(10), "nothing was mapped");
+    assert!(
+        of_map["precision_by_faces"].is_number(),
+        "no scene to compare with"
+    );
+    // The flight is called by its links, the recording by the scene that it names; and none is computed as fast as another.
+    assert_eq!([&direct["scene"], &flown["scene"]], ["route.jsonl", "outdoor"]);
+    let mut taken = |key: &str| {
+        [&mut direct, &mut flown].map(|told| {
+            told.as_object_mut()
+                .expect("a report")
+                .remove(key)
+                .expect("a key")
+        })
+    };
+    for key in ["scene", "elapsed_s"] {
+        taken(key);
+    }
+    // Between the lines of the recorded truth, 10 ms apart, the true pose is interpolated: an arc is off its chord by less than 0.1 mm.
+    for key in ["trajectory", "clock", "consistency"] {
+        let [direct, flown] = taken(key);
+        for (name, value) in direct.as_object().expect("figures") {
+            let [a, b] = [value, &flown[name]].map(|value| value.as_f64().expect("a figure"));
+            assert!((a - b).abs() <= 1e-4 * a.abs(), "{key}.{name}: {a} {b}");
+        }
+    }
+    assert_eq!(direct, flown);
+
+    // Nobody needs to know a scene.
+    let alone = [
+        "record",
+        "--no-samples",
+        "--channel",
+        "route.jsonl",
+        "--out",
+        "alone",
+    ];
+    good(at, &alone);
+    let told = fs::read_to_string(at.join("alone").join("flight.json")).expect("written");
+    let told: Value = serde_json::from_str(&told).expect("JSON");
+    assert!(
+        told["scene"].is_null() && told["duration_s"].as_f64() > Some(16.0),
+        "{told}"
+    );
+    for (args, expected) in [
+        (&["--channel", "nowhere.jsonl"][..], "nowhere.jsonl"),
+        (
+            &["--channel", "route.jsonl", "--scene", "nowhere.json"],
+            "nowhere.json",
+        ),
+    ] {
+        let said = common::refused(at, &[&["record", "--out", "none"], args].concat());
+        assert!(said.contains(expected), "{said}");
+    }
+}
+
+#[test]
 fn a_world_of_many_errors_sends_its_words_over_given_links() {
     let directory = tempfile::tempdir().expect("a directory");
     let at = directory.path();

@@ -25,3 +25,6 @@ pub(crate) mod synth;
 mod threads;
 pub(crate) mod trace;
 pub(crate) mod train;
+
+/// Scene of a flight that names none.
+const DEFAULT_SCENE: &str = "outdoor";

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::ValueEnum;
 use rayon::prelude::*;
 
+use super::DEFAULT_SCENE;
 use crate::config::Config;
 use crate::input::InputError;
 use crate::interrupt;
@@ -13,15 +14,21 @@ use crate::paths::Link;
 use crate::progress;
 use crate::recording::{self, Manifest};
 use crate::result_directory::ResultDirectory;
+use crate::scene::Scene;
 use crate::sigmf::{self, Codebook, Recording};
-use crate::world::{HeardSweep, Profile, SceneConfig, World};
+use crate::world::{GivenLinks, HeardSweep, Profile, SceneConfig, World};
 
 /// Arguments of `cslam record`.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
-    /// Scene: outdoor, indoor, street, outdoor_a, city:SEED, indoor:SEED, or a file (.json, .obj, .ply)
-    #[arg(long, value_name = "NAME|FILE", default_value = "outdoor")]
-    scene: String,
+    /// Scene: outdoor (the default), indoor, street, outdoor_a, city:SEED, indoor:SEED, or a file (.json, .obj, .ply). With --channel: the
+    /// scene that the recording names, to compare a map with
+    #[arg(long, value_name = "NAME|FILE")]
+    scene: Option<String>,
+    /// Record a flight along links that a ray tracer of yours found, as `cslam fly --channel` flies it: a path list (.jsonl or .jsonl.gz), line by
+    /// line the links of consecutive sweeps
+    #[arg(long, value_name = "FILE", conflicts_with = "duration")]
+    channel: Option<PathBuf>,
     /// Configuration file (TOML), of which [world], and what [receiver] says of the place, count; `cslam config` shows what it may
     /// hold
     #[arg(long, value_name = "FILE")]
@@ -86,7 +93,8 @@ pub(crate) fn flight(
         })
     })?;
     let args = Args {
-        scene: scene.to_owned(),
+        scene: Some(scene.to_owned()),
+        channel: None,
         config: None,
         world: Some(profile),
         print_config: false,
@@ -101,32 +109,64 @@ pub(crate) fn flight(
 }
 
 fn record(args: &Args, config: &Config, interrupted: &AtomicBool) -> anyhow::Result<Manifest> {
-    let scene = config.world.scene(&args.scene)?;
-    let world = World::new(&scene, config.world.clone(), args.seed)?;
     if args.steps == Some(0) {
         return Err(InputError::new("nothing to record: --steps is 0").into());
     }
+    if let Some(file) = &args.channel {
+        // The scene is there to compare with; the world has none.
+        args.scene.as_deref().map(Scene::load).transpose()?;
+        let world = World::along(GivenLinks::read(file)?, config.world.clone(), args.seed)?;
+        let name = args.scene.as_deref();
+        return record_world(args, config, (name, SceneConfig::default()), &world, interrupted);
+    }
+    let name = args.scene.as_deref().unwrap_or(DEFAULT_SCENE);
+    let scene = config.world.scene(name)?;
+    let world = World::new(&scene, config.world.clone(), args.seed)?;
+    record_world(
+        args,
+        config,
+        (Some(name), config.world.scene),
+        &world,
+        interrupted,
+    )
+}
+
+/// Records a flight through a world, and names the scene to compare with and what became of it.
+fn record_world(
+    args: &Args,
+    config: &Config,
+    scene: (Option<&str>, SceneConfig),
+    world: &World<'_>,
+    interrupted: &AtomicBool,
+) -> anyhow::Result<Manifest> {
     let sweeps = world.sweeps().min(args.steps.unwrap_or(u32::MAX));
     let manifest = Manifest {
         samples: !args.no_samples,
-        ..manifest(config, &args.scene, &world, sweeps)
+        ..manifest(config, scene, world, sweeps)
     };
-    let manifest = write(&world, sweeps, manifest, &args.out, interrupted)?;
+    let manifest = write(world, sweeps, manifest, &args.out, interrupted)?;
+    let of = args.channel.as_deref().map(|file| file.display().to_string());
     progress::note(format_args!(
         "recorded {sweeps} sweeps of {} to {}",
-        args.scene,
+        of.as_deref().or(scene.0).unwrap_or_default(),
         args.out.display()
     ));
     Ok(manifest)
 }
 
-/// What a recording of the first `sweeps` sweeps of a world says about itself, without samples.
-pub(crate) fn manifest(config: &Config, scene: &str, world: &World<'_>, sweeps: u32) -> Manifest {
+/// What a recording of the first `sweeps` sweeps of a world says about itself, without samples. The scene is that to compare with, and what
+/// became of it first.
+pub(crate) fn manifest(
+    config: &Config,
+    (scene, scene_as): (Option<&str>, SceneConfig),
+    world: &World<'_>,
+    sweeps: u32,
+) -> Manifest {
     let profile = Some(world.profile().name().to_owned());
     let manifest = Manifest::of(scene, profile, world.flight(), sweeps);
     let setup = &config.receiver;
     Manifest {
-        scene_as: Some(config.world.scene).filter(|told| *told != SceneConfig::default()),
+        scene_as: Some(scene_as).filter(|told| *told != SceneConfig::default()),
         gmt_setup_position_m: setup.gmt_setup.position_m.or(manifest.gmt_setup_position_m),
         magnetic_field: setup.magnetic_field.or(manifest.magnetic_field),
         ground_z_m: Some(setup.ground_z_m.unwrap_or(world.ground_z_m())).filter(|z_m| *z_m != 0.0),

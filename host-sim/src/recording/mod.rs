@@ -91,7 +91,7 @@ pub struct Manifest {
     pub format: String,
     /// Version of the format.
     pub version: u32,
-    /// Scene that was flown in; absent when nobody has it as a file.
+    /// Scene that was flown in, or to compare with; absent when nobody has it as a file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene: Option<String>,
     /// What became of that scene first: where it was moved, and its surfaces. Absent: it is as its name or file says.
@@ -131,9 +131,9 @@ pub struct Manifest {
 }
 
 impl Manifest {
-    /// Of the first `sweeps` sweeps of a simulated flight; `scene` is a name or a file. Without samples, the GMT where it stands and
+    /// Of the first `sweeps` sweeps of a simulated flight; `scene` is a name or a file, where there is one to compare with. Without samples, the GMT where it stands and
     /// the earth's field as it is.
-    pub fn of(scene: &str, world: Option<String>, flight: &SensedFlight, sweeps: u32) -> Self {
+    pub fn of(scene: Option<&str>, world: Option<String>, flight: &SensedFlight, sweeps: u32) -> Self {
         let schedule = flight.plan().schedule();
         let duration_s = if sweeps < flight.plan().sweeps() {
             schedule.sweep_time_s(sweeps)
@@ -143,7 +143,7 @@ impl Manifest {
         Self {
             format: FORMAT.into(),
             version: VERSION_WITHOUT_BAROMETER,
-            scene: Some(scene.into()),
+            scene: scene.map(Into::into),
             scene_as: None,
             world,
             seed: Some(flight.seed()),

@@ -36,7 +36,7 @@ fn record(directory: &Path, flight: &SensedFlight) -> anyhow::Result<Manifest> {
     let sweeps = flight.plan().sweeps();
     write(
         directory,
-        Manifest::of("street", None, flight, sweeps),
+        Manifest::of(Some("street"), None, flight, sweeps),
         flight,
         sweeps,
     )
@@ -165,7 +165,10 @@ fn events_out_of_their_order_are_given_back_in_the_order_in_which_they_arrived()
         assert!(damage.gaps().contains_key("arrivals.bin"));
     }
     // In order, nothing of it is there.
-    assert_eq!(Manifest::of("street", None, &self::flight(), 1).arrivals, None);
+    assert_eq!(
+        Manifest::of(Some("street"), None, &self::flight(), 1).arrivals,
+        None
+    );
 }
 
 #[test]
@@ -372,7 +375,7 @@ fn samples_that_the_description_speaks_of_must_be_there() {
     let (flight, directory) = (flight(), tempfile::tempdir().expect("a directory"));
     let manifest = Manifest {
         samples: true,
-        ..Manifest::of("street", None, &flight, 9)
+        ..Manifest::of(Some("street"), None, &flight, 9)
     };
     write(directory.path(), manifest, &flight, 9).expect("recorded");
     for sweep in 0..9 {

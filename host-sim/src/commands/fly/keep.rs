@@ -33,7 +33,7 @@ pub(crate) fn write<S: Source>(
             world_crc32: world_crc32(&config.world)?,
             file,
         }),
-        ..record::manifest(config, scene, world, sweeps)
+        ..record::manifest(config, (Some(scene), config.world.scene), world, sweeps)
     };
     recording::write(directory.path(), manifest, world.flight(), sweeps)?;
     directory.commit()

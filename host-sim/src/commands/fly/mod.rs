@@ -17,6 +17,7 @@ use std::time::Instant;
 use clap::ValueEnum;
 use cslam_core::inertial::ImuSample;
 
+use super::DEFAULT_SCENE;
 use crate::config::{Config, Mode};
 use crate::evaluation::evaluate;
 use crate::flight_files::ply::Encoding;
@@ -30,9 +31,6 @@ use crate::scene::Scene;
 use crate::sensors::Event;
 use crate::world::Profile;
 use crate::{interrupt, progress};
-
-/// Scene of a flight that names none.
-const DEFAULT_SCENE: &str = "outdoor";
 
 /// Arguments of `cslam fly`.
 #[derive(clap::Args, Debug)]
