@@ -7,8 +7,8 @@ use crate::commands::{fly, record as recorder};
 use crate::recording::Manifest;
 use crate::report::Report;
 
-/// Flies over the recording in `directory` as `cslam fly --recording` does, at most `steps` sweeps, until `interrupted`; the files of the
-/// flight lie in `out` afterwards. Call [`crate::progress::be_quiet`] first where no progress shall be shown.
+/// Flies over the recording in `directory` as `cslam fly --recording` does, at most `steps` sweeps, until `interrupted`, and smooths the flight
+/// afterwards when `smooth` says so; the files of the flight lie in `out` afterwards. Call [`crate::progress::be_quiet`] first where no progress shall be shown.
 ///
 /// # Errors
 /// [`crate::input::InputError`], as an [`anyhow::Error`], naming the file that is missing, damaged or cannot be written.
@@ -16,9 +16,10 @@ pub fn fly_recording(
     directory: &Path,
     out: &Path,
     steps: Option<usize>,
+    smooth: bool,
     interrupted: &AtomicBool,
 ) -> anyhow::Result<Report> {
-    fly::over_recording(directory, out, steps, interrupted)
+    fly::over_recording(directory, out, steps, smooth, interrupted)
 }
 
 /// Records a flight of `seed` through a scene in a world (`ideal`, `budget`, `real`; `None`: the default one), at most `sweeps` sweeps,

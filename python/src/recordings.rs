@@ -91,9 +91,10 @@ pub(crate) fn fly(
     directory: PathBuf,
     out: PathBuf,
     steps: Option<usize>,
+    smooth: bool,
 ) -> PyResult<String> {
     let report = watched(py, |interrupted| {
-        library::fly_recording(&directory, &out, steps, interrupted)
+        library::fly_recording(&directory, &out, steps, smooth, interrupted)
     })?;
     serde_json::to_string(&report).map_err(refused)
 }

@@ -265,8 +265,28 @@ def test_a_recorded_flight_is_flown_as_by_the_command(tmp_path):
     packets = cslam.read_packets(tmp_path / "ours" / "packets.bin", test_key=True)
     lines = run("ground", "--file", str(tmp_path / "ours" / "packets.bin"), "--test-key", "--json").splitlines()
     assert packets == [json.loads(line) for line in lines] and packets
-    assert cslam.fly(recording, sweeps=3).directory is None
+    assert flight.smoothed is None and cslam.fly(recording, sweeps=3).directory is None
     with pytest.raises(ValueError, match="expected one of keys"):
         cslam.read_packets(tmp_path / "ours" / "packets.bin")
     with pytest.raises(ValueError, match="nowhere"):
         cslam.fly(tmp_path / "nowhere", tmp_path / "out")
+
+
+@pytest.mark.skipif(COMMAND is None, reason="CSLAM_COMMAND names no cslam")
+def test_a_flight_is_smoothed_as_by_the_command(tmp_path):
+    run = lambda *words: subprocess.run([COMMAND, *words], check=True, capture_output=True, text=True).stdout  # noqa: E731
+    recording, flown, theirs = (str(tmp_path / name) for name in ("recording", "flown", "theirs"))
+    run("fly", "--scene", "outdoor", "--steps", "40", "--keep-paths", recording, "--out", flown)
+    flight = cslam.fly(recording, tmp_path / "ours", smooth=True)
+    report = json.loads(run("fly", "--recording", recording, "--smooth", "--export", "npz", "--out", theirs, "--json"))
+    assert flight.report["smoothed"] == report["smoothed"] is not None
+    for name in ("trajectory.tum", "trajectory_smoothed.tum", "map_smoothed.ply"):
+        assert (tmp_path / "ours" / name).read_bytes() == (tmp_path / "theirs" / name).read_bytes()
+    smoothed = flight.smoothed
+    assert smoothed.trajectory.shape == flight.trajectory.shape and len(smoothed.map["x"]) > 0
+    assert np.abs(smoothed.trajectory - flight.trajectory).max() > 1e-3
+    columns = np.load(tmp_path / "theirs" / "flight.npz", allow_pickle=False)
+    known = np.isfinite(columns["smoothed_pose_position_m"][:, 0])
+    np.testing.assert_allclose(columns["smoothed_pose_position_m"][known], smoothed.trajectory[:, 1:4], atol=1e-5)
+    np.testing.assert_allclose(columns["smoothed_pose_quaternion_wb"][known][:, [1, 2, 3, 0]], smoothed.trajectory[:, 4:], atol=1e-5)
+    np.testing.assert_allclose(columns["smoothed_map_position_m"], np.stack([smoothed.map[axis] for axis in "xyz"], axis=1), atol=1e-5)

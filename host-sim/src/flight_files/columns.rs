@@ -1,7 +1,7 @@
 //! The flight as columns for NumPy: one `.npz` file, a stored zip of `.npy` files. `numpy.load(file, allow_pickle=False)` reads it.
 //!
-//! A column's name begins with what its rows are (`pose`, `sweep`, `path`, `point`, `map`, `imu`) and ends in its unit. What is not known is NaN,
-//! or -1 of a whole number.
+//! A column's name begins with what its rows are (`pose`, `sweep`, `path`, `point`, `map`, `imu`) and ends in its unit; those of the smoothed flight
+//! have `smoothed_` before it. What is not known is NaN, or -1 of a whole number.
 
 use std::io::{self, Seek, Write};
 
@@ -9,18 +9,21 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 use super::Outputs;
-use crate::flight_log::{PoseEstimate, PoseTruth};
+use crate::flight_log::{FlightLog, PoseEstimate, PoseTruth};
 use crate::npy::{self, Element};
 
 /// Columns that go into a file one by one.
 struct Columns<W: Write + Seek> {
     zip: ZipWriter<W>,
+    /// What names begin with.
+    prefix: &'static str,
 }
 
 impl<W: Write + Seek> Columns<W> {
     fn put(&mut self, name: &str, bytes: &[u8]) -> io::Result<()> {
         let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
-        self.zip.start_file(format!("{name}.npy"), options)?;
+        self.zip
+            .start_file(format!("{}{name}.npy", self.prefix), options)?;
         self.zip.write_all(bytes)
     }
 
@@ -49,10 +52,13 @@ impl<W: Write + Seek> Columns<W> {
 pub(super) fn write(out: impl Write + Seek, outputs: &Outputs<'_>) -> io::Result<()> {
     let mut columns = Columns {
         zip: ZipWriter::new(out),
+        prefix: "",
     };
-    poses(&mut columns, outputs)?;
-    sweeps(&mut columns, outputs)?;
-    points(&mut columns, outputs)?;
+    let log = outputs.log;
+    poses(&mut columns, log)?;
+    truths(&mut columns, log)?;
+    sweeps(&mut columns, log)?;
+    points(&mut columns, log)?;
     let imu = outputs.imu;
     columns.scalars(
         "imu_time_s",
@@ -67,6 +73,11 @@ pub(super) fn write(out: impl Write + Seek, outputs: &Outputs<'_>) -> io::Result
         imu.iter()
             .map(|sample| <[f32; 3]>::from(sample.specific_force_m_per_s2)),
     )?;
+    if let Some(smoothed) = outputs.smoothed {
+        columns.prefix = "smoothed_";
+        poses(&mut columns, smoothed)?;
+        points(&mut columns, smoothed)?;
+    }
     columns.zip.finish()?;
     Ok(())
 }
@@ -75,9 +86,10 @@ fn known(value: Option<f64>) -> f64 {
     value.unwrap_or(f64::NAN)
 }
 
-fn poses<W: Write + Seek>(columns: &mut Columns<W>, outputs: &Outputs<'_>) -> io::Result<()> {
-    const NAN: f64 = f64::NAN;
-    let poses = outputs.log.trajectory();
+const NAN: f64 = f64::NAN;
+
+fn poses<W: Write + Seek>(columns: &mut Columns<W>, log: &FlightLog) -> io::Result<()> {
+    let poses = log.trajectory();
     columns.scalars("pose_time_s", poses.iter().map(|pose| pose.time_s))?;
     let estimates = || poses.iter().map(|pose| pose.estimate);
     let triples =
@@ -113,7 +125,11 @@ fn poses<W: Write + Seek>(columns: &mut Columns<W>, outputs: &Outputs<'_>) -> io
     columns.scalars(
         "pose_clock_sigma_s",
         estimates().map(|e| known(e.and_then(|e| e.clock_sigma_s))),
-    )?;
+    )
+}
+
+fn truths<W: Write + Seek>(columns: &mut Columns<W>, log: &FlightLog) -> io::Result<()> {
+    let poses = log.trajectory();
     let truths = || poses.iter().map(|pose| pose.truth);
     let triples = |of: fn(&PoseTruth) -> [f64; 3]| truths().map(move |t| t.map_or([NAN; 3], |t| of(&t)));
     columns.vectors("pose_true_position_m", triples(|t| t.position_m))?;
@@ -128,8 +144,8 @@ fn poses<W: Write + Seek>(columns: &mut Columns<W>, outputs: &Outputs<'_>) -> io
     )
 }
 
-fn sweeps<W: Write + Seek>(columns: &mut Columns<W>, outputs: &Outputs<'_>) -> io::Result<()> {
-    let sweeps = &outputs.log.sweeps;
+fn sweeps<W: Write + Seek>(columns: &mut Columns<W>, log: &FlightLog) -> io::Result<()> {
+    let sweeps = &log.sweeps;
     columns.scalars("sweep_number", sweeps.iter().map(|sweep| sweep.sweep))?;
     columns.scalars("sweep_time_s", sweeps.iter().map(|sweep| sweep.time_s))?;
     columns.vectors(
@@ -172,8 +188,8 @@ fn sweeps<W: Write + Seek>(columns: &mut Columns<W>, outputs: &Outputs<'_>) -> i
     columns.texts("path_verdict", paths().map(|(_, path)| path.verdict.as_str()))
 }
 
-fn points<W: Write + Seek>(columns: &mut Columns<W>, outputs: &Outputs<'_>) -> io::Result<()> {
-    let points = &outputs.log.points;
+fn points<W: Write + Seek>(columns: &mut Columns<W>, log: &FlightLog) -> io::Result<()> {
+    let points = &log.points;
     columns.scalars("point_sweep", points.iter().map(|point| point.sweep))?;
     columns.scalars("point_path", points.iter().map(|point| point.path))?;
     columns.scalars("point_order", points.iter().map(|point| point.order))?;
@@ -194,7 +210,7 @@ fn points<W: Write + Seek>(columns: &mut Columns<W>, outputs: &Outputs<'_>) -> i
         points.iter().map(|point| known(point.probability)),
     )?;
     columns.scalars("point_snr_db", points.iter().map(|point| known(point.snr_db)))?;
-    let map = &outputs.log.map;
+    let map = &log.map;
     columns.vectors("map_position_m", map.iter().map(|voxel| voxel.position_m))?;
     columns.scalars(
         "map_covariance_trace_m2",

@@ -20,7 +20,7 @@ from cslam._cslam import __version__
 from cslam.bridge import Dropped
 from cslam.estimation import Estimator, Paths, quantize
 from cslam.events import BarometerSample, Beacon, ImuSamples, MagnetometerSample, SweepSamples, TimingExchange
-from cslam.files import Flight, Recording, fly, read_links, read_packets, read_sigmf, write_links, write_sigmf
+from cslam.files import Flight, Recording, Smoothed, fly, read_links, read_packets, read_sigmf, write_links, write_sigmf
 from cslam.receiver import Pose, Receiver, Swept
 from cslam.recorded import RecordedFlight, record
 from cslam.solving import Points, classify, solve
@@ -42,6 +42,7 @@ __all__ = [
     "RecordedFlight",
     "Recording",
     "Scene",
+    "Smoothed",
     "SweepSamples",
     "Swept",
     "TimingExchange",

@@ -115,6 +115,16 @@ def read_packets(
 
 
 @dataclasses.dataclass(frozen=True)
+class Smoothed:
+    """A flight's best trajectory, from all that was measured before and after each instant, and the map from it."""
+
+    #: ``[n, 8]``: time in s, position in m, quaternion x, y, z, w (the TUM format).
+    trajectory: Floats
+    #: Columns of the map (``map_smoothed.ply``) by name, ``x``, ``y``, ``z`` in m among them.
+    map: dict[str, Floats]
+
+
+@dataclasses.dataclass(frozen=True)
 class Flight:
     """A flight over a recording."""
 
@@ -126,12 +136,21 @@ class Flight:
     map: dict[str, Floats]
     #: Directory of the flight's files; None when it was a temporary one.
     directory: Path | None
+    #: The same flight smoothed; None when that was not asked for. Its figures are ``report["smoothed"]``.
+    smoothed: Smoothed | None = None
 
 
-def fly(directory: str | os.PathLike[str], out: str | os.PathLike[str] | None = None, *, sweeps: int | None = None) -> Flight:
+def fly(
+    directory: str | os.PathLike[str],
+    out: str | os.PathLike[str] | None = None,
+    *,
+    sweeps: int | None = None,
+    smooth: bool = False,
+) -> Flight:
     """Flies the receiver over a recorded flight (``cslam record``), as ``cslam fly --recording``. Releases the GIL; Ctrl-C ends it.
 
     ``out``: directory for the flight's files, as that command's ``--out``; left out, they are not kept. ``sweeps``: at most this many.
+    ``smooth``: compute the best trajectory afterwards, as ``cslam fly --smooth``; what was on board stays as it is.
 
     Raises
     ------
@@ -140,13 +159,18 @@ def fly(directory: str | os.PathLike[str], out: str | os.PathLike[str] | None = 
     """
     with tempfile.TemporaryDirectory() as temporary:
         written = Path(temporary) / "out" if out is None else Path(out)
-        report = json.loads(_cslam.fly(os.fspath(directory), os.fspath(written), sweeps))
+        report = json.loads(_cslam.fly(os.fspath(directory), os.fspath(written), sweeps, bool(smooth)))
         return Flight(
             report=report,
             trajectory=_read_tum(written / "trajectory.tum"),
             map=_read_ply(written / "map.ply"),
             directory=None if out is None else written,
+            smoothed=_read_smoothed(written) if smooth else None,
         )
+
+
+def _read_smoothed(written: Path) -> Smoothed:
+    return Smoothed(trajectory=_read_tum(written / "trajectory_smoothed.tum"), map=_read_ply(written / "map_smoothed.ply"))
 
 
 def _read_tum(file: Path) -> Floats:

@@ -233,17 +233,19 @@ fn write(args: &Args, flown: &mut Flown, start: Instant) -> anyhow::Result<Repor
     Ok(report)
 }
 
-/// What `cslam fly --recording DIRECTORY --out OUT` does, for a program: nothing is printed, and what would be is returned.
+/// What `cslam fly --recording DIRECTORY --out OUT` does, with `--smooth` where that is asked for, for a program: nothing is printed, and what would be is returned.
 pub(crate) fn over_recording(
     directory: &Path,
     out: &Path,
     steps: Option<usize>,
+    smooth: bool,
     interrupted: &AtomicBool,
 ) -> anyhow::Result<Report> {
     let args = Args {
         recording: Some(directory.to_owned()),
         out: out.to_owned(),
         steps,
+        smooth,
         ..Args::default()
     };
     let start = Instant::now();
