@@ -151,12 +151,15 @@ pub(crate) fn own_python() -> Result<(), String> {
         }
         install("python3", &["-m", "venv", OWN_PYTHON])?;
     }
-    install(&python, &["-m", "pip", "install", "--quiet", "./python[test]"])?;
+    install(
+        &python,
+        &["-m", "pip", "install", "--quiet", "./python[campaign,test]"],
+    )?;
     let loads = output_of(
         &python,
         &[
             "-c",
-            "import cslam, numpy; print(f'cslam {cslam.__version__}, numpy {numpy.__version__}')",
+            "import cslam, distributed, numpy; print(f'cslam {cslam.__version__}, numpy {numpy.__version__}, Dask {distributed.__version__}')",
         ],
     );
     println!(
