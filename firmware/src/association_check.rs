@@ -13,6 +13,7 @@ use cslam_core::geometry::{Body, Direction, Gmt, Matrix3, Plane, Position, Rotat
 use cslam_core::link_state::Probabilities;
 use cslam_core::path::Departure;
 use cslam_core::receiver::{PATHS, SURFACES};
+use cslam_core::signal::Waveform;
 use cslam_core::surfaces::{SurfaceConfig, Surfaces};
 use heapless::Vec;
 
@@ -203,6 +204,7 @@ impl Sweep {
             position_m: self.uav_m + Vector3::new(x, y, z),
             attitude: turn.after(&self.attitude),
             clock_offset_m: OFFSET_M + clock,
+            delay_period: Waveform::default().delay_period(),
             covariance: Default::default(),
         };
         for (index, sigma) in sigmas.into_iter().enumerate() {

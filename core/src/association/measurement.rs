@@ -5,11 +5,10 @@ use nalgebra::{SMatrix, Vector3};
 use super::chain::{ROWS, Tangents};
 use super::part::part;
 use super::pose::PoseEstimate;
-use crate::estimator::range_of_delay_m;
 use crate::geometry::{Gmt, Rotation, World};
 use crate::path::Path;
 use crate::paths::{Neighbourhood, PathErrors, ReceivedPath, covariance};
-use crate::signal::wrap_delay_m;
+use crate::signal::DelayPeriod;
 
 /// Departures are known no better than this, rad.
 /// Numerical: keeps densities finite.
@@ -18,8 +17,10 @@ const LEAST_DEPARTURE_RAD: f64 = 1e-4;
 /// A path in world axes with the pose's clock taken out, and with all its errors but the pose's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
-    /// Delay less the clock's offset, m, of unknown period.
+    /// Delay less the clock's offset, m, but for a whole number of delay periods.
     pub length_m: f64,
+    /// That period.
+    pub delay_period: DelayPeriod,
     /// The path in world axes, its length within one period, its covariance with the pose's attitude and clock in it.
     pub path: Path<World, f64>,
     /// Arrival and tangents of both ends.
@@ -60,7 +61,7 @@ impl Measurement {
         }
         let length_m = path.c_tau_m - pose.clock_offset_m;
         let mut world = Path {
-            c_tau_m: range_of_delay_m(length_m),
+            c_tau_m: pose.delay_period.range_m(length_m),
             aoa: arrival,
             aod: None,
             covariance: part(&noise, (0, 0)),
@@ -69,6 +70,7 @@ impl Measurement {
         world.covariance.m11 += pose.clock_variance_m2();
         Self {
             length_m,
+            delay_period: pose.delay_period,
             path: world,
             tangents: Tangents {
                 arrival: *world.aoa.vector(),
@@ -95,7 +97,7 @@ impl Measurement {
             .departure
             .map_or_else(Vector3::zeros, |measured| measured - departure);
         SMatrix::from([[
-            wrap_delay_m(self.length_m - range_m),
+            self.delay_period.wrap_m(self.length_m - range_m),
             -e1.dot(arrival),
             -e2.dot(arrival),
             a1.dot(&off),
@@ -134,6 +136,7 @@ mod tests {
             position_m: Vector3::zeros(),
             attitude: Rotation::from_yaw_pitch_roll(0.4, 0.1, -0.1).expect("finite"),
             clock_offset_m: 7.0,
+            delay_period: crate::signal::Waveform::default().delay_period(),
             covariance: SMatrix::zeros(),
         };
         let mut path = ReceivedPath {

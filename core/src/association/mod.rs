@@ -101,7 +101,7 @@ fn measurements<const N: usize, const K: usize>(
 ) -> Vec<(Measurement, Option<Probabilities>), K> {
     let errors = &scene.config.errors;
     crate::numeric::gather(paths.iter().enumerate().map(|(index, path)| {
-        let around = neighbourhood(paths, index, errors);
+        let around = neighbourhood(paths, index, &scene.pose.delay_period, errors);
         (
             Measurement::of(path, around, &scene.pose, errors),
             path.probabilities,

@@ -5,6 +5,7 @@ use nalgebra::{SMatrix, Vector3};
 use super::chain::POSE_STATES;
 use crate::estimator::Pose;
 use crate::geometry::{Body, Rotation, World};
+use crate::signal::DelayPeriod;
 
 /// Position, attitude and clock with their joint covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,14 +16,16 @@ pub struct PoseEstimate {
     pub attitude: Rotation<Body, World, f64>,
     /// UAV clock less transmitter clock, m.
     pub clock_offset_m: f64,
+    /// Period of the delays of its paths.
+    pub delay_period: DelayPeriod,
     /// Covariance of the errors of position (3, m), attitude (3, rad, a small rotation vector in world axes) and clock (1, m).
     pub covariance: SMatrix<f64, POSE_STATES, POSE_STATES>,
 }
 
 impl PoseEstimate {
-    /// Of a pose, which does not hold the cross terms with the clock: they are zero. `None` when its attitude is no rotation.
+    /// Of a pose and of the delays of its paths. The pose does not hold the cross terms with the clock: they are zero. `None` when its attitude is no rotation.
     #[must_use]
-    pub fn of(pose: &Pose) -> Option<Self> {
+    pub fn of(pose: &Pose, delay_period: DelayPeriod) -> Option<Self> {
         let mut covariance = SMatrix::<f64, POSE_STATES, POSE_STATES>::zeros();
         let wide = |m: &nalgebra::Matrix3<f32>| m.map(f64::from);
         let cross = wide(&pose.position_attitude_covariance_m_rad);
@@ -42,6 +45,7 @@ impl PoseEstimate {
             position_m: *pose.position.vector(),
             attitude: Rotation::from_matrix(pose.attitude.matrix().map(f64::from)).ok()?,
             clock_offset_m: pose.clock.offset_m,
+            delay_period,
             covariance,
         })
     }
@@ -77,6 +81,7 @@ mod tests {
     use super::*;
     use crate::estimator::ClockEstimate;
     use crate::geometry::{Matrix3, Position};
+    use crate::signal::Waveform;
 
     #[test]
     fn a_pose_of_the_filter_keeps_its_cross_terms() {
@@ -98,7 +103,7 @@ mod tests {
             position_attitude_covariance_m_rad: cross,
             resets: 0,
         };
-        let estimate = PoseEstimate::of(&pose).expect("a rotation");
+        let estimate = PoseEstimate::of(&pose, Waveform::default().delay_period()).expect("a rotation");
         let covariance = estimate.covariance;
         assert!((covariance - covariance.transpose()).norm() < 1e-12);
         assert!((covariance[(0, 4)] - 2e-4).abs() < 1e-9 && (covariance[(4, 0)] - 2e-4).abs() < 1e-9);

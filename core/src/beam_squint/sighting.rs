@@ -7,7 +7,7 @@ use super::bounce::Mirror;
 use crate::array::{Codebook, GmtArrays};
 use crate::geometry::{Body, Direction, Gmt};
 use crate::paths::EstimatedPath;
-use crate::signal::wrap_delay_m;
+use crate::signal::DelayPeriod;
 
 /// Paths closer than this to the line of sight in arrival are images of it that the transmitter's element errors make,
 /// or cannot be told from it: not nulled, rad. Half a degree.
@@ -72,7 +72,7 @@ impl Sighting {
     /// Derived: such a path is not told apart by its delay in the narrow part of the band in which a symbol looks at the UAV.
     pub const NEAR_M: f32 = 30.0;
 
-    /// From the paths of a sweep (strongest first), of which number `los` is the line of sight if there is one. None
+    /// From the paths of a sweep (strongest first, delays of this period), of which number `los` is the line of sight if there is one. None
     /// when there is no such path or no such beam.
     #[must_use]
     pub fn new<const FACES: usize, const X: usize, const Z: usize, const ELEVATIONS: usize>(
@@ -80,6 +80,7 @@ impl Sighting {
         paths: &[EstimatedPath],
         los: usize,
         codebook: &Codebook<f32, FACES, X, Z, ELEVATIONS>,
+        delay_period: &DelayPeriod,
     ) -> Option<Self> {
         let direct = paths.get(los)?;
         let face = codebook.beam(usize::from(direct.beam))?.face;
@@ -94,7 +95,8 @@ impl Sighting {
         };
         for path in paths {
             // Delays are cyclic: the line of sight may come at the end of a period and the next path after its start.
-            let later_m = wrap_delay_m(f64::from(path.path.c_tau_m - direct.path.c_tau_m)) as f32;
+            let later_m = f64::from(path.path.c_tau_m - direct.path.c_tau_m);
+            let later_m = delay_period.wrap_m(later_m) as f32;
             if later_m > 0.0
                 && later_m < Self::NEAR_M
                 && path.path.aoa.angle_to_rad(&direct.path.aoa) > IMAGE_RAD

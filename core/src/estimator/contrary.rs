@@ -19,7 +19,6 @@ use super::window::WINDOW;
 use super::{Filter, attitude};
 use crate::geometry::Real;
 use crate::inertial::MagneticField;
-use crate::signal::wrap_delay_m;
 
 /// A magnetic field older than this says nothing of an attitude, ns.
 /// Derived: a UAV turns by a degree in that time.
@@ -126,7 +125,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let Some(l) = way.try_normalize(LEAST_RANGE_M) else {
             return false;
         };
-        let shorter_m = -wrap_delay_m(path.c_tau_m - self.nominal.clock_offset_m - way.norm());
+        let late_m = path.c_tau_m - self.nominal.clock_offset_m - way.norm();
+        let shorter_m = -self.nominal.delay_period.wrap_m(late_m);
         let along = self.covariance.block(POSITION, POSITION).map(T::to_f64) * l;
         let variance = l.dot(&along)
             + self.variance(CLOCK_OFFSET)

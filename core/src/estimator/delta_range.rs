@@ -17,7 +17,7 @@ use super::measurement::{PathMeasurement, Transmitter};
 use super::row::Row;
 use super::sweep_measurement::SweepMeasurement;
 use crate::geometry::Real;
-use crate::signal::wrap_delay_m;
+use crate::signal::DelayPeriod;
 
 /// Paths of a sweep that are kept for the next one.
 /// Capacity: as many as path estimation finds.
@@ -68,13 +68,15 @@ struct Between {
     moved_m: Vector3<f64>,
     shifted_m: Vector3<f64>,
     drift_m: f64,
+    delay_period: DelayPeriod,
 }
 
 impl Between {
     /// Growth of a path that the UAV's motion and the clock do not explain, m.
     fn growth_m(&self, before: &Length, now: &Length) -> f64 {
         let towards = (before.towards + now.towards) * 0.5;
-        wrap_delay_m(now.c_tau_m - before.c_tau_m + towards.dot(&self.moved_m) - self.drift_m)
+        self.delay_period
+            .wrap_m(now.c_tau_m - before.c_tau_m + towards.dot(&self.moved_m) - self.drift_m)
     }
 
     /// How unlike two paths are, in units of what one path may be.
@@ -154,6 +156,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             moved_m,
             shifted_m: now.gmt_m - before.gmt_m,
             drift_m: self.nominal.clock_drift_m_per_s * dt_s,
+            delay_period: self.nominal.delay_period,
         };
         let attitude_sigma_rad = self.sigma(ATTITUDE);
         let mut rows = Vec::<Row<T>, MOST_PATHS>::new();

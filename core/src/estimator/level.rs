@@ -9,7 +9,7 @@ use super::Filter;
 use super::gate::Innovation;
 use super::layout::{ACCEL_BIAS, ATTITUDE, CLOCK_OFFSET, MOUNTING, POSITION, VELOCITY};
 use super::measurement::{PathMeasurement, Transmitter};
-use super::nominal::{range_of_delay_m, rotation};
+use super::nominal::rotation;
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::geometry::Real;
 use crate::inertial::Alignment;
@@ -89,7 +89,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
             return false;
         }
         let towards = attitude * self.model.corrected(&path.aoa, &self.nominal);
-        let range_m = range_of_delay_m(path.c_tau_m - self.nominal.clock_offset_m);
+        let range_m = self
+            .nominal
+            .delay_period
+            .range_m(path.c_tau_m - self.nominal.clock_offset_m);
         self.nominal.attitude = attitude;
         self.nominal.velocity_m_per_s = Vector3::zeros();
         self.nominal.position_m = gmt.position_m - towards * range_m;

@@ -8,11 +8,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::config::RadioNoise;
 use super::layout::{ARRAY_AXIS, ARRAY_SLOPE, ATTITUDE, CLOCK_OFFSET, FACE_BIAS, POSITION};
-use super::nominal::{Nominal, range_of_delay_m};
+use super::nominal::Nominal;
 use super::row::Row;
 use crate::array::{GmtArrays, UavArrays};
 use crate::geometry::{Body, Direction, Gmt, Plane, Real, Rotation, World};
-use crate::signal::wrap_delay_m;
 
 /// Direction in which a path left, by a face of the GMT.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -185,7 +184,9 @@ impl Model {
         path: &PathMeasurement,
         bounces: &[(&MappedPlane, usize)],
     ) -> Option<Vector3<f64>> {
-        let range = range_of_delay_m(path.c_tau_m - nominal.clock_offset_m);
+        let range = nominal
+            .delay_period
+            .range_m(path.c_tau_m - nominal.clock_offset_m);
         let mirrors = mirrors(&gmt.position_m, bounces);
         let source = mirrors.last().map_or(gmt.position_m, |m| m.image_m);
         let onward = match &path.departure {
@@ -252,7 +253,9 @@ impl Model {
         let squared = |a: f64, b: f64, c: f64| a * a + b * b + c;
         let mut rows = PathRows::new();
 
-        let residual = wrap_delay_m(path.c_tau_m - nominal.clock_offset_m - range);
+        let residual = nominal
+            .delay_period
+            .wrap_m(path.c_tau_m - nominal.clock_offset_m - range);
         let mut row = Row::new(
             residual,
             squared(path.c_tau_sigma_m, self.noise.delay_m, gmt_range),

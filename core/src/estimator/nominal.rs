@@ -12,21 +12,11 @@ use super::layout::{
 };
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::inertial::{ImuErrors, ImuIncrement};
-use crate::signal::{DELAY_PERIOD_M, wrap_delay_m};
+use crate::signal::DelayPeriod;
 
 /// Square of an angle up to which the series are exact to round-off, rad^2.
 /// Derived: the next term of each series is below the last bit.
 const SERIES_LIMIT: f64 = 0.01;
-
-/// A cyclic delay as the length of a way, m: from 0 up to a whole period.
-pub fn range_of_delay_m(length_m: f64) -> f64 {
-    let wrapped = wrap_delay_m(length_m);
-    if wrapped < 0.0 {
-        wrapped + DELAY_PERIOD_M
-    } else {
-        wrapped
-    }
-}
 
 /// Position, velocity, attitude, clock, and everything that is calibrated on the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +29,8 @@ pub struct Nominal {
     pub velocity_m_per_s: Vector3<f64>,
     /// Attitude R_wb.
     pub attitude: Matrix3<f64>,
+    /// Period by which the clock offset is wrapped: that of the delays it is taken out of.
+    pub delay_period: DelayPeriod,
     /// Clock offset, m, wrapped.
     pub clock_offset_m: f64,
     /// Clock drift, m/s.
@@ -59,12 +51,13 @@ pub struct Nominal {
 
 impl Nominal {
     /// At rest in the origin, axes aligned, nothing calibrated.
-    pub fn origin(time_ns: u64) -> Self {
+    pub fn origin(time_ns: u64, delay_period: DelayPeriod) -> Self {
         Self {
             time_ns,
             position_m: Vector3::zeros(),
             velocity_m_per_s: Vector3::zeros(),
             attitude: Matrix3::identity(),
+            delay_period,
             clock_offset_m: 0.0,
             clock_drift_m_per_s: 0.0,
             clock_ramp_m_per_s2: 0.0,
@@ -107,7 +100,7 @@ impl Nominal {
 
     fn coast_clock(&mut self, dt_s: f64) {
         let drift = self.clock_drift_m_per_s + 0.5 * self.clock_ramp_m_per_s2 * dt_s;
-        self.clock_offset_m = wrap_delay_m(self.clock_offset_m + drift * dt_s);
+        self.clock_offset_m = self.delay_period.wrap_m(self.clock_offset_m + drift * dt_s);
         self.clock_drift_m_per_s += self.clock_ramp_m_per_s2 * dt_s;
     }
 
@@ -124,7 +117,7 @@ impl Nominal {
         let [x, y, z] = [0, 3, 6].map(|k| narrow(vector(GYRO_MATRIX + k)));
         self.imu.gyro_matrix += Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z);
         self.imu.mounting_rad += narrow(vector(MOUNTING));
-        self.clock_offset_m = wrap_delay_m(self.clock_offset_m + at(CLOCK_OFFSET));
+        self.clock_offset_m = self.delay_period.wrap_m(self.clock_offset_m + at(CLOCK_OFFSET));
         self.clock_drift_m_per_s += at(CLOCK_DRIFT);
         self.clock_ramp_m_per_s2 += at(CLOCK_RAMP);
         self.two_way_bias_m += at(TWO_WAY_BIAS);

@@ -9,7 +9,7 @@ use super::watch::Step;
 use super::window::{Departure, SUSPECT_S};
 use super::{Filter, Gates};
 use crate::geometry::Real;
-use crate::signal::wrap_delay_m;
+use crate::signal::DelayPeriod;
 
 /// Measurements that agree on a new offset within this may set the clock anew, m (besides what its drift explains).
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
@@ -106,10 +106,10 @@ pub(super) struct Suspect {
 
 impl Suspect {
     /// How far an exchange is from where these have the clock by now, m, and the time since the last of them, s.
-    fn apart(&self, time_ns: u64, offset_m: f64, drift_m_per_s: f64) -> (f64, f64) {
+    fn apart(&self, time_ns: u64, offset_m: f64, drift_m_per_s: f64, period: &DelayPeriod) -> (f64, f64) {
         let dt_s = time_ns.saturating_sub(self.time_ns) as f64 * 1e-9;
         (
-            wrap_delay_m(offset_m - self.offset_m - drift_m_per_s * dt_s),
+            period.wrap_m(offset_m - self.offset_m - drift_m_per_s * dt_s),
             dt_s,
         )
     }
@@ -179,7 +179,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             return;
         }
         let expected = self.nominal.clock_offset_m + self.nominal.two_way_bias_m;
-        let mut row = Row::new(wrap_delay_m(offset_m - expected), variance);
+        let mut row = Row::new(self.nominal.delay_period.wrap_m(offset_m - expected), variance);
         row.push(CLOCK_OFFSET, 1.0);
         row.push(TWO_WAY_BIAS, 1.0);
         let gate = self.config.gates.one;
@@ -204,11 +204,12 @@ impl<T: Real, const N: usize> Filter<T, N> {
             self.acquire(offset_m, variance);
             return;
         }
+        let period = &self.nominal.delay_period;
         let agreeing = self.suspect_clock.and_then(|before| {
-            let (apart_m, dt_s) = before.apart(time_ns, offset_m, self.nominal.clock_drift_m_per_s);
+            let (apart_m, dt_s) = before.apart(time_ns, offset_m, self.nominal.clock_drift_m_per_s, period);
             // A clock that has changed its rate runs on at the new one.
             let (off_m, limit_m) = match before.rate_m_per_s {
-                Some(rate) => (before.apart(time_ns, offset_m, rate).0, LINE_AGREEMENT_M),
+                Some(rate) => (before.apart(time_ns, offset_m, rate, period).0, LINE_AGREEMENT_M),
                 None => (apart_m, STEP_AGREEMENT_M),
             };
             let agrees = dt_s < SUSPECT_S && off_m.abs() < limit_m;
@@ -226,7 +227,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 let (first_ns, first_m) = before.first;
                 let run_s = time_ns.saturating_sub(first_ns) as f64 * 1e-9;
                 let drift = self.nominal.clock_drift_m_per_s;
-                let ran_m = wrap_delay_m(offset_m - first_m - drift * run_s);
+                let ran_m = self
+                    .nominal
+                    .delay_period
+                    .wrap_m(offset_m - first_m - drift * run_s);
                 if refuted || !strayed || !self.may_have_run_by(ran_m, run_s) {
                     self.doubt_timing_by(row.residual.to_f64());
                 }
@@ -286,7 +290,12 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// clock has become unsure since, and nothing has told which of the two has stepped.
     fn unresolved_m(&self, time_ns: u64, offset_m: f64, residual_m: f64) -> Option<f64> {
         let suspect = self.suspect_clock.as_ref()?;
-        let (apart_m, dt_s) = suspect.apart(time_ns, offset_m, self.nominal.clock_drift_m_per_s);
+        let (apart_m, dt_s) = suspect.apart(
+            time_ns,
+            offset_m,
+            self.nominal.clock_drift_m_per_s,
+            &self.nominal.delay_period,
+        );
         let same = suspect.exchanges >= CONTRADICTION && dt_s < SUSPECT_S && apart_m.abs() < residual_m.abs();
         same.then_some(suspect.contradicts_m)
     }
@@ -381,7 +390,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
         };
         let dt = self.nominal.time_ns.saturating_sub(suspect.time_ns) as f64 * 1e-9;
         let stepped = suspect.offset_m + self.nominal.clock_drift_m_per_s * dt;
-        let jump = wrap_delay_m(stepped - self.nominal.clock_offset_m);
+        let jump = self
+            .nominal
+            .delay_period
+            .wrap_m(stepped - self.nominal.clock_offset_m);
         // Of a short step, nothing agrees with everything.
         let agreement_m = STEP_AGREEMENT_M.min(0.5 * jump.abs());
         if dt > 1.0 || (jump - delay_residual_m).abs() > agreement_m {
@@ -393,7 +405,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     pub(super) fn set_clock(&mut self, offset_m: f64, variance: f64) {
-        self.nominal.clock_offset_m = wrap_delay_m(offset_m - self.nominal.two_way_bias_m);
+        self.nominal.clock_offset_m = self
+            .nominal
+            .delay_period
+            .wrap_m(offset_m - self.nominal.two_way_bias_m);
         self.covariance
             .reset_to_sum(CLOCK_OFFSET, TWO_WAY_BIAS, T::of(variance));
         // A step of the offset says nothing about the rate; what ties the rate to other states goes with the offset.

@@ -12,7 +12,6 @@ use super::window::{SIGHT_SCATTER_RAD, Solution};
 use super::{Covariance, Filter};
 use crate::geometry::Real;
 use crate::inertial::Alignment;
-use crate::signal::DELAY_PERIOD_M;
 use nalgebra::Vector3;
 
 /// Fixes that a start needs.
@@ -178,7 +177,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// Forgets everything but the time, the gyroscope bias at rest and the history.
     pub(super) fn restart(&mut self) {
         let (time_ns, bias) = (self.nominal.time_ns, self.nominal.imu.gyro_bias_rad_per_s);
-        self.nominal = Nominal::origin(time_ns);
+        self.nominal = Nominal::origin(time_ns, self.nominal.delay_period);
         if self.gyro_bias_known && bias.iter().all(|c| c.is_finite()) {
             self.nominal.imu.gyro_bias_rad_per_s = bias;
         }
@@ -217,7 +216,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         for i in 0..3 {
             set(MOUNTING + i, priors.mounting_rad);
         }
-        set(CLOCK_OFFSET, DELAY_PERIOD_M);
+        set(CLOCK_OFFSET, self.nominal.delay_period.length_m());
         set(CLOCK_DRIFT, priors.clock_drift_m_per_s);
         set(CLOCK_RAMP, priors.clock_ramp_m_per_s2);
         set(TWO_WAY_BIAS, priors.two_way_bias_m);

@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 
 use super::received::ReceivedPath;
 use crate::geometry::Matrix3;
+use crate::signal::DelayPeriod;
 
 /// How far measured paths are off beyond what the estimator claims, and when their departures mean anything. Figures: 8716 paths of flights
 /// against the truth, in the world `budget`; a path with another one near is worse.
@@ -56,11 +57,12 @@ pub struct Neighbourhood {
     pub may_be_artefact: bool,
 }
 
-/// What stands beside the path of this index.
+/// What stands beside the path of this index, of a sweep whose delays have this period.
 #[must_use]
 pub fn neighbourhood<const K: usize>(
     paths: &Vec<ReceivedPath, K>,
     index: usize,
+    period: &DelayPeriod,
     errors: &PathErrors,
 ) -> Neighbourhood {
     let mut found = Neighbourhood::default();
@@ -68,7 +70,7 @@ pub fn neighbourhood<const K: usize>(
         return found;
     };
     for (_, other) in paths.iter().enumerate().filter(|(other, _)| *other != index) {
-        if path.apart_m(other) > f64::from(errors.neighbour_m) {
+        if path.apart_m(other, period) > f64::from(errors.neighbour_m) {
             continue;
         }
         let stronger_db = other.power_db - path.power_db;
@@ -110,6 +112,7 @@ pub fn departure_outliers(neighbourhood: Neighbourhood, in_beams: bool, errors: 
 mod tests {
     use super::*;
     use crate::geometry::Direction;
+    use crate::signal::Waveform;
 
     fn path(c_tau_m: f64, azimuth_rad: f32, power_db: f32) -> ReceivedPath {
         ReceivedPath {
@@ -124,14 +127,26 @@ mod tests {
 
     fn of(other: ReceivedPath) -> Neighbourhood {
         let paths: Vec<_, 2> = Vec::from_slice(&[path(50.0, 0.3, -10.0), other]).expect("two");
-        neighbourhood(&paths, 0, &PathErrors::default())
+        neighbourhood(
+            &paths,
+            0,
+            &Waveform::default().delay_period(),
+            &PathErrors::default(),
+        )
     }
 
     #[test]
     fn neighbours_are_near_in_delay_and_angle_and_not_much_weaker() {
         let near = of(path(51.4, 0.5, -21.0));
         assert!(near.has_neighbour && !near.may_be_artefact);
-        assert!(of(path(50.0 + crate::signal::DELAY_PERIOD_M, 0.3, -10.0)).has_neighbour);
+        assert!(
+            of(path(
+                50.0 + Waveform::default().delay_period().length_m(),
+                0.3,
+                -10.0
+            ))
+            .has_neighbour
+        );
         for other in [
             path(51.6, 0.3, -10.0),
             path(50.2, 0.7, -10.0),

@@ -4,7 +4,7 @@ use crate::geometry::{Body, Direction, Matrix3};
 use crate::link_state::Probabilities;
 use crate::path::Departure;
 use crate::paths::EstimatedPath;
-use crate::signal::wrap_delay_m;
+use crate::signal::DelayPeriod;
 
 /// A path of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +44,7 @@ impl ReceivedPath {
     }
 
     /// Difference of two delays, m.
-    pub(super) fn apart_m(&self, other: &Self) -> f64 {
-        wrap_delay_m(self.c_tau_m - other.c_tau_m).abs()
+    pub(super) fn apart_m(&self, other: &Self, period: &DelayPeriod) -> f64 {
+        period.wrap_m(self.c_tau_m - other.c_tau_m).abs()
     }
 }

@@ -3,16 +3,16 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::clock::TwoWayClock;
-use super::config::{HpcConfig, Localization};
+use super::config::{Config, HpcConfig, Localization};
 use crate::array::GmtArrays;
 use crate::estimator::baseline::{Hpc, Start};
 use crate::estimator::{
     ClockEstimate, Counters, FaceDirection, Filter, Health, MappedPlane, PathMeasurement, Pose,
-    SweepMeasurement, SweepVerdict, TestRatios, Transmitter, range_of_delay_m,
+    SweepMeasurement, SweepVerdict, TestRatios, Transmitter,
 };
 use crate::geometry::{Body, Direction, Gmt, Position, Rotation, World};
 use crate::inertial::{Alignment, ImuErrors, ImuStep, MagneticField, Motion, Turn};
-use crate::signal::wrap_delay_m;
+use crate::signal::DelayPeriod;
 
 /// Nanoseconds in a second.
 /// Given: a unit.
@@ -32,10 +32,11 @@ pub(super) enum Localizer<const STATES: usize> {
 }
 
 impl<const STATES: usize> Localizer<STATES> {
-    pub(super) fn new(localization: &Localization<'_>) -> Self {
-        match localization {
-            Localization::Filter(config) => Self::Filter(Filter::new(*config, 0)),
-            Localization::Hpc(config, _) => Self::Hpc(Calibrated::new(*config)),
+    pub(super) fn new(config: &Config<'_>) -> Self {
+        let waveform = &config.waveform;
+        match &config.localization {
+            Localization::Filter(config) => Self::Filter(Filter::new(waveform, *config, 0)),
+            Localization::Hpc(config, _) => Self::Hpc(Calibrated::new(*config, waveform.delay_period())),
         }
     }
 
@@ -222,6 +223,7 @@ impl<const STATES: usize> Localizer<STATES> {
 pub(super) struct Calibrated {
     config: HpcConfig,
     faces: GmtArrays<f64>,
+    delay_period: DelayPeriod,
     errors: ImuErrors,
     /// Attitude since rest, of unknown yaw, until the first fix.
     waiting: Option<Turn<f64>>,
@@ -230,10 +232,11 @@ pub(super) struct Calibrated {
 }
 
 impl Calibrated {
-    fn new(config: HpcConfig) -> Self {
+    fn new(config: HpcConfig, delay_period: DelayPeriod) -> Self {
         Self {
             config,
             faces: GmtArrays::default(),
+            delay_period,
             errors: ImuErrors::default(),
             waiting: None,
             hpc: None,
@@ -267,7 +270,7 @@ impl Calibrated {
         let offset_m = self.clock.offset_m(measurement.time_ns)?;
         let departure = path.departure?;
         let left = *left(&self.faces, &departure, &measurement.gmt)?.vector();
-        let range_m = range_of_delay_m(path.c_tau_m - offset_m);
+        let range_m = self.delay_period.range_m(path.c_tau_m - offset_m);
         Some(Fix {
             position_m: measurement.gmt.position_m + left * range_m,
             towards_gmt: -left,
@@ -331,7 +334,7 @@ impl Calibrated {
             velocity_m_per_s: hpc.velocity_m_per_s().map(|c| c as f32),
             attitude: Rotation::<Body, World>::from_matrix(narrow).ok()?,
             clock: ClockEstimate {
-                offset_m: wrap_delay_m(self.clock.offset_m(hpc.time_ns())?),
+                offset_m: self.delay_period.wrap_m(self.clock.offset_m(hpc.time_ns())?),
                 offset_sigma_m: 0.0,
                 drift_m_per_s: 0.0,
                 drift_sigma_m_per_s: 0.0,

@@ -90,6 +90,11 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         }))
     }
 
+    /// A pose as data association takes it.
+    fn pose_estimate(&self, pose: &Pose) -> Option<PoseEstimate> {
+        PoseEstimate::of(pose, self.config.waveform.delay_period())
+    }
+
     /// The paths of a sweep without line of sight that confirmed surfaces explain, seen from the pose that is predicted for it.
     pub(super) fn reflections(
         &mut self,
@@ -99,7 +104,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         time_ns: u64,
     ) -> Vec<ReflectedPath, PATHS> {
         let pose = self.localizer.predict_to(time_ns);
-        let Some(pose) = pose.as_ref().and_then(PoseEstimate::of) else {
+        let Some(pose) = pose.as_ref().and_then(|pose| self.pose_estimate(pose)) else {
             return Vec::new();
         };
         let paths = self.to_associate(measured, classified);
@@ -161,7 +166,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     }
 
     fn map_associated(&mut self, station: &Station<'_>, paths: &Vec<ReceivedPath, PATHS>) -> Mapping {
-        let Some(pose) = PoseEstimate::of(station.pose) else {
+        let Some(pose) = self.pose_estimate(station.pose) else {
             return Mapping::default();
         };
         let config = self.config.association;

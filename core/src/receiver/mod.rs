@@ -49,7 +49,7 @@ use crate::geometry::{Gmt, Real, Rotation, World};
 use crate::inertial::{Imu, ImuCounters, ImuSample, RestAlignment, RestStatus};
 use crate::map::PointCloud;
 use crate::paths::{BeamReport, PathEstimator};
-use crate::signal::{BeamBlock, wrap_delay_m};
+use crate::signal::BeamBlock;
 use crate::surfaces::Surfaces;
 
 /// Paths of a sweep.
@@ -146,7 +146,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             last_heading_ns: 0,
             surfaces: config.no_surfaces(),
             stand: None,
-            localizer: Localizer::new(&config.localization),
+            localizer: Localizer::new(&config),
             open: None,
             last_beacon: None,
             clock: TwoWayClock::default(),
@@ -299,7 +299,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         let offset_m = pose.clock.offset_m;
         let beyond_m = self.clock.offset_m(pose.time_ns)? - offset_m;
         // What is left beside a whole number of periods is the timing's error.
-        Some(offset_m + beyond_m - wrap_delay_m(beyond_m))
+        Some(offset_m + beyond_m - self.config.waveform.delay_period().wrap_m(beyond_m))
     }
 
     /// Flags of the filter.

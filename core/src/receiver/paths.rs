@@ -126,11 +126,13 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 
     /// The paths in world axes with the clock taken out, as the networks take them.
     pub(super) fn received(&self, measured: &[MeasuredPath], pose: &Pose) -> Vec<Received, PATHS> {
+        let period = self.config.waveform.delay_period();
         gather(measured.iter().map(|path| Received {
             path: to_world(
                 &path.estimated,
                 self.localizer.corrected(&path.estimated.path.aoa),
                 pose,
+                &period,
                 &self.config.residuals,
             ),
             gain_db: path.gain_db,
@@ -216,7 +218,12 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             (ground_z_m, offset_m, measured.departure)
             && let Some(left) = left(&GmtArrays::default(), &departure, gmt)
         {
-            let range_m = length_m(path.estimated.path.c_tau_m, offset_m).max(1.0);
+            let range_m = length_m(
+                path.estimated.path.c_tau_m,
+                offset_m,
+                &self.config.waveform.delay_period(),
+            )
+            .max(1.0);
             let uav_m = gmt.position_m + left.vector() * range_m;
             let image_m = beneath(&gmt.position_m, f64::from(ground_z_m));
             let longer_m = (image_m - uav_m).norm() - range_m;

@@ -8,7 +8,7 @@ use crate::geometry::{Body, Direction, Position, World};
 use crate::path::{Departure, Path};
 use crate::paths::EstimatedPath;
 use crate::reflection::{Ends, InputError};
-use crate::signal::{DELAY_PERIOD_M, wrap_delay_m};
+use crate::signal::DelayPeriod;
 
 /// Delays this much shorter than nothing are errors of a short path, not the end of the period, m.
 /// Derived: beyond every error of a short delay, and far from the period's end.
@@ -40,13 +40,8 @@ impl Default for Residuals {
 }
 
 /// Length of a way from its cyclic delay on the UAV's clock, m.
-pub(super) fn length_m(c_tau_m: f32, clock_offset_m: f64) -> f64 {
-    let wrapped = wrap_delay_m(f64::from(c_tau_m) - clock_offset_m);
-    if wrapped < SHORTEST_M {
-        wrapped + DELAY_PERIOD_M
-    } else {
-        wrapped
-    }
+pub(super) fn length_m(c_tau_m: f32, clock_offset_m: f64, period: &DelayPeriod) -> f64 {
+    period.range_from_m(f64::from(c_tau_m) - clock_offset_m, SHORTEST_M)
 }
 
 /// The two ends of the link as the pose has them.
@@ -73,6 +68,7 @@ pub(super) fn to_world(
     estimated: &EstimatedPath,
     corrected: Direction<Body>,
     pose: &Pose,
+    period: &DelayPeriod,
     residuals: &Residuals,
 ) -> Path<World> {
     let square = |x: f32| x * x;
@@ -83,7 +79,7 @@ pub(super) fn to_world(
         angle,
     ));
     Path {
-        c_tau_m: length_m(estimated.path.c_tau_m, pose.clock.offset_m) as f32,
+        c_tau_m: length_m(estimated.path.c_tau_m, pose.clock.offset_m, period) as f32,
         aoa: corrected,
         aod: departure(estimated, residuals),
         covariance: estimated.path.covariance + added,

@@ -124,7 +124,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     /// Index of the first path, when it came as strong as through free space.
     fn first_unreflected(&self, measured: &[MeasuredPath], time_ns: u64) -> Option<usize> {
         let offset_m = self.clock.offset_m(time_ns)?;
-        let length_m = |path: &MeasuredPath| length_m(path.estimated.path.c_tau_m, offset_m);
+        let period = self.config.waveform.delay_period();
+        let length_m = |path: &MeasuredPath| length_m(path.estimated.path.c_tau_m, offset_m, &period);
         let first = first_of(measured.iter().map(length_m), measured)?;
         let path = measured.get(first)?;
         self.is_unreflected(path, length_m(path)).then_some(first)
@@ -193,17 +194,19 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             direction,
             sigma_rad: x.max(z) as f32,
         };
+        let period = self.config.waveform.delay_period();
         let sure = |sigma_rad: f32| sigma_rad < PROVEN_RAD;
         sure(sigma(&pose.attitude_covariance_rad2))
             && sure(left.sigma_rad)
-            && self.is_unreflected(path, length_m(path.estimated.path.c_tau_m, offset_m))
+            && self.is_unreflected(path, length_m(path.estimated.path.c_tau_m, offset_m, &period))
             && is_straight(path, &left, &pose, PROVEN_RAD)
     }
 
     /// What beam squint needs to know of the line of sight, path number `index`.
     pub(super) fn sighting(&self, measured: &[MeasuredPath], index: usize, time_ns: u64) -> Option<Sighting> {
         let paths: heapless::Vec<_, PATHS> = gather(measured.iter().map(|path| path.estimated));
-        let mut sighting = Sighting::new(true, &paths, index, &self.config.codebook)?;
+        let period = self.config.waveform.delay_period();
+        let mut sighting = Sighting::new(true, &paths, index, &self.config.codebook, &period)?;
         // Without a pose it may be anywhere: of a GMT that stands low or high the sweep's beams know only the sidelobes.
         let Some((pose, (gmt, _))) = self.localizer.expected().zip(self.transmitter(time_ns)) else {
             return Some(sighting);
@@ -215,7 +218,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         } else {
             // The paper's calibration does not know how far it has drifted; the path does not drift.
             let c_tau_m = measured.get(index)?.estimated.path.c_tau_m;
-            length_m(c_tau_m, self.clock.offset_m(time_ns)?) as f32
+            length_m(c_tau_m, self.clock.offset_m(time_ns)?, &period) as f32
         };
         // Through a sidelobe any face is heard: the pose knows better which one looks here.
         if filtered

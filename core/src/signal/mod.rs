@@ -23,7 +23,7 @@ pub use block::BeamBlock;
 pub use block_scaling::{Levelled, Measured};
 pub(crate) use correlator::TAP_EXPONENT;
 pub use correlator::{Correlator, FOLDED_CHANNELS, FOLDED_TAPS, Folded, Workspace};
-pub use delay::{DELAY_PERIOD_M, wrap_delay_m};
+pub use delay::DelayPeriod;
 pub use detector::{Detector, Peak};
 pub(crate) use detector::{fit_threshold, quantile};
 pub(crate) use phase::{phasor, round_half_up};

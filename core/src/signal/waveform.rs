@@ -5,7 +5,7 @@
 //!
 //! Given: there.
 
-use super::SAMPLES;
+use super::{DelayPeriod, SAMPLES};
 use crate::array::phasor;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Complex, Real};
@@ -155,9 +155,9 @@ impl Waveform {
         SPEED_OF_LIGHT_M_PER_S / self.sample_rate_hz
     }
 
-    /// Delay after which the cyclic symbol repeats, m: 625 m.
-    pub fn period_m(&self) -> f64 {
-        SPEED_OF_LIGHT_M_PER_S / self.spacing_hz()
+    /// Length after which delays repeat, for the symbol is cyclic: 625 m.
+    pub fn delay_period(&self) -> DelayPeriod {
+        DelayPeriod::new(SPEED_OF_LIGHT_M_PER_S / self.spacing_hz())
     }
 
     /// Duration of a block, s: 2.083 us.
@@ -195,7 +195,7 @@ mod tests {
     fn lengths_are_those_of_the_design() {
         let waveform = Waveform::default();
         assert_eq!(waveform.spacing_hz(), 480e3);
-        assert!((waveform.period_m() - 624.568).abs() < 1e-3);
+        assert!((waveform.delay_period().length_m() - 624.568).abs() < 1e-3);
         assert!((waveform.beam_period_s() * 72.0 - 300e-6).abs() < 1e-12);
     }
 

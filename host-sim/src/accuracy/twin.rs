@@ -102,7 +102,7 @@ impl Twin {
         let (delay_taps, aoa) = self.score(&arrays, start, self.coarse(&arrays, start));
         let metres = self.waveform.metres_per_sample() * (peak as f64 + delay_taps);
         Fitted {
-            c_tau_m: metres.rem_euclid(self.waveform.period_m()),
+            c_tau_m: metres.rem_euclid(self.waveform.delay_period().length_m()),
             aoa,
         }
     }

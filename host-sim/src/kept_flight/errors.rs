@@ -2,7 +2,7 @@
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::estimator::Pose;
-use cslam_core::signal::wrap_delay_m;
+use cslam_core::signal::Waveform;
 use nalgebra::Rotation3;
 
 use crate::sensors::Truth;
@@ -26,7 +26,8 @@ pub fn pose_errors(pose: &Pose, truth: &Truth) -> PoseErrors {
     let position_m = (pose.position.vector().map(f64::from) - truth.uav.position_m).norm();
     let sigma_m = f64::from(pose.position_covariance_m2.trace()).sqrt();
     let attitude = Rotation3::from_matrix_unchecked(pose.attitude.matrix().map(f64::from));
-    let clock_m = wrap_delay_m(pose.clock.offset_m - truth.clock_offset_s * SPEED_OF_LIGHT_M_PER_S);
+    let off_m = pose.clock.offset_m - truth.clock_offset_s * SPEED_OF_LIGHT_M_PER_S;
+    let clock_m = Waveform::default().delay_period().wrap_m(off_m);
     PoseErrors {
         position_m,
         position_sigmas: position_m / sigma_m,

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 
 use cslam_core::receiver::Config;
-use cslam_core::signal::DELAY_PERIOD_M;
+use cslam_core::signal::Waveform;
 use cslam_firmware::app::Estimated;
 
 use super::again::Again;
@@ -161,6 +161,6 @@ fn header(world: &World<'_>, seed: u64) -> Header {
         seed,
         planned_sweeps: world.sweeps() as usize,
         sweep_period_s: world.flight().plan().schedule().sweep_period_s,
-        delay_cycle_m: Some(DELAY_PERIOD_M),
+        delay_cycle_m: Some(Waveform::default().delay_period().length_m()),
     }
 }

@@ -5,7 +5,7 @@ use std::str::FromStr;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use cslam_core::paths::EstimatedPath;
-use cslam_core::signal::DELAY_PERIOD_M;
+use cslam_core::signal::Waveform;
 use cslam_firmware::app::Estimated;
 
 use crate::evaluation::matching::{MatchGates, matches};
@@ -146,7 +146,13 @@ fn lines_of_sight(estimated: &Estimated, (pose, link): &(PoseTruth, Link)) -> Ve
             verdict: String::new(),
         };
         let gates = MatchGates::default();
-        let found = matches(&[measured], &alone, pose, &gates, Some(DELAY_PERIOD_M));
+        let found = matches(
+            &[measured],
+            &alone,
+            pose,
+            &gates,
+            Some(Waveform::default().delay_period().length_m()),
+        );
         found.iter().any(Option::is_some)
     };
     estimated.paths.iter().map(is_one).collect()

@@ -4,7 +4,6 @@ use cslam_core::estimator::{
     ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, FACE_BIAS,
     GYRO_BIAS, GYRO_MATRIX, MOUNTING, Nominal, PLANES, POSITION, TWO_WAY_BIAS, VELOCITY,
 };
-use cslam_core::signal::wrap_delay_m;
 use nalgebra::{Rotation3, Vector3};
 
 /// What [`Nominal::correct`] has to add to `from` to make it `to`; surfaces are not part of it.
@@ -37,7 +36,7 @@ pub(super) fn errors(from: &Nominal, to: &Nominal) -> [f64; PLANES] {
     );
     set(
         CLOCK_OFFSET,
-        &[wrap_delay_m(to.clock_offset_m - from.clock_offset_m)],
+        &[to.delay_period.wrap_m(to.clock_offset_m - from.clock_offset_m)],
     );
     set(CLOCK_DRIFT, &[to.clock_drift_m_per_s - from.clock_drift_m_per_s]);
     set(CLOCK_RAMP, &[to.clock_ramp_m_per_s2 - from.clock_ramp_m_per_s2]);
@@ -65,11 +64,13 @@ pub(super) fn errors(from: &Nominal, to: &Nominal) -> [f64; PLANES] {
 
 #[cfg(test)]
 mod tests {
+    use cslam_core::signal::Waveform;
+
     use super::*;
 
     #[test]
     fn a_difference_is_what_a_correction_adds() {
-        let from = Nominal::origin(0);
+        let from = Nominal::origin(0, Waveform::default().delay_period());
         let added: [f64; PLANES] = std::array::from_fn(|i| 1e-3 * (i as f64 + 1.0));
         let mut to = from;
         to.correct(&added);
@@ -82,7 +83,7 @@ mod tests {
         // From another attitude, and over the end of a delay period.
         let mut again = to;
         again.correct(&added);
-        again.clock_offset_m += 3.0 * cslam_core::signal::DELAY_PERIOD_M;
+        again.clock_offset_m += 3.0 * again.delay_period.length_m();
         for (found, added) in errors(&to, &again).iter().zip(&added) {
             assert!((found - added).abs() < 1e-6);
         }

@@ -44,7 +44,8 @@ impl<'a> Mapper<'a> {
     pub(super) fn sweep(&mut self, report: &SweepReport<PATHS>, state: &State) -> Remapped {
         let pose = state.pose();
         let (Some(pose), Some(transmitter)) = (
-            pose.as_ref().and_then(PoseEstimate::of),
+            pose.as_ref()
+                .and_then(|pose| PoseEstimate::of(pose, state.nominal.delay_period)),
             state.standing.transmitter.as_ref(),
         ) else {
             return Remapped::default();

@@ -18,7 +18,6 @@ use std::sync::Arc;
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::estimator::Watch;
 use cslam_core::receiver::{Config, Mapped, PATHS, SweepReport};
-use cslam_core::signal::wrap_delay_m;
 
 pub use rts::{Link, Smoothed, Stage, smooth};
 
@@ -97,7 +96,7 @@ fn renew(estimate: &mut Option<PoseEstimate>, state: Option<&State>) {
     // Whole delay periods are those on board.
     let clock_offset_m = own.clock_offset_s.map(|offset_s| {
         let own_m = offset_s * SPEED_OF_LIGHT_M_PER_S;
-        own_m + wrap_delay_m(pose.clock.offset_m - own_m)
+        own_m + state.nominal.delay_period.wrap_m(pose.clock.offset_m - own_m)
     });
     *estimate = Some(pose_estimate(&pose, clock_offset_m));
 }

@@ -95,6 +95,7 @@ impl Link {
             position_m: self.uav_m,
             attitude: Rotation::from_yaw_pitch_roll(0.7, 0.05, -0.03).expect("finite"),
             clock_offset_m: 17.25,
+            delay_period: crate::signal::Waveform::default().delay_period(),
             covariance: SMatrix::from_diagonal(&sigmas.map(|s: f64| s * s).into()),
         }
     }

@@ -4,12 +4,12 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::super::*;
 use crate::geometry::{Gmt, Plane, World};
-use crate::signal::DELAY_PERIOD_M;
+use crate::signal::Waveform;
 
 const N: usize = states(2);
 
 fn state() -> Nominal {
-    let mut state = Nominal::origin(0);
+    let mut state = Nominal::origin(0, Waveform::default().delay_period());
     state.position_m = Vector3::new(22.0, -31.0, 14.0);
     state.attitude = rotation(&Vector3::new(0.1, -0.2, 2.0));
     state.clock_offset_m = 301.0;
@@ -173,7 +173,7 @@ fn a_perfect_measurement_leaves_no_residual() {
         let tangent = Vector3::new(-libm::sin(azimuth), libm::cos(azimuth), 0.0);
         let path = PathMeasurement {
             // Three delay periods late: delays are cyclic.
-            c_tau_m: way.norm() + state.clock_offset_m + 3.0 * DELAY_PERIOD_M,
+            c_tau_m: way.norm() + state.clock_offset_m + 3.0 * state.delay_period.length_m(),
             aoa: seen(&state, &source),
             departure: Some(FaceDirection {
                 face,
@@ -258,7 +258,7 @@ fn a_step_of_metres_lands_where_the_path_points() {
     let model = Model::new(RadioNoise::default());
     let truth = Nominal {
         position_m: Vector3::new(14.0, -24.0, 8.0),
-        ..Nominal::origin(0)
+        ..Nominal::origin(0, Waveform::default().delay_period())
     };
     let mut path = path();
     path.aoa = seen(&truth, &gmt().position_m);

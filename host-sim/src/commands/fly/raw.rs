@@ -199,7 +199,7 @@ pub(crate) fn described(
         seed,
         planned_sweeps: planned,
         sweep_period_s: world.flight().plan().schedule().sweep_period_s,
-        delay_cycle_m: Some(cslam_core::signal::DELAY_PERIOD_M),
+        delay_cycle_m: Some(cslam_core::signal::Waveform::default().delay_period().length_m()),
     };
     let site = Site {
         magnetic_field: Some(EarthField::from(&world.flight().config().magnetometer)),

@@ -101,7 +101,7 @@ pub(crate) fn described(
         seed: manifest.seed.unwrap_or(0),
         planned_sweeps,
         sweep_period_s: manifest.sweep_period_s,
-        delay_cycle_m: Some(cslam_core::signal::DELAY_PERIOD_M),
+        delay_cycle_m: Some(cslam_core::signal::Waveform::default().delay_period().length_m()),
     };
     let site = Site {
         magnetic_field: manifest.magnetic_field,

@@ -10,7 +10,7 @@ use cslam_core::path::{Departure, Path};
 use cslam_core::paths::{ElementErrors, EstimatedPath, EstimatorConfig, PathEstimator};
 use cslam_core::receiver::{Config, LinkStates, Mapped};
 use cslam_core::reflection::{Ends, ReflectionPoint, Verdict, solve};
-use cslam_core::signal::DELAY_PERIOD_M;
+use cslam_core::signal::Waveform;
 
 use crate::channel::{Impairments, Instant, Sweep};
 use crate::estimate::{Mode, estimator};
@@ -114,7 +114,8 @@ impl KnownPose {
                 // Delays are cyclic; what comes out a little below nothing is a short path with its error.
                 let length_m = f64::from(found.path.c_tau_m) - clock_m - SHORTEST_M;
                 let path = Path {
-                    c_tau_m: (length_m.rem_euclid(DELAY_PERIOD_M) + SHORTEST_M) as f32,
+                    c_tau_m: (length_m.rem_euclid(Waveform::default().delay_period().length_m()) + SHORTEST_M)
+                        as f32,
                     aod: found.path.aod.map(|aod| self.departure(&aod)),
                     covariance: found.path.covariance + self.residuals(),
                     ..found.path
