@@ -1,6 +1,7 @@
 //! Line of sight, one reflection or more.
 
 use cslam_core::link_state::{Classifier, LinkGeometry, Received, models};
+use cslam_core::signal::Waveform;
 use heapless::Vec;
 
 use crate::pointer::{self, Sized32};
@@ -63,7 +64,7 @@ pub unsafe extern "C" fn cslam_classify(
             return Err(CslamStatus::Damaged);
         };
         let classifier = Classifier::new(with, without).map_err(|_| CslamStatus::Damaged)?;
-        let geometry = LinkGeometry::new(&ends, &received)?;
+        let geometry = LinkGeometry::new(&ends, &received, Waveform::default().wavelength_m() as f32)?;
         for (index, path) in received.iter().enumerate() {
             let judged = classifier.path(&geometry, path);
             let size = size_of::<CslamProbabilities>() as u32;

@@ -6,6 +6,7 @@ use cslam_core::geometry::{Direction, Matrix3, Position, Vector3};
 use cslam_core::link_state::{Classifier, LinkGeometry, Received, models};
 use cslam_core::path::{Departure, Path, diagonal_covariance};
 use cslam_core::reflection::Ends;
+use cslam_core::signal::Waveform;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let classifier = Classifier::new(models::geometric()?, models::geometric_without_departure()?)?;
@@ -37,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         })
     });
     let paths = paths.into_iter().collect::<Result<Vec<_>, Box<dyn Error>>>()?;
-    let link = LinkGeometry::new(&ends, &paths)?;
+    let link = LinkGeometry::new(&ends, &paths, Waveform::default().wavelength_m() as f32)?;
     for path in &paths {
         let p = classifier.path(&link, path)?;
         println!("{:.2} m: {:?} {:.3?}", path.path.c_tau_m, p.state(), p.to_array());

@@ -11,6 +11,7 @@ use cslam_core::link_state::{
 };
 use cslam_core::path::{Departure, Path, diagonal_covariance};
 use cslam_core::reflection::Ends;
+use cslam_core::signal::Waveform;
 
 use crate::digest::Digest;
 use crate::random::Random;
@@ -232,7 +233,11 @@ impl<'m, K: Kernels> Networks<'m, K> {
     /// None for the links of this module.
     pub fn digest(&self, link: &Link, work: &mut Activations) -> Result<u64, InferenceError> {
         let mut digest = Digest::new();
-        if let Ok(geometry) = LinkGeometry::new(link.ends(), link.paths()) {
+        if let Ok(geometry) = LinkGeometry::new(
+            link.ends(),
+            link.paths(),
+            Waveform::default().wavelength_m() as f32,
+        ) {
             for path in link.paths() {
                 let Ok(features) = geometry.features(path) else {
                     digest.add(1);
@@ -262,7 +267,11 @@ impl<'m, K: Kernels> Networks<'m, K> {
 /// None for the links of this module.
 pub fn trees_digest(classifier: &PathClassifier<'_>, link: &Link) -> Result<u64, InferenceError> {
     let mut digest = Digest::new();
-    if let Ok(geometry) = LinkGeometry::new(link.ends(), link.paths()) {
+    if let Ok(geometry) = LinkGeometry::new(
+        link.ends(),
+        link.paths(),
+        Waveform::default().wavelength_m() as f32,
+    ) {
         for path in link.paths() {
             let Ok(inputs) = geometry.tree_inputs(path) else {
                 digest.add(1);

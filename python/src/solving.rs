@@ -4,6 +4,7 @@ use cslam_core::geometry::{Body, Direction, Matrix3, Position, Real, Rotation, V
 use cslam_core::link_state::{Classifier, LinkGeometry, Received, models};
 use cslam_core::path::{Departure, Path};
 use cslam_core::reflection::{Bounds, Ends, Form, Gates, InputError, Verdict};
+use cslam_core::signal::Waveform;
 use numpy::{
     IntoPyArray, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
     PyUntypedArrayMethods,
@@ -225,7 +226,8 @@ pub(crate) fn classify<'py>(py: Python<'py>, paths: Columns<'py>) -> PyResult<Bo
         let with = models::geometric().map_err(|e| damaged(&e))?;
         let without = models::geometric_without_departure().map_err(|e| damaged(&e))?;
         let classifier = Classifier::new(with, without).map_err(|e| damaged(&e))?;
-        let geometry = LinkGeometry::new(&ends, &received).map_err(refused)?;
+        let geometry = LinkGeometry::new(&ends, &received, Waveform::default().wavelength_m() as f32)
+            .map_err(refused)?;
         for (i, path) in received.iter().enumerate() {
             if let Ok(p) = classifier.path(&geometry, path) {
                 for (state, p) in p.to_array().into_iter().enumerate() {

@@ -8,6 +8,7 @@
 use crate::array::{Codebook, UavArrays, half_wave_dipole};
 use crate::geometry::{Direction, Gmt, Rotation, World};
 use crate::paths::EstimatedPath;
+use crate::signal::Waveform;
 
 /// Transmitted power and known losses.
 /// Given: the link budget (docs/signal-model.md).
@@ -17,17 +18,14 @@ pub struct LinkBudget {
     pub transmit_power_dbm: f32,
     /// Implementation loss, dB.
     pub implementation_loss_db: f32,
-    /// Active subcarriers that share the power.
-    pub active_subcarriers: u16,
 }
 
 impl Default for LinkBudget {
-    /// docs/signal-model.md, "Default configuration": 30 dBm, 3 dB, 416.
+    /// docs/signal-model.md, "Default configuration": 30 dBm, 3 dB.
     fn default() -> Self {
         Self {
             transmit_power_dbm: 30.0,
             implementation_loss_db: 3.0,
-            active_subcarriers: 416,
         }
     }
 }
@@ -40,7 +38,7 @@ impl LinkBudget {
     /// Power gain from the GMT's antenna port to the UAV's with vertical half-wave dipoles at both ends, dB. `None` when the
     /// angle of departure is unknown, or lies so far beside the beam that its gain means nothing.
     ///
-    /// The estimator's energies must be in watts: amplitude = integer times 2^exponent in square roots of a watt.
+    /// The active subcarriers of the waveform share the power. The estimator's energies must be in watts: amplitude = integer times 2^exponent in square roots of a watt.
     pub fn path_gain_db<
         const A: usize,
         const E: usize,
@@ -53,6 +51,7 @@ impl LinkBudget {
         estimated: &EstimatedPath,
         arrays: &UavArrays<f32, A, E>,
         codebook: &Codebook<f32, FACES, X, Z, ELEVATIONS>,
+        waveform: &Waveform,
         gmt_attitude: &Rotation<Gmt, World>,
     ) -> Option<f32> {
         let departure = estimated.path.aod?.direction;
@@ -67,7 +66,7 @@ impl LinkBudget {
         // Antenna patterns that are already part of a gain between dipoles.
         let dipoles = half_wave_dipole(departure.vector()) * half_wave_dipole(estimated.path.aoa.vector());
         let transmitted_dbw = self.transmit_power_dbm - 30.0 - self.implementation_loss_db;
-        let shares = f32::from(self.active_subcarriers.max(1));
+        let shares = waveform.active as f32;
         let ratio = estimated.energy * shares * dipoles * dipoles / (beam_gain * receive_gain);
         (ratio > 0.0 && ratio.is_finite()).then(|| 10.0 * libm::log10f(ratio) - transmitted_dbw)
     }

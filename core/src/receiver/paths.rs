@@ -105,6 +105,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 &estimated,
                 &self.config.arrays,
                 &self.config.codebook,
+                &self.config.waveform,
                 &mast,
             ),
         }))
@@ -156,7 +157,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         };
         match &self.config.link_states {
             LinkStates::Trees(_) | LinkStates::Geometric(_) => {
-                let link = LinkGeometry::new(&ends, &received).ok();
+                let link =
+                    LinkGeometry::new(&ends, &received, self.config.waveform.wavelength_m() as f32).ok();
                 let probabilities = |path: &Received| match &self.config.link_states {
                     LinkStates::Trees(classifier) => classifier.path(link.as_ref()?, path).ok(),
                     LinkStates::Geometric(classifier) => classifier.path(link.as_ref()?, path).ok(),

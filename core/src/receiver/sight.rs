@@ -17,7 +17,6 @@ use super::{CHANNELS, PATHS};
 use crate::array::{GmtArrays, half_wave_dipole};
 use crate::association::leaves_in_beams;
 use crate::beam_squint::{Expected, Sighting};
-use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::estimator::{FaceDirection, Pose, Transmitter};
 use crate::geometry::{Direction, Gmt, Vector3, World};
 use crate::link_state::{LinkState, PaperClassifier};
@@ -151,12 +150,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let in_beams = way.is_ok_and(|way| leaves_in_beams(&gmt.attitude, way.vector()));
         let known_db = self.over_free_space_db(path, range_m).filter(|_| in_beams);
         known_db.map_or(Some(Bend::default()), |over_db| {
-            Bend::of(over_db, range_m, self.wavelength_m())
+            Bend::of(over_db, range_m, self.config.waveform.wavelength_m())
         })
-    }
-
-    fn wavelength_m(&self) -> f64 {
-        SPEED_OF_LIGHT_M_PER_S / self.config.waveform.carrier_hz
     }
 
     /// How much stronger a path of this length is than through free space, dB; `None` without departure or gain.
@@ -164,7 +159,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let (departure, gain_db) = path.estimated.path.aod.zip(path.gain_db)?;
         let dipoles = half_wave_dipole(departure.direction.vector())
             * half_wave_dipole(path.estimated.path.aoa.vector());
-        let spread = self.wavelength_m() as f32 / (4.0 * core::f32::consts::PI * (length_m as f32).max(1.0));
+        let spread = self.config.waveform.wavelength_m() as f32
+            / (4.0 * core::f32::consts::PI * (length_m as f32).max(1.0));
         let free_space_db = 20.0 * libm::log10f((spread * dipoles).max(f32::MIN_POSITIVE));
         Some(gain_db - free_space_db)
     }

@@ -145,6 +145,11 @@ impl Waveform {
         phasor(-T::pi() * T::of(half_turns as f64 / length as f64))
     }
 
+    /// Wavelength of the carrier, m: 1 cm.
+    pub fn wavelength_m(&self) -> f64 {
+        SPEED_OF_LIGHT_M_PER_S / self.carrier_hz
+    }
+
     /// Subcarrier spacing, Hz: 480 kHz.
     pub fn spacing_hz(&self) -> f64 {
         self.sample_rate_hz / SAMPLES as f64

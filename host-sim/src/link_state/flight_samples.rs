@@ -7,6 +7,7 @@ use std::path::Path;
 
 use cslam_core::link_state::{LinkGeometry, Received, TREE_INPUTS, tree_names};
 use cslam_core::receiver::{PATHS, SweepReport};
+use cslam_core::signal::Waveform;
 use serde::{Deserialize, Serialize};
 
 use crate::evaluation::PathClass;
@@ -73,7 +74,9 @@ impl Collector {
             .collect();
         let received = received.unwrap_or_default();
         let ends = report.ends.as_ref();
-        let link = ends.and_then(|ends| LinkGeometry::new(ends, &received).ok());
+        let link = ends.and_then(|ends| {
+            LinkGeometry::new(ends, &received, Waveform::default().wavelength_m() as f32).ok()
+        });
         let inputs = |path: &Received| link.as_ref().and_then(|link| link.tree_inputs(path).ok());
         self.sweeps
             .push((report.sweep, received.iter().map(inputs).collect()));

@@ -3,6 +3,7 @@
 use cslam_core::link_state::{Classifier, LinkGeometry, PaperClassifier, Probabilities, Received};
 use cslam_core::path::Path;
 use cslam_core::reflection::Ends;
+use cslam_core::signal::Waveform;
 
 use crate::paths::LinkPath;
 
@@ -45,7 +46,8 @@ impl Judge<'_> {
         }
         match self {
             Self::Best(classifier) => {
-                let geometry = LinkGeometry::new(ends, received).map_err(|e| e.to_string())?;
+                let geometry = LinkGeometry::new(ends, received, Waveform::default().wavelength_m() as f32)
+                    .map_err(|e| e.to_string())?;
                 let paths: Vec<_> = received
                     .iter()
                     .map(|path| classifier.path(&geometry, path).ok())

@@ -4,6 +4,7 @@ use cslam_core::link_state::{
     GEOMETRIC_INPUTS, GEOMETRIC_NAMES, GEOMETRIC_WITH_DEPARTURE_INPUTS, LinkGeometry, PAPER_INPUTS_PER_PATH,
     PAPER_NAMES, paper_inputs,
 };
+use cslam_core::signal::Waveform;
 use rayon::prelude::*;
 
 use super::errors::{Errors, Measured};
@@ -153,7 +154,9 @@ impl Samples {
                 }
             }
             Task::Geometric { departure } => {
-                let Ok(geometry) = LinkGeometry::new(&measured.ends, paths) else {
+                let Ok(geometry) =
+                    LinkGeometry::new(&measured.ends, paths, Waveform::default().wavelength_m() as f32)
+                else {
                     self.refused += paths.len();
                     return;
                 };

@@ -3,6 +3,7 @@
 use cslam_core::geometry::Position;
 use cslam_core::link_state::{AcceptGate, Classifier, LinkGeometry};
 use cslam_core::reflection::{Form, Verdict, solve};
+use cslam_core::signal::Waveform;
 use rayon::prelude::*;
 
 use super::calibration::{CalibrationError, most_likely};
@@ -105,7 +106,11 @@ impl Subject<'_> {
             return;
         };
         measured.paths.truncate(RECEIVED_PATHS);
-        let Ok(geometry) = LinkGeometry::new(&measured.ends, &measured.paths) else {
+        let Ok(geometry) = LinkGeometry::new(
+            &measured.ends,
+            &measured.paths,
+            Waveform::default().wavelength_m() as f32,
+        ) else {
             return;
         };
         for (place, (received, truth)) in measured.paths.iter().zip(link.paths()).enumerate() {

@@ -154,6 +154,7 @@ mod tests {
     use crate::geometry::{Position, World};
     use crate::path::{Departure, Path, diagonal_covariance};
     use crate::reflection::Ends;
+    use crate::signal::Waveform;
 
     fn path(c_tau_m: f32, azimuth_rad: f32, gain_db: f32) -> Received {
         Received {
@@ -174,7 +175,7 @@ mod tests {
             uav_covariance: Matrix3::identity() * 0.01,
             gmt: Position::new(0.0, 0.0, 1.5).expect("finite"),
         };
-        let link = LinkGeometry::new(&ends, paths).expect("apart");
+        let link = LinkGeometry::new(&ends, paths, Waveform::default().wavelength_m() as f32).expect("apart");
         let inputs = link.tree_inputs(paths.last().expect("some")).expect("sound");
         let place = tree_names().position(|other| other == name).expect("an input");
         inputs[place]

@@ -16,7 +16,6 @@ use nalgebra::{Matrix3, Vector3};
 pub use self::beside::{TREE_INPUTS, tree_names};
 use self::twins::{agreement, twins};
 use super::bounce::Bounce;
-use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Direction, World};
 use crate::kernels::sqrt;
 use crate::path::{Departure, Path};
@@ -72,9 +71,6 @@ pub const PAPER_INPUTS_PER_PATH: usize = 3;
 
 /// Names of [`PAPER_INPUTS_PER_PATH`].
 pub const PAPER_NAMES: [&str; PAPER_INPUTS_PER_PATH] = ["c_tau_m", "aoa_zenith_rad", "aoa_azimuth_rad"];
-
-/// Carrier wavelength of the power prediction, m (30 GHz).
-const WAVELENGTH_M: f32 = (SPEED_OF_LIGHT_M_PER_S / 30e9) as f32;
 
 /// The point is solved for at least this much excess delay, m.
 const LEAST_EXCESS_M: f32 = 0.01;
@@ -132,6 +128,8 @@ pub struct LinkGeometry<'a> {
     first_m: f32,
     strongest_db: f32,
     paths: &'a [Received],
+    /// Of the carrier, m.
+    wavelength_m: f32,
     /// The two greatest residuals of reflected paths.
     residuals: [f32; 2],
 }
@@ -162,12 +160,14 @@ struct Single {
 }
 
 impl<'a> LinkGeometry<'a> {
-    /// A link between measured ends, with all its measured paths, strongest first.
+    /// A link between measured ends, with all its measured paths, strongest first, at a wavelength in m: that of
+    /// [`Waveform::wavelength_m`](crate::signal::Waveform::wavelength_m). Inputs of the networks are ratios to free space, so
+    /// that the wavelength changes what free space leaves and nothing else.
     ///
     /// # Errors
     /// [`InputError::CoincidentEnds`] when UAV and GMT are at the same place, [`InputError::NotFinite`] when their
     /// distance overflows.
-    pub fn new(ends: &'a Ends, paths: &'a [Received]) -> Result<Self, InputError> {
+    pub fn new(ends: &'a Ends, paths: &'a [Received], wavelength_m: f32) -> Result<Self, InputError> {
         let baseline = ends.uav.from_origin(&ends.gmt);
         let baseline_m = sqrt(baseline.norm_squared());
         if !baseline_m.is_finite() {
@@ -188,6 +188,7 @@ impl<'a> LinkGeometry<'a> {
             first_m,
             strongest_db,
             paths,
+            wavelength_m,
             residuals: [-MOST_DB / DB_UNIT; 2],
         };
         for received in paths {
@@ -234,7 +235,7 @@ impl<'a> LinkGeometry<'a> {
         let incoming = Direction::<World>::from_vector(from_gmt)
             .or_else(|_| straight())
             .ok()?;
-        let bounce = Bounce::new(incoming.vector(), path.aoa.vector(), length_m, WAVELENGTH_M);
+        let bounce = Bounce::new(incoming.vector(), path.aoa.vector(), length_m, self.wavelength_m);
         Some(Single {
             length_m,
             solution,

@@ -10,6 +10,7 @@ use cslam_core::link_state::{
     Activations, Features, LinkGeometry, Network, PathClassifier, Probabilities, models, paper_inputs,
 };
 use cslam_core::reflection::InputError;
+use cslam_core::signal::Waveform;
 use cslam_firmware::link_state_check::{
     LINKS, Link, ModelFile, Networks, PAPER_INPUTS, PATHS, Which, trees_digest,
 };
@@ -106,7 +107,13 @@ fn inference<K: Kernels>(set: &str, networks: &Networks<'_, K>, link: &Link) {
 
 /// Counts what the trees take of a path, and of a link of nine.
 fn count_trees(classifier: &PathClassifier<'_>, link: &Link) {
-    let geometry = || LinkGeometry::new(link.ends(), link.paths());
+    let geometry = || {
+        LinkGeometry::new(
+            link.ends(),
+            link.paths(),
+            Waveform::default().wavelength_m() as f32,
+        )
+    };
     let path = link.paths().first();
     if let Some((geometry, path)) = geometry().ok().zip(path) {
         if let Ok(inputs) = geometry.tree_inputs(path) {
@@ -130,7 +137,11 @@ fn count_trees(classifier: &PathClassifier<'_>, link: &Link) {
 }
 
 fn one(link: &Link) -> Result<Features, InputError> {
-    let geometry = LinkGeometry::new(link.ends(), link.paths())?;
+    let geometry = LinkGeometry::new(
+        link.ends(),
+        link.paths(),
+        Waveform::default().wavelength_m() as f32,
+    )?;
     geometry.features(link.paths().first().ok_or(InputError::NotFinite)?)
 }
 
@@ -141,7 +152,11 @@ fn classify<K: Kernels>(
     work: &mut Activations,
 ) -> [Option<Probabilities>; PATHS] {
     let mut all = [None; PATHS];
-    if let Ok(geometry) = LinkGeometry::new(link.ends(), link.paths()) {
+    if let Ok(geometry) = LinkGeometry::new(
+        link.ends(),
+        link.paths(),
+        Waveform::default().wavelength_m() as f32,
+    ) {
         for (path, place) in link.paths().iter().zip(&mut all) {
             *place = geometry.features(path).ok().and_then(|features| {
                 // A path without angle of departure costs no more: it takes the smaller network.

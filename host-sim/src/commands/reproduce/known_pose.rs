@@ -153,18 +153,18 @@ impl KnownPose {
         let config = &self.config;
         config
             .budget
-            .path_gain_db(found, &config.arrays, &config.codebook, gmt)
+            .path_gain_db(found, &config.arrays, &config.codebook, &config.waveform, gmt)
     }
 
     fn classify(&self, ends: &Ends, paths: &[Received]) -> Vec<Option<Probabilities>> {
         match &self.config.link_states {
             LinkStates::Trees(classifier) => {
-                let link = LinkGeometry::new(ends, paths).ok();
+                let link = LinkGeometry::new(ends, paths, self.config.waveform.wavelength_m() as f32).ok();
                 let path = |path| link.as_ref().and_then(|link| classifier.path(link, path).ok());
                 paths.iter().map(path).collect()
             }
             LinkStates::Geometric(classifier) => {
-                let link = LinkGeometry::new(ends, paths).ok();
+                let link = LinkGeometry::new(ends, paths, self.config.waveform.wavelength_m() as f32).ok();
                 let path = |path| link.as_ref().and_then(|link| classifier.path(link, path).ok());
                 paths.iter().map(path).collect()
             }
