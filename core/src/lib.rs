@@ -9,6 +9,7 @@
 //! | [`kernels`], [`constants`] | integer kernels, portable and in DSP instructions; constants of nature |
 //! | [`geometry`], [`path`], [`array`](mod@array) | frames, directions, planes; a propagation path; elements, codebook, beam squint of arrays |
 //! | [`signal`] | int16 samples of a beam -> taps and power-delay profile |
+//! | [`radio`] | waveform, arrays and beams that a receiver is made for, as one description |
 //! | [`reflection`] | where a path was reflected: closed form, gates, covariance |
 //! | [`link_state`] | the networks: line of sight, one reflection, or else (the paper's LSCN) |
 //! | [`paths`] | taps -> delays, angles, powers of the paths, and their covariance (the paper's LTD) |
@@ -103,6 +104,7 @@ mod numeric;
 pub mod path;
 pub mod paths;
 pub mod profile;
+pub mod radio;
 pub mod receiver;
 pub mod reflection;
 pub mod signal;

@@ -12,6 +12,7 @@ use super::nominal::Nominal;
 use super::row::Row;
 use crate::array::{GmtArrays, UavArrays};
 use crate::geometry::{Body, Direction, Gmt, Plane, Real, Rotation, World};
+use crate::radio::RadioConfig;
 
 /// Direction in which a path left, by a face of the GMT.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,10 +96,10 @@ impl Transmitter {
 }
 
 impl Model {
-    /// The default arrays with these noise figures.
-    pub fn new(noise: RadioNoise) -> Self {
+    /// The arrays of a radio with these noise figures.
+    pub fn new(radio: &RadioConfig, noise: RadioNoise) -> Self {
         Self {
-            arrays: UavArrays::default(),
+            arrays: radio.uav_arrays(),
             faces: GmtArrays::default(),
             noise,
         }

@@ -71,7 +71,7 @@ use self::scalar::{Pending, Suspect};
 use self::window::Window;
 use crate::geometry::{Body, Direction, Position, Real, Rotation};
 use crate::inertial::{ImuErrors, ImuStep};
-use crate::signal::Waveform;
+use crate::radio::RadioConfig;
 use nalgebra::{Matrix3, Vector3};
 
 /// Increments that may wait for a late measurement.
@@ -154,17 +154,17 @@ pub struct Filter<T: Real, const N: usize> {
 }
 
 impl<T: Real, const N: usize> Filter<T, N> {
-    /// A filter that knows nothing yet, at `time_ns` of the UAV clock, for the delays of this waveform.
-    pub fn new(waveform: &Waveform, config: FilterConfig, time_ns: u64) -> Self {
+    /// A filter that knows nothing yet, at `time_ns` of the UAV clock, for this radio.
+    pub fn new(radio: &RadioConfig, config: FilterConfig, time_ns: u64) -> Self {
         let mut filter = Self {
-            model: Model::new(config.radio),
+            model: Model::new(radio, config.radio),
             config,
-            nominal: Nominal::origin(time_ns, waveform.delay_period()),
+            nominal: Nominal::origin(time_ns, radio.waveform.delay_period()),
             covariance: Covariance::zero(),
             slots: heapless::Vec::new(),
             history: heapless::Deque::new(),
             pending: heapless::Deque::new(),
-            head: Nominal::origin(time_ns, waveform.delay_period()),
+            head: Nominal::origin(time_ns, radio.waveform.delay_period()),
             window: Window::new(),
             beacon: BeaconMonitor::new(config.beacon),
             refuted_mast: None,

@@ -19,6 +19,7 @@ use crate::geometry::{Body, Direction, Gmt, Rotation, World};
 use crate::path::{Departure, Path};
 use crate::paths::early_termination::Screen;
 use crate::paths::warm_start::{FITTED, KnownPaths, Levels, Seen};
+use crate::radio::RadioConfig;
 use crate::signal::{
     BeamBlock, Correlator, Detector, Levelled, SAMPLES, TAP_EXPONENT, Waveform, Workspace, fit_threshold,
 };
@@ -72,14 +73,32 @@ pub struct EstimatorConfig<
 }
 
 impl Default for EstimatorConfig {
-    /// docs/signal-model.md, "Path estimation": 1e-2 false alarms a sweep, 34 dB, 17 % (gains of 0.5 dB, phases of 2 degrees, patterns that
-    /// ripple by 1 dB and 5 degrees, coupling of -32 dB and the airframe's scattered wave of -22 dB: the poorest arrays), and
-    /// 0.3 dB, which is what the budget of the GMT's element errors makes of a beam.
+    /// That of the default radio.
     fn default() -> Self {
+        Self::of(&RadioConfig::default())
+    }
+}
+
+impl<
+    const A: usize,
+    const E: usize,
+    const FACES: usize,
+    const X: usize,
+    const Z: usize,
+    const ELEVATIONS: usize,
+> EstimatorConfig<A, E, FACES, X, Z, ELEVATIONS>
+{
+    /// For a radio whose arrays are as they are drawn. docs/signal-model.md, "Path estimation": 1e-2 false alarms a sweep, 34 dB, 17 %
+    /// (gains of 0.5 dB, phases of 2 degrees, patterns that ripple by 1 dB and 5 degrees, coupling of -32 dB and the airframe's scattered
+    /// wave of -22 dB: the poorest arrays), and 0.3 dB, which is what the budget of the GMT's element errors makes of a beam.
+    #[must_use]
+    pub fn of<const AZIMUTH_SWEEPS: usize, const ELEVATION_SWEEPS: usize>(
+        radio: &RadioConfig<ELEVATIONS, AZIMUTH_SWEEPS, ELEVATION_SWEEPS>,
+    ) -> Self {
         Self {
-            arrays: UavArrays::default(),
-            waveform: Waveform::default(),
-            codebook: Codebook::default(),
+            arrays: radio.uav_arrays(),
+            waveform: radio.waveform,
+            codebook: radio.codebook(),
             gmt_attitude: Rotation::identity(),
             false_alarms_per_sweep: 1e-2,
             dynamic_range_db: 34.0,

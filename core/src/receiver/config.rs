@@ -10,7 +10,6 @@ use super::SURFACES;
 use super::gain::LinkBudget;
 use super::receive::Residuals;
 use super::rules::Rules;
-use crate::array::{Codebook, SquintConfig, SquintScheme, UavArrays};
 use crate::association::AssociationConfig;
 use crate::beam_squint::{BeamSquint, BeamSquintConfig};
 use crate::estimator::baseline;
@@ -18,8 +17,8 @@ use crate::estimator::{self, FilterConfig};
 use crate::geometry::Position;
 use crate::inertial::{ImuConfig, MagneticField, RestConfig};
 use crate::link_state::{AcceptGate, Classifier, PaperClassifier, PathClassifier};
+use crate::radio::RadioConfig;
 use crate::reflection::{Form, Gates};
-use crate::signal::Waveform;
 use crate::surfaces::{SurfaceConfig, Surfaces};
 
 /// How the pose is found, and with it what a path must be to correct it.
@@ -103,16 +102,8 @@ pub enum Mapped {
 /// Everything that is set before a flight.
 #[derive(Clone, Debug)]
 pub struct Config<'m> {
-    /// Receive arrays, calibrated as well as they are.
-    pub arrays: UavArrays,
-    /// Transmit beams.
-    pub codebook: Codebook,
-    /// Waveform of beams and squint symbols.
-    pub waveform: Waveform,
-    /// Scheme of the squint symbols.
-    pub squint_scheme: SquintScheme,
-    /// Sweeps of the squint symbols.
-    pub squint: SquintConfig,
+    /// The radio. Nothing of it is checked here ([`RadioConfig::check`]).
+    pub radio: RadioConfig,
     /// Link budget.
     pub budget: LinkBudget,
     /// What calibration leaves in a path.
@@ -198,10 +189,10 @@ impl<'m> Config<'m> {
     pub fn beam_squint(&self) -> Result<BeamSquint, ConfigError> {
         BeamSquint::new(
             self.beam_squint,
-            self.squint_scheme,
-            &self.squint,
-            self.arrays,
-            &self.waveform,
+            self.radio.squint_scheme,
+            &self.radio.squint,
+            self.radio.uav_arrays(),
+            &self.radio.waveform,
         )
         .ok_or(ConfigError::Squint)
     }
@@ -210,11 +201,7 @@ impl<'m> Config<'m> {
     #[must_use]
     pub fn best(link_states: LinkStates<'m>) -> Self {
         Self {
-            arrays: UavArrays::default(),
-            codebook: Codebook::default(),
-            waveform: Waveform::default(),
-            squint_scheme: SquintScheme::Sequential,
-            squint: SquintConfig::default(),
+            radio: RadioConfig::default(),
             budget: LinkBudget::default(),
             residuals: Residuals::default(),
             imu: ImuConfig::default(),

@@ -191,7 +191,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         time_ns: u64,
     ) -> Option<(usize, Stand)> {
         let offset_m = self.clock.offset_m(time_ns)?;
-        let period = self.config.waveform.delay_period();
+        let period = self.config.radio.waveform.delay_period();
         let length = |path: &MeasuredPath| length_m(path.estimated.path.c_tau_m, offset_m, &period);
         let seen = |path: &MeasuredPath| level * path.estimated.path.aoa.vector().map(f64::from);
         let first = first_of(measured.iter().map(length), measured)?;

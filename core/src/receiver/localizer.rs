@@ -33,10 +33,12 @@ pub(super) enum Localizer<const STATES: usize> {
 
 impl<const STATES: usize> Localizer<STATES> {
     pub(super) fn new(config: &Config<'_>) -> Self {
-        let waveform = &config.waveform;
+        let radio = &config.radio;
         match &config.localization {
-            Localization::Filter(config) => Self::Filter(Filter::new(waveform, *config, 0)),
-            Localization::Hpc(config, _) => Self::Hpc(Calibrated::new(*config, waveform.delay_period())),
+            Localization::Filter(config) => Self::Filter(Filter::new(radio, *config, 0)),
+            Localization::Hpc(config, _) => {
+                Self::Hpc(Calibrated::new(*config, radio.waveform.delay_period()))
+            }
         }
     }
 

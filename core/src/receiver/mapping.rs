@@ -92,7 +92,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 
     /// A pose as data association takes it.
     fn pose_estimate(&self, pose: &Pose) -> Option<PoseEstimate> {
-        PoseEstimate::of(pose, self.config.waveform.delay_period())
+        PoseEstimate::of(pose, self.config.radio.waveform.delay_period())
     }
 
     /// The paths of a sweep without line of sight that confirmed surfaces explain, seen from the pose that is predicted for it.

@@ -42,6 +42,7 @@ use self::clock::TwoWayClock;
 use self::level::Stand;
 use self::localizer::Localizer;
 use self::sweep::Open;
+use crate::array::{Codebook, UavArrays};
 use crate::beam_squint::BeamSquint;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::estimator::{Counters as FilterCounters, Health, Pose, states};
@@ -119,6 +120,9 @@ pub struct Memory<'m, E, const VOXELS: usize> {
 #[derive(Debug)]
 pub struct Receiver<'m, E, const VOXELS: usize, const STATES: usize = { states(2) }> {
     config: Config<'m>,
+    /// Of the configuration's radio.
+    arrays: UavArrays,
+    codebook: Codebook,
     memory: Memory<'m, E, VOXELS>,
     imu: Imu,
     rest: Option<RestAlignment>,
@@ -140,6 +144,8 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         let _forgotten = memory.estimator.finish();
         memory.map.clear();
         Self {
+            arrays: config.radio.uav_arrays(),
+            codebook: config.radio.codebook(),
             memory,
             imu: Imu::new(config.imu),
             rest: Some(RestAlignment::new(config.rest)),
@@ -299,7 +305,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         let offset_m = pose.clock.offset_m;
         let beyond_m = self.clock.offset_m(pose.time_ns)? - offset_m;
         // What is left beside a whole number of periods is the timing's error.
-        Some(offset_m + beyond_m - self.config.waveform.delay_period().wrap_m(beyond_m))
+        Some(offset_m + beyond_m - self.config.radio.waveform.delay_period().wrap_m(beyond_m))
     }
 
     /// Flags of the filter.

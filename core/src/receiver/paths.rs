@@ -103,9 +103,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             estimated,
             gain_db: self.config.budget.path_gain_db(
                 &estimated,
-                &self.config.arrays,
-                &self.config.codebook,
-                &self.config.waveform,
+                &self.arrays,
+                &self.codebook,
+                &self.config.radio.waveform,
                 &mast,
             ),
         }))
@@ -127,7 +127,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 
     /// The paths in world axes with the clock taken out, as the networks take them.
     pub(super) fn received(&self, measured: &[MeasuredPath], pose: &Pose) -> Vec<Received, PATHS> {
-        let period = self.config.waveform.delay_period();
+        let period = self.config.radio.waveform.delay_period();
         gather(measured.iter().map(|path| Received {
             path: to_world(
                 &path.estimated,
@@ -158,7 +158,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         match &self.config.link_states {
             LinkStates::Trees(_) | LinkStates::Geometric(_) => {
                 let link =
-                    LinkGeometry::new(&ends, &received, self.config.waveform.wavelength_m() as f32).ok();
+                    LinkGeometry::new(&ends, &received, self.config.radio.waveform.wavelength_m() as f32)
+                        .ok();
                 let probabilities = |path: &Received| match &self.config.link_states {
                     LinkStates::Trees(classifier) => classifier.path(link.as_ref()?, path).ok(),
                     LinkStates::Geometric(classifier) => classifier.path(link.as_ref()?, path).ok(),
@@ -223,7 +224,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             let range_m = length_m(
                 path.estimated.path.c_tau_m,
                 offset_m,
-                &self.config.waveform.delay_period(),
+                &self.config.radio.waveform.delay_period(),
             )
             .max(1.0);
             let uav_m = gmt.position_m + left.vector() * range_m;
@@ -252,10 +253,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     }
 
     pub(super) fn face(&self, beam: u16) -> usize {
-        self.config
-            .codebook
-            .beam(usize::from(beam))
-            .map_or(0, |beam| beam.face)
+        self.codebook.beam(usize::from(beam)).map_or(0, |beam| beam.face)
     }
 }
 

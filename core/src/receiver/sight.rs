@@ -123,7 +123,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     /// Index of the first path, when it came as strong as through free space.
     fn first_unreflected(&self, measured: &[MeasuredPath], time_ns: u64) -> Option<usize> {
         let offset_m = self.clock.offset_m(time_ns)?;
-        let period = self.config.waveform.delay_period();
+        let period = self.config.radio.waveform.delay_period();
         let length_m = |path: &MeasuredPath| length_m(path.estimated.path.c_tau_m, offset_m, &period);
         let first = first_of(measured.iter().map(length_m), measured)?;
         let path = measured.get(first)?;
@@ -150,7 +150,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let in_beams = way.is_ok_and(|way| leaves_in_beams(&gmt.attitude, way.vector()));
         let known_db = self.over_free_space_db(path, range_m).filter(|_| in_beams);
         known_db.map_or(Some(Bend::default()), |over_db| {
-            Bend::of(over_db, range_m, self.config.waveform.wavelength_m())
+            Bend::of(over_db, range_m, self.config.radio.waveform.wavelength_m())
         })
     }
 
@@ -159,7 +159,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let (departure, gain_db) = path.estimated.path.aod.zip(path.gain_db)?;
         let dipoles = half_wave_dipole(departure.direction.vector())
             * half_wave_dipole(path.estimated.path.aoa.vector());
-        let spread = self.config.waveform.wavelength_m() as f32
+        let spread = self.config.radio.waveform.wavelength_m() as f32
             / (4.0 * core::f32::consts::PI * (length_m as f32).max(1.0));
         let free_space_db = 20.0 * libm::log10f((spread * dipoles).max(f32::MIN_POSITIVE));
         Some(gain_db - free_space_db)
@@ -190,7 +190,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             direction,
             sigma_rad: x.max(z) as f32,
         };
-        let period = self.config.waveform.delay_period();
+        let period = self.config.radio.waveform.delay_period();
         let sure = |sigma_rad: f32| sigma_rad < PROVEN_RAD;
         sure(sigma(&pose.attitude_covariance_rad2))
             && sure(left.sigma_rad)
@@ -201,8 +201,8 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     /// What beam squint needs to know of the line of sight, path number `index`.
     pub(super) fn sighting(&self, measured: &[MeasuredPath], index: usize, time_ns: u64) -> Option<Sighting> {
         let paths: heapless::Vec<_, PATHS> = gather(measured.iter().map(|path| path.estimated));
-        let period = self.config.waveform.delay_period();
-        let mut sighting = Sighting::new(true, &paths, index, &self.config.codebook, &period)?;
+        let period = self.config.radio.waveform.delay_period();
+        let mut sighting = Sighting::new(true, &paths, index, &self.codebook, &period)?;
         // Without a pose it may be anywhere: of a GMT that stands low or high the sweep's beams know only the sidelobes.
         let Some((pose, (gmt, _))) = self.localizer.expected().zip(self.transmitter(time_ns)) else {
             return Some(sighting);

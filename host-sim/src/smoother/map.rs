@@ -28,7 +28,7 @@ impl<'a> Mapper<'a> {
         };
         Some(Self {
             config,
-            model: Model::new(filter.radio),
+            model: Model::new(&config.radio, filter.radio),
             lost_m: filter.gates.lost_m,
             surfaces: config.no_surfaces(),
             map: Box::new(Map::new()),

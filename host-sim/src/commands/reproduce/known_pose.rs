@@ -150,21 +150,23 @@ impl KnownPose {
     }
 
     fn gain_db(&self, found: &EstimatedPath, gmt: &Rotation<Gmt, World>) -> Option<f32> {
-        let config = &self.config;
-        config
-            .budget
-            .path_gain_db(found, &config.arrays, &config.codebook, &config.waveform, gmt)
+        let radio = &self.config.radio;
+        let (arrays, codebook): (UavArrays, Codebook) = (radio.uav_arrays(), radio.codebook());
+        let budget = &self.config.budget;
+        budget.path_gain_db(found, &arrays, &codebook, &radio.waveform, gmt)
     }
 
     fn classify(&self, ends: &Ends, paths: &[Received]) -> Vec<Option<Probabilities>> {
         match &self.config.link_states {
             LinkStates::Trees(classifier) => {
-                let link = LinkGeometry::new(ends, paths, self.config.waveform.wavelength_m() as f32).ok();
+                let link =
+                    LinkGeometry::new(ends, paths, self.config.radio.waveform.wavelength_m() as f32).ok();
                 let path = |path| link.as_ref().and_then(|link| classifier.path(link, path).ok());
                 paths.iter().map(path).collect()
             }
             LinkStates::Geometric(classifier) => {
-                let link = LinkGeometry::new(ends, paths, self.config.waveform.wavelength_m() as f32).ok();
+                let link =
+                    LinkGeometry::new(ends, paths, self.config.radio.waveform.wavelength_m() as f32).ok();
                 let path = |path| link.as_ref().and_then(|link| classifier.path(link, path).ok());
                 paths.iter().map(path).collect()
             }
