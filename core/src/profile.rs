@@ -1,7 +1,8 @@
 //! Types with their capacities filled in, so that they can be named: one module for each geometry of arrays and beams.
 //!
 //! The stages are generic over how many arrays, elements, beams and paths there are. Who uses the geometry that a module here
-//! describes writes `profile::FlightEstimator` and need not know ten numbers. Another geometry is another module like this one.
+//! describes writes `profile::FlightEstimator` and need not know ten numbers. Another geometry is another module like
+//! [`quad_4x16_gmt_48`].
 
 pub use quad_4x8_gmt_72::{
     Block, Config as FlightConfig, FlightEstimator, PaperFlightEstimator, Receiver, ReceiverMemory, Samples,
@@ -54,4 +55,76 @@ pub mod quad_4x8_gmt_72 {
     pub type Receiver<'m, const VOXELS: usize> = receiver::Receiver<'m, FlightEstimator, VOXELS>;
     /// Its large parts.
     pub type ReceiverMemory<'m, const VOXELS: usize> = Memory<'m, FlightEstimator, VOXELS>;
+}
+
+/// Another radio, to path estimation and beam squint: four tilted arrays of sixteen elements on the UAV, three faces of 8 x 8 elements with
+/// 48 beams at the GMT, a carrier of 28 GHz and another Zadoff-Chu root. [`receiver::Receiver`](crate::receiver::Receiver) has 32 channels
+/// and does not take it.
+pub mod quad_4x16_gmt_48 {
+    use crate::array::CodebookConfig;
+    use crate::beam_squint;
+    use crate::paths::{Estimator, EstimatorConfig};
+    use crate::radio::RadioConfig;
+    use crate::signal::{BeamBlock, Iq, SAMPLES, Waveform};
+
+    /// Receive arrays on the UAV.
+    pub const ARRAYS: usize = 4;
+    /// Elements of an array.
+    pub const ELEMENTS: usize = 16;
+    /// Receive channels, array-major: channel = 16 j + i.
+    pub const CHANNELS: usize = ARRAYS * ELEMENTS;
+    /// Faces of the GMT.
+    pub const FACES: usize = 3;
+    /// Columns of elements of a face.
+    pub const COLUMNS: usize = 8;
+    /// Rows of elements of a face.
+    pub const ROWS: usize = 8;
+    /// Elevations of the codebook.
+    pub const ELEVATIONS: usize = 2;
+    /// Transmit beams of a sweep.
+    pub const BEAMS: usize = 48;
+    /// Squint symbols of a face.
+    pub const SYMBOLS: usize = 11;
+    /// Active subcarriers.
+    pub const ACTIVE: usize = 416;
+    /// Detections that are kept in a sweep.
+    pub const DETECTIONS: usize = 240;
+    /// Paths that are reported of a sweep.
+    pub const PATHS: usize = 9;
+
+    /// Description of the radio.
+    pub type Radio = RadioConfig<ELEVATIONS>;
+    /// Configuration of [`FlightEstimator`].
+    pub type Config = EstimatorConfig<ARRAYS, ELEMENTS, FACES, COLUMNS, ROWS, ELEVATIONS>;
+    /// The path estimator.
+    pub type FlightEstimator =
+        Estimator<ARRAYS, ELEMENTS, CHANNELS, BEAMS, FACES, COLUMNS, ROWS, DETECTIONS, PATHS>;
+    /// Beam squint.
+    pub type BeamSquint = beam_squint::BeamSquint<SYMBOLS, ARRAYS, ELEMENTS, CHANNELS, COLUMNS, ROWS, ACTIVE>;
+    /// Samples of a beam, by channel and sample: 128 KiB.
+    pub type Samples = [[Iq; SAMPLES]; CHANNELS];
+    /// What the estimator takes for one beam; its exponent is its own.
+    pub type Block<'a> = BeamBlock<'a, CHANNELS>;
+
+    /// The radio: 28 GHz, root 136, two elevations at 0 and 14 degrees; all else as by default.
+    #[must_use]
+    pub fn radio() -> Radio {
+        let default = RadioConfig::default();
+        RadioConfig {
+            waveform: Waveform {
+                carrier_hz: 28e9,
+                root: 136,
+                ..default.waveform
+            },
+            codebook: CodebookConfig {
+                azimuths: default.codebook.azimuths,
+                sector_rad: default.codebook.sector_rad,
+                elevations_rad: [0.0, 14.0].map(f64::to_radians),
+            },
+            uav_arrays: default.uav_arrays,
+            gmt_arrays: default.gmt_arrays,
+            squint_scheme: default.squint_scheme,
+            squint: default.squint,
+        }
+    }
 }

@@ -14,11 +14,11 @@ use cslam_core::geometry::{Body, Direction};
 use cslam_core::signal::Waveform;
 use nalgebra::{Complex, DMatrix, Matrix3, Vector3};
 
-/// Receiver whose bound is asked for.
+/// Receiver whose bound is asked for: `ARRAYS` of `ELEMENTS` elements.
 #[derive(Clone, Debug, Default)]
-pub struct Receiver {
+pub struct Receiver<const ARRAYS: usize = 4, const ELEMENTS: usize = 8> {
     /// Arrays.
-    pub arrays: UavArrays<f64>,
+    pub arrays: UavArrays<f64, ARRAYS, ELEMENTS>,
     /// Waveform.
     pub waveform: Waveform,
 }
@@ -45,11 +45,14 @@ fn bandwidth2_per_m2(waveform: &Waveform) -> f64 {
 
 /// Bound of one path alone: covariance of (c tau in m, two tangent angles in rad). None where the geometry leaves a
 /// parameter unobservable.
-pub fn single(receiver: &Receiver, path: &Arrival) -> Option<Matrix3<f64>> {
+pub fn single<const ARRAYS: usize, const ELEMENTS: usize>(
+    receiver: &Receiver<ARRAYS, ELEMENTS>,
+    path: &Arrival,
+) -> Option<Matrix3<f64>> {
     let (e1, e2) = path.aoa.tangents();
     let kappa2 = bandwidth2_per_m2(&receiver.waveform);
     let active = receiver.waveform.active as f64;
-    let elements = 8.0;
+    let elements = ELEMENTS as f64;
     // Sum of n_i^2: 42 for eight elements.
     let places2 = elements * (elements * elements - 1.0) / 12.0;
     let mut fisher = Matrix3::zeros();
@@ -160,7 +163,7 @@ mod tests {
 
     #[test]
     fn closed_form_is_the_numerical_fisher_matrix() {
-        let receiver = Receiver::default();
+        let receiver = <Receiver>::default();
         for (zenith, azimuth, snr) in [
             (90.0, 0.0, 0.0),
             (60.0, 45.0, 20.0),
@@ -181,7 +184,7 @@ mod tests {
     #[test]
     fn figures_are_those_of_the_design() {
         // docs/signal-model.md, "Arrays": diag/fb15, median over directions: 0.135 / 0.144 deg, 6.8 mm at 0 dB.
-        let receiver = Receiver::default();
+        let receiver = <Receiver>::default();
         let mut bounds: [Vec<f64>; 3] = Default::default();
         for azimuth in (0..360).step_by(5) {
             for elevation in (-60..=75).step_by(5) {
@@ -200,7 +203,7 @@ mod tests {
 
     #[test]
     fn neighbour_widens_the_bound_and_a_distant_one_does_not() {
-        let receiver = Receiver::default();
+        let receiver = <Receiver>::default();
         let one = arrival(80.0, 20.0, 20.0);
         let alone = single(&receiver, &one).expect("observable");
         let with = |apart_m: f64, apart_deg: f64| {

@@ -46,6 +46,8 @@ impl<T: Real, const FACES: usize, const COLUMNS: usize, const ROWS: usize>
     GmtArrays<T, FACES, COLUMNS, ROWS>
 {
     /// The arrays of a description.
+    // Once in an image, not at each of its callers.
+    #[inline(never)]
     pub fn new(config: &GmtArrayConfig) -> Self {
         Self {
             faces: core::array::from_fn(|s| {

@@ -56,6 +56,8 @@ impl<T: Real, const ARRAYS: usize, const ELEMENTS: usize> UavArrays<T, ARRAYS, E
     pub const CHANNELS: usize = ARRAYS * ELEMENTS;
 
     /// The arrays of a description.
+    // Once in an image, not at each of its callers.
+    #[inline(never)]
     pub fn new(config: &UavArrayConfig) -> Self {
         let (sin_tilt, cos_tilt) = T::of(config.tilt_rad).sin_cos_libm();
         Self {

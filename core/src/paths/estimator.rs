@@ -73,9 +73,23 @@ pub struct EstimatorConfig<
 }
 
 impl Default for EstimatorConfig {
-    /// That of the default radio.
+    /// docs/signal-model.md, "Path estimation": 1e-2 false alarms a sweep, 34 dB, 17 % (gains of 0.5 dB, phases of 2 degrees, patterns that
+    /// ripple by 1 dB and 5 degrees, coupling of -32 dB and the airframe's scattered wave of -22 dB: the poorest arrays), and
+    /// 0.3 dB, which is what the budget of the GMT's element errors makes of a beam.
     fn default() -> Self {
-        Self::of(&RadioConfig::default())
+        Self {
+            arrays: UavArrays::default(),
+            waveform: Waveform::default(),
+            codebook: Codebook::default(),
+            gmt_attitude: Rotation::identity(),
+            false_alarms_per_sweep: 1e-2,
+            dynamic_range_db: 34.0,
+            screening: true,
+            gating: true,
+            element_errors: ElementErrors::Learned(0.17),
+            beam_gain_sigma_db: 0.3,
+            work_limit: WorkLimit::FLIGHT,
+        }
     }
 }
 
@@ -88,25 +102,24 @@ impl<
     const ELEVATIONS: usize,
 > EstimatorConfig<A, E, FACES, X, Z, ELEVATIONS>
 {
-    /// For a radio whose arrays are as they are drawn. docs/signal-model.md, "Path estimation": 1e-2 false alarms a sweep, 34 dB, 17 %
-    /// (gains of 0.5 dB, phases of 2 degrees, patterns that ripple by 1 dB and 5 degrees, coupling of -32 dB and the airframe's scattered
-    /// wave of -22 dB: the poorest arrays), and 0.3 dB, which is what the budget of the GMT's element errors makes of a beam.
+    /// For a radio whose arrays are as they are drawn; all else as by default.
     #[must_use]
     pub fn of<const AZIMUTH_SWEEPS: usize, const ELEVATION_SWEEPS: usize>(
         radio: &RadioConfig<ELEVATIONS, AZIMUTH_SWEEPS, ELEVATION_SWEEPS>,
     ) -> Self {
+        let default = EstimatorConfig::default();
         Self {
             arrays: radio.uav_arrays(),
             waveform: radio.waveform,
             codebook: radio.codebook(),
-            gmt_attitude: Rotation::identity(),
-            false_alarms_per_sweep: 1e-2,
-            dynamic_range_db: 34.0,
-            screening: true,
-            gating: true,
-            element_errors: ElementErrors::Learned(0.17),
-            beam_gain_sigma_db: 0.3,
-            work_limit: WorkLimit::FLIGHT,
+            gmt_attitude: default.gmt_attitude,
+            false_alarms_per_sweep: default.false_alarms_per_sweep,
+            dynamic_range_db: default.dynamic_range_db,
+            screening: default.screening,
+            gating: default.gating,
+            element_errors: default.element_errors,
+            beam_gain_sigma_db: default.beam_gain_sigma_db,
+            work_limit: default.work_limit,
         }
     }
 }

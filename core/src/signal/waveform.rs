@@ -161,6 +161,8 @@ impl Waveform {
     }
 
     /// Length after which delays repeat, for the symbol is cyclic: 625 m.
+    // Two divisions, and ten callers.
+    #[inline(never)]
     pub fn delay_period(&self) -> DelayPeriod {
         DelayPeriod::new(SPEED_OF_LIGHT_M_PER_S / self.spacing_hz())
     }

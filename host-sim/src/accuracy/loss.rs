@@ -34,7 +34,7 @@ type Squares = [f64; 3];
 /// Runs one path at one SNR in one beam.
 pub fn loss(snr_db: f64, trials: usize, seed: u64) -> Loss {
     let (range, wide) = (Range::new(&[BEAM], seed), Range::with_bits(&[BEAM], seed, 16));
-    let (twin, receiver) = (Twin::default(), Receiver::default());
+    let (twin, receiver) = (Twin::default(), <Receiver>::default());
     let squares: Vec<Squares> = (0..trials as u32)
         .into_par_iter()
         .map_init(

@@ -101,7 +101,7 @@ fn run<const N: usize>(
 ) -> Vec<Outcome<N>> {
     let range = Range::new(&[BEAM], seed);
     let aod = range.aim(BEAM);
-    let receiver = Receiver::default();
+    let receiver = <Receiver>::default();
     (0..trials as u32)
         .into_par_iter()
         .map_init(

@@ -36,7 +36,7 @@ pub struct Pairs {
 pub fn pairs(mode: Mode, apart_m: f64, apart_deg: f64, second_db: f64, trials: usize, seed: u64) -> Pairs {
     let range = Range::new(&[BEAM], seed);
     let aod = range.aim(BEAM);
-    let receiver = Receiver::default();
+    let receiver = <Receiver>::default();
     let results: Vec<(bool, bool)> = (0..trials as u32)
         .into_par_iter()
         .map_init(

@@ -53,7 +53,7 @@ pub fn single(mode: Mode, snr_db: f64, trials: usize, seed: u64) -> Single {
     let beam = 12;
     let range = Range::new(&[beam], seed);
     let aod = range.aim(beam);
-    let receiver = Receiver::default();
+    let receiver = <Receiver>::default();
     let results: Vec<Option<Trial>> = (0..trials as u32)
         .into_par_iter()
         .map_init(
