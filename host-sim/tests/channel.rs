@@ -65,7 +65,15 @@ fn a_recording_of_a_flight_along_links_flies_as_the_flight_itself() {
     let directory = tempfile::tempdir().expect("a directory");
     let at = directory.path();
     traced(at);
-    let options = ["--channel", "route.jsonl", "--scene", "outdoor"];
+    // In seventeen seconds of the default world no surface is confirmed.
+    let options = [
+        "--channel",
+        "route.jsonl",
+        "--scene",
+        "outdoor",
+        "--world",
+        "budget",
+    ];
     good(at, &[&["fly", "--out", "direct"], &options[..]].concat());
     good(at, &[&["record", "--out", "recorded"], &options[..]].concat());
     good(at, &["fly", "--recording", "recorded", "--out", "flown"]);

@@ -174,7 +174,7 @@ fn angles_are_those_of_the_world_and_of_the_body() {
     fs::write(
         &config,
         format!(
-            "[world.channel.motion]\nuav_quaternion_wb = [{}, {}, {}, {}]\ngmt_heading_deg = 40.0\n[world.channel.impairments]\nfree_array_phase = true\n\
+            "[world]\nprofile = \"budget\"\n[world.channel.motion]\nuav_quaternion_wb = [{}, {}, {}, {}]\ngmt_heading_deg = 40.0\n[world.channel.impairments]\nfree_array_phase = true\n\
              uav_element_phase_rms_deg = 0.0\nuav_axis_rms_deg = 0.0\nuav_array_delay_rms_ps = 0.0\n\
              gmt_element_phase_rms_deg = 0.0\ngmt_element_delay_rms_ps = 0.0\n",
             q.w, q.i, q.j, q.k

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 COMMAND = os.environ.get("CSLAM_COMMAND")
-FLIGHTS = ["campaign", "--seeds", "1", "3", "--steps", "2"]
+FLIGHTS = ["campaign", "--world", "budget", "--seeds", "1", "3", "--steps", "2"]
 #: Longer than anything takes here: it ends a test that would wait for ever.
 PATIENCE_S = 300
 
