@@ -1,12 +1,12 @@
 //! Keeps what path estimation makes of a flight while it is flown, so that the rest of the receiver can be flown again without it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use cslam_firmware::app::{AppConfig, Estimated};
 
-use super::{FileEntry, write_estimated, write_links};
+use super::{FileEntry, Replayed, write_estimated, write_links};
 use crate::flight_log::PoseTruth;
 use crate::input::InputError;
 use crate::paths::Link;
@@ -56,6 +56,19 @@ impl<'s, S: Source> Keeper<'s, S> {
             .collect()
     }
 
+    /// The same flight from these paths, without those of the sweeps in `silent`.
+    pub fn replayed(&self, silent: BTreeSet<u32>) -> Replayed<'s, S> {
+        let kept = self.sweeps();
+        Replayed {
+            source: self.source,
+            estimated: kept
+                .iter()
+                .map(|(sweep, (estimated, _))| (*sweep, estimated.clone()))
+                .collect(),
+            silent,
+        }
+    }
+
     /// Writes the paths of all sweeps that were flown into a directory, and their true paths where these are known; what the recording is
     /// to say of the file, and how many sweeps there are.
     ///
@@ -84,8 +97,11 @@ impl<S> Keeper<'_, S> {
     }
 }
 
-/// How many blocks a sweep was given, without what was made of them.
+/// How many blocks a sweep was given, without what was made of them; or what was kept of it.
 fn blocks(given: &Given) -> Estimated {
+    if let Some(estimated) = &given.estimated {
+        return estimated.clone();
+    }
     let count = |blocks: usize| u16::try_from(blocks).unwrap_or(u16::MAX);
     let last = AppConfig::default().squint_symbols;
     let squint = &given.squint.blocks;

@@ -3,16 +3,19 @@
 //!
 //! ```text
 //! filter --steps--> tape --stages--> rts --corrections--> trajectory --poses--> log
+//!                     `--moves--> astray --sweeps--> the flight again without them
 //! sweep reports --------------------------------------------- map ------------^
 //! ```
 //! On board nothing changes: a filter that is listened to sends the same packets.
 
+mod astray;
 mod errors;
 mod map;
 mod rts;
 mod tape;
 mod trajectory;
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
@@ -21,6 +24,7 @@ use cslam_core::receiver::{Config, Mapped, PATHS, SweepReport};
 
 pub use rts::{Link, Smoothed, Stage, smooth};
 
+use self::astray::{Swept, led_astray, moves};
 use self::map::Mapper;
 use self::tape::Tape;
 use self::trajectory::{State, Trajectory};
@@ -55,14 +59,27 @@ impl<const N: usize> Smoother<N> {
         self.sweeps.push(report.clone());
     }
 
-    /// The log of the same flight with the smoothed poses, and with the map that they make. A pose without a smoothed one, as one after the
-    /// last sweep, stays as it was on board; so does the map of a receiver that takes paths alone ([`Mapped`]).
+    /// Sweeps of outages in which the filter was led astray. Flown again without their paths, the same flight is smoothed better.
     #[must_use]
-    pub fn smoothed(self, log: &FlightLog, config: &Config<'_>) -> FlightLog {
-        let trajectory = Trajectory::of(self.tape.take());
+    pub fn led_astray(&self) -> BTreeSet<u32> {
+        let sweeps: Vec<Swept> = self.sweeps.iter().map(Swept::from).collect();
+        led_astray(&sweeps, &self.tape.look(moves))
+    }
+
+    /// The log of the same flight with the smoothed poses, and with the map that they make from what was heard in this flight. The poses are
+    /// those of the flight `again`, where there was one and it had a pose. A pose without a smoothed one, as one after the last sweep,
+    /// stays as it was on board; so does the map of a receiver that takes paths alone ([`Mapped`]).
+    #[must_use]
+    pub fn smoothed(self, again: Option<Self>, log: &FlightLog, config: &Config<'_>) -> FlightLog {
+        let again = again.map(|again| Trajectory::of(again.tape.take()));
+        let own = Trajectory::of(self.tape.take());
+        let at = |time_ns| {
+            let again = again.as_ref().and_then(|again| again.at(time_ns));
+            again.or_else(|| own.at(time_ns))
+        };
         let mut smoothed = log.clone();
         for record in &mut smoothed.poses {
-            let state = trajectory.at(nanoseconds(record.time_s));
+            let state = at(nanoseconds(record.time_s));
             renew(&mut record.estimate, state.as_ref());
         }
         let mapper = Mapper::new(config).filter(|_| config.mapped == Mapped::Every);
@@ -71,7 +88,7 @@ impl<const N: usize> Smoother<N> {
         };
         let mut remap = Remap::new(smoothed);
         for report in &self.sweeps {
-            let Some(state) = trajectory.at(report.time_ns) else {
+            let Some(state) = at(report.time_ns) else {
                 continue;
             };
             let mapped = mapper.sweep(report, &state);

@@ -255,6 +255,13 @@ impl<const N: usize> Tape<N> {
         }
     }
 
+    /// What `look` makes of what was told so far.
+    pub(super) fn look<R>(&self, look: impl FnOnce(&[Chain]) -> R) -> R {
+        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        told.close();
+        look(&told.chains)
+    }
+
     /// All that was told.
     pub(super) fn take(&self) -> Vec<Chain> {
         let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,8 +1,10 @@
 //! A flight from raw samples: a world or a recording plays, the receiver that flies listens.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use cslam_core::estimator::{Watch, states};
 use cslam_core::paths::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays};
 use cslam_core::receiver::{CHANNELS, Config as CoreConfig, Localization, Memory, PATHS, Receiver};
 
@@ -22,6 +24,9 @@ use crate::scene::Scene;
 use crate::smoother::Smoother;
 use crate::world::{GivenLinks, World};
 use crate::{estimate, progress};
+
+/// States of the filter.
+const STATES: usize = states(2);
 
 /// Heading of the options below in the help text.
 const STAGES: &str = "One stage away from the mode (flights from raw samples)";
@@ -295,10 +300,84 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<Logs> {
     let mut estimator = Box::new(estimator);
+    if !smooth {
+        let (log, packets) = once(
+            &config,
+            &mut *estimator,
+            None,
+            source,
+            header,
+            interrupted,
+            swept,
+            sent,
+        )?;
+        return Ok(Logs {
+            log,
+            packets,
+            smoothed: None,
+        });
+    }
+    let keeper = Keeper::new(source);
+    let mut smoother = Smoother::default();
+    let listener = Some(smoother.listener());
+    let head = header.clone();
+    let each = |ended: &Swept<'_>| {
+        keeper.swept(ended);
+        smoother.swept(ended.report);
+        swept(ended);
+    };
+    let (log, packets) = once(
+        &config,
+        &mut *estimator,
+        listener,
+        &keeper,
+        header,
+        interrupted,
+        each,
+        sent,
+    )?;
+    let astray = smoother.led_astray();
+    let again = if astray.is_empty() || log.interrupted() {
+        None
+    } else {
+        let again = Smoother::default();
+        let source = keeper.replayed(astray);
+        let listener = Some(again.listener());
+        once(
+            &config,
+            &mut *estimator,
+            listener,
+            &source,
+            head,
+            interrupted,
+            |_| (),
+            |_, _| (),
+        )?;
+        Some(again)
+    };
+    Ok(Logs {
+        smoothed: Some(smoother.smoothed(again, &log, &config)),
+        log,
+        packets,
+    })
+}
+
+/// One flight of a receiver that begins anew, and every byte that went to the ground; `listener` hears each step of its filter.
+#[allow(clippy::too_many_arguments, reason = "each argument is of another kind")]
+fn once<E: PathEstimator<CHANNELS, PATHS>>(
+    config: &CoreConfig<'_>,
+    estimator: &mut E,
+    listener: Option<Arc<dyn Watch<f32, STATES>>>,
+    source: &impl Source,
+    header: Header,
+    interrupted: &AtomicBool,
+    swept: impl FnMut(&Swept<'_>),
+    sent: impl FnMut(u64, &[u8]),
+) -> anyhow::Result<(FlightLog, Vec<u8>)> {
     let mut squint = Box::new(config.beam_squint()?);
     let mut map = Box::new(Map::new());
     let memory = Memory {
-        estimator: &mut *estimator,
+        estimator,
         squint: &mut squint,
         map: &mut map,
     };
@@ -309,21 +388,15 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
         raw_flight::ground(),
         cslam,
     );
-    let mut smoother = smooth.then(Smoother::default);
-    if let Some(smoother) = &smoother {
-        receiver.watch(smoother.listener());
+    if let Some(listener) = listener {
+        receiver.watch(listener);
     }
-    let each = |ended: &Swept<'_>| {
-        if let Some(smoother) = &mut smoother {
-            smoother.swept(ended.report);
-        }
-        swept(ended);
-    };
-    let (log, packets) = raw_flight::fly(source, &mut receiver, header, interrupted, each, sent)?;
-    let smoothed = smoother.map(|smoother| smoother.smoothed(&log, &config));
-    Ok(Logs {
-        log,
-        packets,
-        smoothed,
-    })
+    Ok(raw_flight::fly(
+        source,
+        &mut receiver,
+        header,
+        interrupted,
+        swept,
+        sent,
+    )?)
 }
