@@ -224,3 +224,29 @@ fn shards_of_several_processes_are_one_campaign() {
         assert!(code == Some(2) && errors.contains(expected), "{args:?}: {errors}");
     }
 }
+
+#[test]
+fn a_smoothed_campaign_shows_both_flights() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let out = directory.path().join("flights");
+    let at = out.to_str().expect("text");
+    let fly = [
+        "campaign", "--out", at, "--world", "budget", "--seeds", "3", "3", "--steps", "40",
+    ];
+    let (code, table, errors) = cslam(&[&fly[..], &["--smooth"]].concat());
+    assert_eq!(code, Some(0), "{errors}");
+    let titles = table
+        .lines()
+        .filter(|line| line.starts_with("budget, best, 1 flights"));
+    let smoothed: Vec<bool> = titles.map(|title| title.contains("smoothed")).collect();
+    assert_eq!(smoothed, [false, true], "{table}");
+    let report = report(&out, "budget.best.outdoor.3.json");
+    let position_m = |of: &serde_json::Value| {
+        of["trajectory"]["position_rmse_m"]
+            .as_f64()
+            .expect("a trajectory")
+    };
+    let (on_board_m, smoothed_m) = (position_m(&report), position_m(&report["smoothed"]));
+    println!("{on_board_m} m on board, {smoothed_m} m smoothed");
+    assert!(smoothed_m < 0.8 * on_board_m);
+}
