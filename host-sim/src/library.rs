@@ -22,19 +22,21 @@ pub fn fly_recording(
     fly::over_recording(directory, out, steps, smooth, interrupted)
 }
 
-/// Records a flight of `seed` through a scene in a world (`ideal`, `budget`, `real`; `None`: the default one), at most `sweeps` sweeps,
-/// into the directory `out`, as `cslam record` does.
+/// Records a flight of `seed` through a scene (`None`: the default one), or along the links of a file `channel`, with the scene to compare
+/// a map with, in a world (`ideal`, `budget`, `real`; `None`: the default one), at most `sweeps` sweeps, into the directory `out`, as
+/// `cslam record` does.
 ///
 /// # Errors
 /// [`crate::input::InputError`], as an [`anyhow::Error`], naming what is not known, or the file that cannot be written; an error of another
 /// kind when it was `interrupted`.
 pub fn record(
-    scene: &str,
+    scene: Option<&str>,
+    channel: Option<&Path>,
     world: Option<&str>,
     seed: u64,
     sweeps: Option<u32>,
     out: &Path,
     interrupted: &AtomicBool,
 ) -> anyhow::Result<Manifest> {
-    recorder::flight(scene, world, seed, sweeps, out, interrupted)
+    recorder::flight(scene, channel, world, seed, sweeps, out, interrupted)
 }

@@ -19,13 +19,14 @@ use crate::refused;
 pub(crate) fn record(
     py: Python<'_>,
     out: PathBuf,
-    scene: &str,
+    scene: Option<&str>,
+    channel: Option<PathBuf>,
     world: Option<&str>,
     seed: u64,
     sweeps: Option<u32>,
 ) -> PyResult<String> {
     let manifest = watched(py, |interrupted| {
-        library::record(scene, world, seed, sweeps, &out, interrupted)
+        library::record(scene, channel.as_deref(), world, seed, sweeps, &out, interrupted)
     })?;
     serde_json::to_string(&manifest).map_err(refused)
 }

@@ -273,6 +273,17 @@ def test_a_recorded_flight_is_flown_as_by_the_command(tmp_path):
 
 
 @pytest.mark.skipif(COMMAND is None, reason="CSLAM_COMMAND names no cslam")
+def test_links_of_another_tracer_are_recorded_as_by_the_command(tmp_path):
+    links, ours, theirs = (tmp_path / name for name in ("links.jsonl", "ours", "theirs"))
+    words = ["trace", "--scene", "outdoor", "--flight", "1", "--duration", "17", "--out", links]
+    subprocess.run([COMMAND, *words], check=True, capture_output=True)
+    told = cslam.record(ours, channel=links, sweeps=4)
+    words = ["record", "--channel", links, "--steps", "4", "--out", theirs, "--json"]
+    assert told == json.loads(subprocess.run([COMMAND, *words], check=True, capture_output=True).stdout)
+    assert told["world"] == "real" and told["files"]
+
+
+@pytest.mark.skipif(COMMAND is None, reason="CSLAM_COMMAND names no cslam")
 def test_a_flight_is_smoothed_as_by_the_command(tmp_path):
     run = lambda *words: subprocess.run([COMMAND, *words], check=True, capture_output=True, text=True).stdout  # noqa: E731
     recording, flown, theirs = (str(tmp_path / name) for name in ("recording", "flown", "theirs"))

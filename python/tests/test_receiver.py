@@ -138,6 +138,7 @@ VECTOR = (0.0, 0.0, 0.0)
         (lambda r: cslam.RecordedFlight("nowhere"), "nowhere"),
         (lambda r: cslam.record("nowhere", world="perfect"), 'world: got "perfect", expected one of ideal, budget, real'),
         (lambda r: cslam.record("nowhere", "nowhere.json"), "nowhere.json"),
+        (lambda r: cslam.record("nowhere", channel="nowhere.jsonl"), "nowhere.jsonl"),
         (lambda r: cslam.record("nowhere", sweeps=0), "sweeps: got 0"),
     ],
 )

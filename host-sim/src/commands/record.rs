@@ -78,7 +78,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
 
 /// Records a flight with nothing but these said, until `interrupted`.
 pub(crate) fn flight(
-    scene: &str,
+    scene: Option<&str>,
+    channel: Option<&Path>,
     world: Option<&str>,
     seed: u64,
     sweeps: Option<u32>,
@@ -93,8 +94,8 @@ pub(crate) fn flight(
         })
     })?;
     let args = Args {
-        scene: Some(scene.to_owned()),
-        channel: None,
+        scene: scene.map(str::to_owned),
+        channel: channel.map(Path::to_owned),
         config: None,
         world: Some(profile),
         print_config: false,

@@ -61,15 +61,18 @@ class RecordedFlight:
 
 def record(
     out: str | os.PathLike[str],
-    scene: str | os.PathLike[str] = "outdoor",
+    scene: str | os.PathLike[str] | None = None,
     *,
+    channel: str | os.PathLike[str] | None = None,
     world: str | None = None,
     seed: int = 1,
     sweeps: int | None = None,
 ) -> dict[str, Any]:
     """Records a simulated flight, as ``cslam record``: 6.9 MB a sweep, two sweeps per second. Releases the GIL; Ctrl-C ends it.
 
-    ``out``: a directory, made when missing; an older recording in it is replaced. ``world``: ``ideal``, ``budget`` or ``real``, the default.
+    ``out``: a directory, made when missing; an older recording in it is replaced. ``scene``: its name or a file; ``outdoor`` by default.
+    ``channel``: a path list, line by line the links of consecutive sweeps that a ray tracer of yours found (:mod:`cslam.bridge`), is
+    flown instead; ``scene`` is then what a map of it is compared with. ``world``: ``ideal``, ``budget`` or ``real``, the default.
     ``sweeps``: at most this many, instead of two minutes. Gives what ``flight.json`` in it says.
 
     Raises
@@ -78,7 +81,8 @@ def record(
         Naming what is not known, or the directory that cannot be used.
     """
     sweeps = None if sweeps is None else whole("sweeps", sweeps, 1, 10**6)
-    return json.loads(_cslam.record(os.fspath(out), os.fspath(scene), world, whole("seed", seed, 0, 2**64 - 1), sweeps))
+    scene, channel = (None if file is None else os.fspath(file) for file in (scene, channel))
+    return json.loads(_cslam.record(os.fspath(out), scene, channel, world, whole("seed", seed, 0, 2**64 - 1), sweeps))
 
 
 def _inertial(times: NDArray[np.uint64], rates: Floats, forces: Floats) -> ImuSamples:
