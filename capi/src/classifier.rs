@@ -64,7 +64,7 @@ pub unsafe extern "C" fn cslam_classify(
             return Err(CslamStatus::Damaged);
         };
         let classifier = Classifier::new(with, without).map_err(|_| CslamStatus::Damaged)?;
-        let geometry = LinkGeometry::new(&ends, &received, Waveform::default().wavelength_m() as f32)?;
+        let geometry = LinkGeometry::new(&ends, &received, &Waveform::default())?;
         for (index, path) in received.iter().enumerate() {
             let judged = classifier.path(&geometry, path);
             let size = size_of::<CslamProbabilities>() as u32;

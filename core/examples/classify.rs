@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         })
     });
     let paths = paths.into_iter().collect::<Result<Vec<_>, Box<dyn Error>>>()?;
-    let link = LinkGeometry::new(&ends, &paths, Waveform::default().wavelength_m() as f32)?;
+    let link = LinkGeometry::new(&ends, &paths, &Waveform::default())?;
     for path in &paths {
         let p = classifier.path(&link, path)?;
         println!("{:.2} m: {:?} {:.3?}", path.path.c_tau_m, p.state(), p.to_array());

@@ -101,7 +101,7 @@ fn a_path_goes_to_the_network_that_has_its_inputs() {
     let without = file(Kind::Geometric, GEOMETRIC_INPUTS, 2);
     let classifier = Classifier::new(model(&with), model(&without)).expect("fitting");
     let (ends, paths) = (ends(), [received(true), received(false)]);
-    let link = LinkGeometry::new(&ends, &paths, Waveform::default().wavelength_m() as f32).expect("apart");
+    let link = LinkGeometry::new(&ends, &paths, &Waveform::default()).expect("apart");
     let state = |path: &Received| classifier.path(&link, path).expect("sound").state();
     assert_eq!(state(&paths[0]), LinkState::FirstOrder);
     assert_eq!(state(&paths[1]), LinkState::HigherOrder);

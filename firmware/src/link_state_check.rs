@@ -10,7 +10,7 @@ use cslam_core::link_state::{
     WriteError, models, paper_inputs, write,
 };
 use cslam_core::path::{Departure, Path, diagonal_covariance};
-use cslam_core::reflection::Ends;
+use cslam_core::reflection::{Ends, InputError};
 use cslam_core::signal::Waveform;
 
 use crate::digest::Digest;
@@ -192,6 +192,14 @@ impl Link {
     pub fn paths(&self) -> &[Received] {
         self.paths.get(..self.count).unwrap_or(&[])
     }
+
+    /// Its geometry, by the default waveform.
+    ///
+    /// # Errors
+    /// [`InputError`]: none for the links of this module.
+    pub fn geometry(&self) -> Result<LinkGeometry<'_>, InputError> {
+        LinkGeometry::new(self.ends(), self.paths(), &Waveform::default())
+    }
 }
 
 /// The three networks on a kernel.
@@ -233,11 +241,7 @@ impl<'m, K: Kernels> Networks<'m, K> {
     /// None for the links of this module.
     pub fn digest(&self, link: &Link, work: &mut Activations) -> Result<u64, InferenceError> {
         let mut digest = Digest::new();
-        if let Ok(geometry) = LinkGeometry::new(
-            link.ends(),
-            link.paths(),
-            Waveform::default().wavelength_m() as f32,
-        ) {
+        if let Ok(geometry) = link.geometry() {
             for path in link.paths() {
                 let Ok(features) = geometry.features(path) else {
                     digest.add(1);
@@ -267,11 +271,7 @@ impl<'m, K: Kernels> Networks<'m, K> {
 /// None for the links of this module.
 pub fn trees_digest(classifier: &PathClassifier<'_>, link: &Link) -> Result<u64, InferenceError> {
     let mut digest = Digest::new();
-    if let Ok(geometry) = LinkGeometry::new(
-        link.ends(),
-        link.paths(),
-        Waveform::default().wavelength_m() as f32,
-    ) {
+    if let Ok(geometry) = link.geometry() {
         for path in link.paths() {
             let Ok(inputs) = geometry.tree_inputs(path) else {
                 digest.add(1);

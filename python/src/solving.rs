@@ -226,8 +226,7 @@ pub(crate) fn classify<'py>(py: Python<'py>, paths: Columns<'py>) -> PyResult<Bo
         let with = models::geometric().map_err(|e| damaged(&e))?;
         let without = models::geometric_without_departure().map_err(|e| damaged(&e))?;
         let classifier = Classifier::new(with, without).map_err(|e| damaged(&e))?;
-        let geometry = LinkGeometry::new(&ends, &received, Waveform::default().wavelength_m() as f32)
-            .map_err(refused)?;
+        let geometry = LinkGeometry::new(&ends, &received, &Waveform::default()).map_err(refused)?;
         for (i, path) in received.iter().enumerate() {
             if let Ok(p) = classifier.path(&geometry, path) {
                 for (state, p) in p.to_array().into_iter().enumerate() {

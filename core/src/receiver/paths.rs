@@ -157,9 +157,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         };
         match &self.config.link_states {
             LinkStates::Trees(_) | LinkStates::Geometric(_) => {
-                let link =
-                    LinkGeometry::new(&ends, &received, self.config.radio.waveform.wavelength_m() as f32)
-                        .ok();
+                let link = LinkGeometry::new(&ends, &received, &self.config.radio.waveform).ok();
                 let probabilities = |path: &Received| match &self.config.link_states {
                     LinkStates::Trees(classifier) => classifier.path(link.as_ref()?, path).ok(),
                     LinkStates::Geometric(classifier) => classifier.path(link.as_ref()?, path).ok(),

@@ -157,7 +157,7 @@ fn classify(file: &[u8], ends: &Ends, paths: &[Received]) -> Option<usize> {
     let model = Model::parse(file).ok()?;
     black_box(PaperClassifier::new(model).ok()?.link(paths).ok());
     let classifier = Classifier::new(model, Model::parse(file).ok()?).ok()?;
-    let link = LinkGeometry::new(ends, paths, Waveform::default().wavelength_m() as f32).ok()?;
+    let link = LinkGeometry::new(ends, paths, &Waveform::default()).ok()?;
     let gate = black_box(AcceptGate::default());
     let accepted = paths.iter().filter(|received| {
         let Ok(probabilities) = classifier.path(&link, received) else {

@@ -74,9 +74,7 @@ impl Collector {
             .collect();
         let received = received.unwrap_or_default();
         let ends = report.ends.as_ref();
-        let link = ends.and_then(|ends| {
-            LinkGeometry::new(ends, &received, Waveform::default().wavelength_m() as f32).ok()
-        });
+        let link = ends.and_then(|ends| LinkGeometry::new(ends, &received, &Waveform::default()).ok());
         let inputs = |path: &Received| link.as_ref().and_then(|link| link.tree_inputs(path).ok());
         self.sweeps
             .push((report.sweep, received.iter().map(inputs).collect()));

@@ -46,8 +46,8 @@ impl Judge<'_> {
         }
         match self {
             Self::Best(classifier) => {
-                let geometry = LinkGeometry::new(ends, received, Waveform::default().wavelength_m() as f32)
-                    .map_err(|e| e.to_string())?;
+                let geometry =
+                    LinkGeometry::new(ends, received, &Waveform::default()).map_err(|e| e.to_string())?;
                 let paths: Vec<_> = received
                     .iter()
                     .map(|path| classifier.path(&geometry, path).ok())

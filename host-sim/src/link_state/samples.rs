@@ -154,9 +154,7 @@ impl Samples {
                 }
             }
             Task::Geometric { departure } => {
-                let Ok(geometry) =
-                    LinkGeometry::new(&measured.ends, paths, Waveform::default().wavelength_m() as f32)
-                else {
+                let Ok(geometry) = LinkGeometry::new(&measured.ends, paths, &Waveform::default()) else {
                     self.refused += paths.len();
                     return;
                 };

@@ -106,11 +106,7 @@ impl Subject<'_> {
             return;
         };
         measured.paths.truncate(RECEIVED_PATHS);
-        let Ok(geometry) = LinkGeometry::new(
-            &measured.ends,
-            &measured.paths,
-            Waveform::default().wavelength_m() as f32,
-        ) else {
+        let Ok(geometry) = LinkGeometry::new(&measured.ends, &measured.paths, &Waveform::default()) else {
             return;
         };
         for (place, (received, truth)) in measured.paths.iter().zip(link.paths()).enumerate() {

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeSet;
 
-use cslam_core::estimator::{POSITION, SweepVerdict};
+use cslam_core::estimator::POSITION;
 use cslam_core::receiver::{PATHS, SweepReport};
 use nalgebra::Matrix3;
 
@@ -94,7 +94,7 @@ impl From<&SweepReport<PATHS>> for Swept {
         Self {
             sweep: report.sweep,
             time_ns: report.time_ns,
-            sighted: SweepVerdict::is_taken(report.verdict),
+            sighted: report.verdict.is_taken(),
         }
     }
 }

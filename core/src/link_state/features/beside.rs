@@ -175,7 +175,7 @@ mod tests {
             uav_covariance: Matrix3::identity() * 0.01,
             gmt: Position::new(0.0, 0.0, 1.5).expect("finite"),
         };
-        let link = LinkGeometry::new(&ends, paths, Waveform::default().wavelength_m() as f32).expect("apart");
+        let link = LinkGeometry::new(&ends, paths, &Waveform::default()).expect("apart");
         let inputs = link.tree_inputs(paths.last().expect("some")).expect("sound");
         let place = tree_names().position(|other| other == name).expect("an input");
         inputs[place]

@@ -20,6 +20,7 @@ use crate::geometry::{Direction, World};
 use crate::kernels::sqrt;
 use crate::path::{Departure, Path};
 use crate::reflection::{Ends, InputError, Jacobians, VectorSolution, point_covariance, vector_point};
+use crate::signal::Waveform;
 
 /// A measured path and how strong it came in.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -160,14 +161,13 @@ struct Single {
 }
 
 impl<'a> LinkGeometry<'a> {
-    /// A link between measured ends, with all its measured paths, strongest first, at a wavelength in m: that of
-    /// [`Waveform::wavelength_m`](crate::signal::Waveform::wavelength_m). Inputs of the networks are ratios to free space, so
-    /// that the wavelength changes what free space leaves and nothing else.
+    /// A link between measured ends, with all its measured paths, strongest first, at the carrier of a waveform. Inputs of the networks are ratios
+    /// to free space, so that the wavelength changes what free space leaves and nothing else.
     ///
     /// # Errors
     /// [`InputError::CoincidentEnds`] when UAV and GMT are at the same place, [`InputError::NotFinite`] when their
     /// distance overflows.
-    pub fn new(ends: &'a Ends, paths: &'a [Received], wavelength_m: f32) -> Result<Self, InputError> {
+    pub fn new(ends: &'a Ends, paths: &'a [Received], waveform: &Waveform) -> Result<Self, InputError> {
         let baseline = ends.uav.from_origin(&ends.gmt);
         let baseline_m = sqrt(baseline.norm_squared());
         if !baseline_m.is_finite() {
@@ -188,7 +188,7 @@ impl<'a> LinkGeometry<'a> {
             first_m,
             strongest_db,
             paths,
-            wavelength_m,
+            wavelength_m: waveform.wavelength_m() as f32,
             residuals: [-MOST_DB / DB_UNIT; 2],
         };
         for received in paths {

@@ -48,7 +48,7 @@ fn mirrored_at_wall() -> Received {
 fn named(received: &Received, others: &[Received], name: &str) -> f32 {
     let ends = ends();
     let all = [&[*received], others].concat();
-    let features = LinkGeometry::new(&ends, &all, Waveform::default().wavelength_m() as f32)
+    let features = LinkGeometry::new(&ends, &all, &Waveform::default())
         .expect("apart")
         .features(received)
         .expect("sound");
@@ -147,7 +147,7 @@ fn paths_are_seen_beside_the_others_of_their_link() {
     // The last of three: behind the others in the order of strength.
     let ends = ends();
     let all = [los, strong, weak];
-    let link = LinkGeometry::new(&ends, &all, Waveform::default().wavelength_m() as f32).expect("apart");
+    let link = LinkGeometry::new(&ends, &all, &Waveform::default()).expect("apart");
     let of = |received: &Received, name: &str| {
         let place = GEOMETRIC_NAMES
             .iter()
@@ -280,7 +280,7 @@ fn an_exact_line_of_sight_has_features() {
             sigma_rad: 0.0,
         });
         los.path.covariance = Matrix3::zeros();
-        let features = LinkGeometry::new(&ends, &[los], Waveform::default().wavelength_m() as f32)
+        let features = LinkGeometry::new(&ends, &[los], &Waveform::default())
             .and_then(|l| l.features(&los))
             .expect("a measurement");
         assert!(features.without_departure()[0].abs() < 1e-3, "no excess");
@@ -301,11 +301,11 @@ fn what_is_not_known_is_said() {
     }
     assert_eq!(named(&over(&[]), &[], "gain_known"), 1.0);
     let ends = ends();
-    let with = LinkGeometry::new(&ends, &[path], Waveform::default().wavelength_m() as f32)
+    let with = LinkGeometry::new(&ends, &[path], &Waveform::default())
         .and_then(|l| l.features(&path))
         .expect("sound");
     path.path.aod = None;
-    let without = LinkGeometry::new(&ends, &[path], Waveform::default().wavelength_m() as f32)
+    let without = LinkGeometry::new(&ends, &[path], &Waveform::default())
         .and_then(|l| l.features(&path))
         .expect("sound");
     assert_eq!(without.with_departure(), None);
@@ -330,20 +330,24 @@ fn a_sure_departure_makes_a_mismatch_count_for_more() {
 fn of_a_carrier_only_what_free_space_leaves_counts() {
     let (path, second) = (mirrored_at_wall(), mirrored_at_wall_and_ground());
     let ends = ends();
-    let features = |wavelength_m: f32, weaker_db: f32| {
+    let features = |waveform: &Waveform, weaker_db: f32| {
         let weaker = |path: &Received| Received {
             gain_db: path.gain_db.map(|gain_db| gain_db - weaker_db),
             ..*path
         };
         let paths = [weaker(&path), weaker(&second)];
-        let link = LinkGeometry::new(&ends, &paths, wavelength_m).expect("apart");
+        let link = LinkGeometry::new(&ends, &paths, waveform).expect("apart");
         link.features(&paths[0]).expect("sound")
     };
     // Free space weakens a wave of half the length by 6 dB more.
-    let wavelength_m = Waveform::default().wavelength_m() as f32;
-    let halved = features(0.5 * wavelength_m, 20.0 * core::f32::consts::LOG10_2);
+    let own = Waveform::default();
+    let half = Waveform {
+        carrier_hz: 2.0 * own.carrier_hz,
+        ..own
+    };
+    let halved = features(&half, 20.0 * core::f32::consts::LOG10_2);
     let pairs = |other: Features| {
-        let own = features(wavelength_m, 0.0);
+        let own = features(&own, 0.0);
         own.values
             .into_iter()
             .zip(other.values)
@@ -354,7 +358,7 @@ fn of_a_carrier_only_what_free_space_leaves_counts() {
             .iter()
             .all(|(own, other)| (own - other).abs() < 1e-5)
     );
-    let same_gain = features(0.5 * wavelength_m, 0.0);
+    let same_gain = features(&half, 0.0);
     assert!(
         pairs(same_gain)
             .iter()
@@ -367,8 +371,7 @@ fn hostile_measurements_are_refused_by_name() {
     let good = mirrored_at_wall();
     let ends = ends();
     let features = |received: Received| {
-        LinkGeometry::new(&ends, &[good], Waveform::default().wavelength_m() as f32)
-            .and_then(|l| l.features(&received))
+        LinkGeometry::new(&ends, &[good], &Waveform::default()).and_then(|l| l.features(&received))
     };
     let with_length = |c_tau_m| Received {
         path: Path { c_tau_m, ..good.path },
@@ -390,7 +393,7 @@ fn hostile_measurements_are_refused_by_name() {
         ..ends
     };
     assert_eq!(
-        LinkGeometry::new(&same, &[], Waveform::default().wavelength_m() as f32).expect_err("same place"),
+        LinkGeometry::new(&same, &[], &Waveform::default()).expect_err("same place"),
         InputError::CoincidentEnds
     );
 }

@@ -7,10 +7,9 @@ use core::hint::black_box;
 
 use cslam_core::kernels::{Kernels, Native, Portable};
 use cslam_core::link_state::{
-    Activations, Features, LinkGeometry, Network, PathClassifier, Probabilities, models, paper_inputs,
+    Activations, Features, Network, PathClassifier, Probabilities, models, paper_inputs,
 };
 use cslam_core::reflection::InputError;
-use cslam_core::signal::Waveform;
 use cslam_firmware::link_state_check::{
     LINKS, Link, ModelFile, Networks, PAPER_INPUTS, PATHS, Which, trees_digest,
 };
@@ -107,13 +106,7 @@ fn inference<K: Kernels>(set: &str, networks: &Networks<'_, K>, link: &Link) {
 
 /// Counts what the trees take of a path, and of a link of nine.
 fn count_trees(classifier: &PathClassifier<'_>, link: &Link) {
-    let geometry = || {
-        LinkGeometry::new(
-            link.ends(),
-            link.paths(),
-            Waveform::default().wavelength_m() as f32,
-        )
-    };
+    let geometry = || link.geometry();
     let path = link.paths().first();
     if let Some((geometry, path)) = geometry().ok().zip(path) {
         if let Ok(inputs) = geometry.tree_inputs(path) {
@@ -137,11 +130,7 @@ fn count_trees(classifier: &PathClassifier<'_>, link: &Link) {
 }
 
 fn one(link: &Link) -> Result<Features, InputError> {
-    let geometry = LinkGeometry::new(
-        link.ends(),
-        link.paths(),
-        Waveform::default().wavelength_m() as f32,
-    )?;
+    let geometry = link.geometry()?;
     geometry.features(link.paths().first().ok_or(InputError::NotFinite)?)
 }
 
@@ -152,11 +141,7 @@ fn classify<K: Kernels>(
     work: &mut Activations,
 ) -> [Option<Probabilities>; PATHS] {
     let mut all = [None; PATHS];
-    if let Ok(geometry) = LinkGeometry::new(
-        link.ends(),
-        link.paths(),
-        Waveform::default().wavelength_m() as f32,
-    ) {
+    if let Ok(geometry) = link.geometry() {
         for (path, place) in link.paths().iter().zip(&mut all) {
             *place = geometry.features(path).ok().and_then(|features| {
                 // A path without angle of departure costs no more: it takes the smaller network.

@@ -159,14 +159,12 @@ impl KnownPose {
     fn classify(&self, ends: &Ends, paths: &[Received]) -> Vec<Option<Probabilities>> {
         match &self.config.link_states {
             LinkStates::Trees(classifier) => {
-                let link =
-                    LinkGeometry::new(ends, paths, self.config.radio.waveform.wavelength_m() as f32).ok();
+                let link = LinkGeometry::new(ends, paths, &self.config.radio.waveform).ok();
                 let path = |path| link.as_ref().and_then(|link| classifier.path(link, path).ok());
                 paths.iter().map(path).collect()
             }
             LinkStates::Geometric(classifier) => {
-                let link =
-                    LinkGeometry::new(ends, paths, self.config.radio.waveform.wavelength_m() as f32).ok();
+                let link = LinkGeometry::new(ends, paths, &self.config.radio.waveform).ok();
                 let path = |path| link.as_ref().and_then(|link| classifier.path(link, path).ok());
                 paths.iter().map(path).collect()
             }
