@@ -271,6 +271,17 @@ impl<T: Real, const N: usize> Filter<T, N> {
         Some(pose)
     }
 
+    /// UAV clock less GMT clock at a time that is near the horizon's, m, beside whole delay periods; `None` before the start.
+    pub fn clock_offset_m(&self, time_ns: u64) -> Option<f64> {
+        let (later, since_ns) = (
+            time_ns >= self.nominal.time_ns,
+            time_ns.abs_diff(self.nominal.time_ns),
+        );
+        let since_s = since_ns as f64 * if later { 1e-9 } else { -1e-9 };
+        self.running
+            .then(|| self.nominal.clock_offset_m + self.nominal.clock_drift_m_per_s * since_s)
+    }
+
     fn pose_of(&self, state: &Nominal) -> Option<Pose> {
         if !self.running {
             return None;

@@ -20,14 +20,55 @@ const RAMP_M_PER_S2: f64 = 0.15;
 /// Derived: as many as the filter wants.
 const STEP_EXCHANGES: u32 = 6;
 
+/// Exchanges on one line: the last of them, and the rate from the last two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Line {
+    /// UAV clock, ns, and offset, m, of the last exchange.
+    last: (u64, f64),
+    drift_m_per_s: Option<f64>,
+    exchanges: u32,
+}
+
+impl Line {
+    fn of(exchange: (u64, f64)) -> Self {
+        Self {
+            last: exchange,
+            drift_m_per_s: None,
+            exchanges: 1,
+        }
+    }
+
+    /// The line with one exchange more; `None` when that is not on it.
+    fn with(&self, now: (u64, f64)) -> Option<Self> {
+        let dt_s = since_s(self.last.0, now.0)?;
+        let rate = (now.1 - self.last.1) / dt_s;
+        let tells_rate = now.0 - self.last.0 <= LONGEST_GAP_NS && rate.abs() <= MOST_DRIFT_M_PER_S;
+        let on_it = match self.drift_m_per_s {
+            Some(drift) => {
+                let off_m = (now.1 - self.last.1 - drift * dt_s).abs();
+                off_m <= AGREEMENT_M + RAMP_M_PER_S2 * dt_s * dt_s
+            }
+            None => tells_rate,
+        };
+        on_it.then_some(Self {
+            last: now,
+            drift_m_per_s: if tells_rate {
+                Some(rate)
+            } else {
+                self.drift_m_per_s
+            },
+            exchanges: self.exchanges.saturating_add(1),
+        })
+    }
+}
+
 /// Offset of the UAV's clock from the GMT's, as the last two exchanges have it that agree with those before.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct TwoWayClock {
-    /// UAV clock, ns, and offset, m, of the last exchange.
-    last: Option<(u64, f64)>,
-    drift_m_per_s: Option<f64>,
-    /// The last of those that contradict it and agree with each other, and how many they are.
-    doubted: Option<(u64, f64, u32)>,
+    line: Option<Line>,
+    /// Those that contradict it and agree with each other. Their rate is their own: what they contradict may be no more than a rate that a
+    /// stray exchange has left.
+    doubted: Option<Line>,
 }
 
 impl TwoWayClock {
@@ -36,44 +77,38 @@ impl TwoWayClock {
     #[must_use]
     pub(super) fn exchange(&mut self, time_ns: u64, offset_m: f64) -> bool {
         let now = (time_ns, offset_m);
-        let Some(last) = self.last else {
-            self.last = Some(now);
+        let Some(line) = self.line else {
+            self.line = Some(Line::of(now));
             return true;
         };
-        let Some(dt_s) = since_s(last.0, time_ns) else {
+        if time_ns <= line.last.0 {
             return false;
-        };
-        let rate = (offset_m - last.1) / dt_s;
-        let tells_rate = time_ns - last.0 <= LONGEST_GAP_NS && rate.abs() <= MOST_DRIFT_M_PER_S;
-        let Some(drift) = self.drift_m_per_s else {
-            // One of two that tell no rate is as good as the other: the newer one.
-            self.last = Some(now);
-            self.drift_m_per_s = tells_rate.then_some(rate);
-            return tells_rate;
-        };
-        if is_on(last, now, drift) {
-            self.last = Some(now);
-            self.drift_m_per_s = Some(if tells_rate { rate } else { drift });
-            self.doubted = None;
+        }
+        if let Some(longer) = line.with(now) {
+            (self.line, self.doubted) = (Some(longer), None);
             return true;
         }
-        let exchanges = match self.doubted {
-            Some((before_ns, before_m, exchanges)) if is_on((before_ns, before_m), now, drift) => {
-                exchanges.saturating_add(1)
-            }
-            _ => 1,
-        };
-        self.doubted = Some((time_ns, offset_m, exchanges));
-        if exchanges >= STEP_EXCHANGES {
+        if line.drift_m_per_s.is_none() {
+            // One of two that tell no rate is as good as the other: the newer one.
+            self.line = Some(Line::of(now));
+            return false;
+        }
+        let doubted = (self.doubted.and_then(|doubted| doubted.with(now))).unwrap_or(Line::of(now));
+        self.doubted = Some(doubted);
+        if doubted.exchanges >= STEP_EXCHANGES {
             self.confirm();
         }
         false
     }
 
-    /// The filter has found that the clock has stepped: what was doubted is right. A step keeps the rate.
+    /// The filter has found that the clock has stepped: what was doubted is right. A single exchange keeps the rate.
     pub(super) fn confirm(&mut self) {
-        if let Some((time_ns, offset_m, _)) = self.doubted.take() {
-            self.last = Some((time_ns, offset_m));
+        if let Some(doubted) = self.doubted.take() {
+            let before = self.line.and_then(|line| line.drift_m_per_s);
+            self.line = Some(Line {
+                drift_m_per_s: doubted.drift_m_per_s.or(before),
+                ..doubted
+            });
         }
     }
 
@@ -84,13 +119,14 @@ impl TwoWayClock {
 
     /// Offset at a time, m, with all whole delay periods; `None` before the second exchange, when the rate is unknown.
     pub(super) fn offset_m(&self, time_ns: u64) -> Option<f64> {
-        let (last_ns, last_m) = self.last?;
+        let line = self.line?;
+        let (last_ns, last_m) = line.last;
         let since_s = if time_ns >= last_ns {
             (time_ns - last_ns) as f64 * 1e-9
         } else {
             (last_ns - time_ns) as f64 * -1e-9
         };
-        Some(last_m + self.drift_m_per_s? * since_s)
+        Some(last_m + line.drift_m_per_s? * since_s)
     }
 }
 
@@ -98,14 +134,6 @@ impl TwoWayClock {
 fn since_s(before_ns: u64, time_ns: u64) -> Option<f64> {
     let dt_ns = time_ns.checked_sub(before_ns).filter(|dt_ns| *dt_ns > 0)?;
     Some(dt_ns as f64 * 1e-9)
-}
-
-/// Whether an exchange is where an earlier one and a rate say.
-fn is_on(before: (u64, f64), now: (u64, f64), drift_m_per_s: f64) -> bool {
-    since_s(before.0, now.0).is_some_and(|dt_s| {
-        let off_m = (now.1 - before.1 - drift_m_per_s * dt_s).abs();
-        off_m <= AGREEMENT_M + RAMP_M_PER_S2 * dt_s * dt_s
-    })
 }
 
 #[cfg(test)]
@@ -150,6 +178,15 @@ mod tests {
         // Lies that do not agree with each other are none the more believed for being many.
         let wild = (4..40).map(|k| 1000.0 * f64::from(k * k));
         assert_eq!(clock(steady.into_iter().chain(wild)).0.offset_m(0), Some(0.0));
+    }
+
+    #[test]
+    fn a_rate_that_strays_have_left_is_unlearnt() {
+        // Two strays that are within the agreement, the second of the rate that the first has left: 23.6 m/s instead of 20.
+        let strays = [0.0, 10.0, 20.0, 30.0, 40.9, 52.7];
+        let right = (6..12).map(|k| 10.0 * f64::from(k));
+        let (clock, taken) = clock(strays.into_iter().chain(right));
+        assert_eq!((clock.offset_m(6 * SECOND_NS), taken), (Some(120.0), 6));
     }
 
     #[test]

@@ -190,7 +190,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         gmt: &Transmitter,
         time_ns: u64,
     ) -> Option<(usize, Stand)> {
-        let offset_m = self.clock.offset_m(time_ns)?;
+        let offset_m = self.offset_m(time_ns)?;
         let period = self.config.radio.waveform.delay_period();
         let length = |path: &MeasuredPath| length_m(path.estimated.path.c_tau_m, offset_m, &period);
         let seen = |path: &MeasuredPath| level * path.estimated.path.aoa.vector().map(f64::from);

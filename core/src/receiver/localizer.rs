@@ -116,6 +116,14 @@ impl<const STATES: usize> Localizer<STATES> {
         }
     }
 
+    /// UAV clock less GMT clock as the filter has it, m, beside whole delay periods.
+    pub(super) fn clock_offset_m(&self, time_ns: u64) -> Option<f64> {
+        match self {
+            Self::Filter(filter) => filter.clock_offset_m(time_ns),
+            Self::Hpc(_) => None,
+        }
+    }
+
     /// Attitude of unknown yaw, before the filter's start.
     pub(super) fn level(&self) -> Option<Matrix3<f64>> {
         match self {

@@ -308,6 +308,13 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         Some(offset_m + beyond_m - self.config.radio.waveform.delay_period().wrap_m(beyond_m))
     }
 
+    /// The clock by which a sweep's delays are lengths, m, beside whole delay periods: the filter's, which knows strays from steps, and before it
+    /// runs, and where there is none, two-way timing's.
+    fn offset_m(&self, time_ns: u64) -> Option<f64> {
+        let filtered = self.localizer.clock_offset_m(time_ns);
+        filtered.or_else(|| self.clock.offset_m(time_ns))
+    }
+
     /// Flags of the filter.
     pub fn health(&self) -> Health {
         self.localizer.health()

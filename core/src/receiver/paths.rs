@@ -214,7 +214,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             departure.sigma = departure.sigma.map(|sigma| libm::hypot(sigma, bend.angle_rad));
         }
         let ground_z_m = self.config.accept.point.ground_z_m;
-        let offset_m = self.clock.offset_m(time_ns);
+        let offset_m = self.offset_m(time_ns);
         if let (Some(ground_z_m), Some(offset_m), Some(departure)) =
             (ground_z_m, offset_m, measured.departure)
             && let Some(left) = left(&GmtArrays::default(), &departure, gmt)

@@ -122,7 +122,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 
     /// Index of the first path, when it came as strong as through free space.
     fn first_unreflected(&self, measured: &[MeasuredPath], time_ns: u64) -> Option<usize> {
-        let offset_m = self.clock.offset_m(time_ns)?;
+        let offset_m = self.offset_m(time_ns)?;
         let period = self.config.radio.waveform.delay_period();
         let length_m = |path: &MeasuredPath| length_m(path.estimated.path.c_tau_m, offset_m, &period);
         let first = first_of(measured.iter().map(length_m), measured)?;
@@ -177,7 +177,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     ) -> bool {
         let (Some(pose), Some(offset_m), Some(left)) = (
             self.localizer.expected(),
-            self.clock.offset_m(time_ns),
+            self.offset_m(time_ns),
             left(&GmtArrays::default(), departure, gmt),
         ) else {
             return false;
@@ -214,7 +214,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         } else {
             // The paper's calibration does not know how far it has drifted; the path does not drift.
             let c_tau_m = measured.get(index)?.estimated.path.c_tau_m;
-            length_m(c_tau_m, self.clock.offset_m(time_ns)?, &period) as f32
+            length_m(c_tau_m, self.offset_m(time_ns)?, &period) as f32
         };
         // Through a sidelobe any face is heard: the pose knows better which one looks here.
         if filtered
