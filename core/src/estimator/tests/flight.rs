@@ -162,6 +162,20 @@ fn it_starts_from_nothing_within_five_sweeps() {
 }
 
 #[test]
+fn its_clock_tells_the_offset_of_the_sweep_in_hand_and_the_next_and_before_the_start_nothing() {
+    let stray_m = 0.9;
+    let mut filter = flown(2_000_000_000, 0, |_, _, _| {});
+    assert_eq!(filter.clock_offset_m(2_000_000_000), None);
+    fly_from(&mut filter, 2_000_000_000, 9_000_000_000, 0, |_, _, _| {});
+    // The last exchange is a stray: two-way timing alone would have it.
+    let _ = filter.two_way(9_000_000_000, truth(9_000_000_000).clock_offset_m + stray_m);
+    for at_ns in [8_500_000_000, 9_000_000_000, 9_500_000_000] {
+        let off_m = filter.clock_offset_m(at_ns).expect("running") - truth(at_ns).clock_offset_m;
+        assert!(off_m.abs() < 0.1 * stray_m, "{at_ns}: {off_m} m");
+    }
+}
+
+#[test]
 fn lateness_changes_nothing() {
     let (prompt, late) = (
         flown(6_000_000_000, 0, |_, _, _| ()),
