@@ -50,13 +50,11 @@ impl Case {
 
     /// Its symbols on the first face, as the receiver knows them.
     pub(super) fn symbols_of_a_face(&self, waveform: &Waveform) -> Vec<SquintSymbol<f64>> {
-        use cslam_core::array::SquintScheme::{Raster, Sequential};
-        let scheme = if self.raster { Raster } else { Sequential };
         let edge_hz = |index| f64::from(waveform.offset(index)) * waveform.spacing_hz();
         let band_hz = [edge_hz(0), edge_hz(waveform.active - 1)];
         let config = SquintConfig::default();
         (0..)
-            .map_while(|index| config.symbol(scheme, index, 1, band_hz, waveform.carrier_hz))
+            .map_while(|index| config.symbol(self.scheme(), index, 1, band_hz, waveform.carrier_hz))
             .collect()
     }
 

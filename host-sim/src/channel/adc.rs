@@ -2,7 +2,6 @@
 
 use cslam_core::signal::{Iq, SAMPLES};
 
-use super::CHANNELS;
 use super::waves::Plane;
 
 /// Exponent of a block without any signal.
@@ -35,7 +34,7 @@ pub(crate) fn mean_power(plane: &Plane) -> f64 {
 }
 
 /// Converts to `bits` bits, left-aligned in 16, round half up, clipping at full scale. Amplitude = integer x 2^exponent.
-pub(crate) fn convert(planes: &[Plane], exponent: i32, bits: u8, out: &mut [[Iq; SAMPLES]; CHANNELS]) {
+pub(crate) fn convert(planes: &[Plane], exponent: i32, bits: u8, out: &mut [[Iq; SAMPLES]]) {
     let shift = 16 - u32::from(bits);
     // In steps of the converter; a power of two, so the product is exact.
     let gain = libm::ldexp(1.0, -exponent - shift as i32) as f32;
@@ -58,11 +57,13 @@ pub(crate) fn convert(planes: &[Plane], exponent: i32, bits: u8, out: &mut [[Iq;
 mod tests {
     use super::*;
 
+    const CHANNELS: usize = 32;
+
     fn converted(values: &[f32], exponent: i32, bits: u8) -> Vec<i16> {
         let mut planes = vec![Plane::new(); CHANNELS];
         planes[3].re[..values.len()].copy_from_slice(values);
         let mut out = Box::new([[Iq::ZERO; SAMPLES]; CHANNELS]);
-        convert(&planes, exponent, bits, &mut out);
+        convert(&planes, exponent, bits, &mut out[..]);
         out[3][..values.len()].iter().map(|x| x.re()).collect()
     }
 

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use cslam_core::signal::SAMPLES;
 
+use super::C64;
 use super::antenna::{phasor, phasor_of_turns};
 use super::body::{Body, TurningRotors};
 use super::effects::phase_noise;
@@ -14,11 +15,10 @@ use super::noise::Gaussian;
 use super::pieces::{Pieces, Slot};
 use super::rays::{Instant, Ray};
 use super::reception::Reception;
-use super::simulator::{Block, CHANNELS, Simulator};
+use super::simulator::{Block, Simulator};
 use super::streams::{PER_BEAM, PHASE_NOISE, stream};
 use super::transmit::BeamField;
 use super::waves::{Plane, Shape, Wave};
-use super::{ARRAYS, C64, ELEMENTS};
 use crate::random::Stream;
 
 /// A clock that has drifted this far since the waves were made gets new ones, s; in between, their slope serves
@@ -26,15 +26,15 @@ use crate::random::Stream;
 const REMAKE_AFTER_S: f64 = 50e-12;
 
 /// What a sweep keeps between its beams.
-pub(super) struct SweepState<'a> {
-    pub(super) simulator: &'a Simulator,
+pub(super) struct SweepState<'a, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize> {
+    pub(super) simulator: &'a Simulator<ARRAYS, ELEMENTS, CHANNELS>,
     instant: &'a Instant,
     pub(super) index: u32,
     /// The rays of the link, then what the UAV's own body makes of them.
     pub(super) rays: Cow<'a, [Ray]>,
     /// For each ray, the one of the link that it is made of: they leave the GMT together.
     pub(super) origin: Vec<usize>,
-    pub(super) receptions: Vec<Reception>,
+    pub(super) receptions: Vec<Reception<ARRAYS, ELEMENTS>>,
     pub(super) fields: Vec<Vec<BeamField>>,
     /// Per array, a wave for each ray, one for the jammer and one for the neighbour.
     pub(super) waves: [Vec<Wave>; ARRAYS],
@@ -47,17 +47,24 @@ pub(super) struct SweepState<'a> {
     pub(super) cfo_hz: f64,
     /// Rate of the clock's offset, s/s.
     clock_drift: f64,
-    rotors: Option<TurningRotors<'a>>,
-    pieces: Option<Pieces<'a>>,
-    pub(super) jammer: Option<(Jammer, Reception)>,
-    pub(super) neighbour: Option<HeardNeighbour>,
+    rotors: Option<TurningRotors<'a, ARRAYS>>,
+    pieces: Option<Pieces<'a, ARRAYS, ELEMENTS>>,
+    pub(super) jammer: Option<(Jammer, Reception<ARRAYS, ELEMENTS>)>,
+    pub(super) neighbour: Option<HeardNeighbour<ARRAYS, ELEMENTS>>,
     planes: Vec<Plane>,
     scratch: Vec<[[f32; 16]; 2]>,
     pub(super) gaussian: Gaussian,
 }
 
-impl<'a> SweepState<'a> {
-    pub(super) fn new(simulator: &'a Simulator, rays: &'a [Ray], instant: &'a Instant, index: u32) -> Self {
+impl<'a, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
+    SweepState<'a, ARRAYS, ELEMENTS, CHANNELS>
+{
+    pub(super) fn new(
+        simulator: &'a Simulator<ARRAYS, ELEMENTS, CHANNELS>,
+        rays: &'a [Ray],
+        instant: &'a Instant,
+        index: u32,
+    ) -> Self {
         let impairments = &simulator.config.impairments;
         let Body {
             rays: all,
@@ -294,7 +301,7 @@ impl<'a> SweepState<'a> {
     }
 
     /// Noise and front end over `planes`.
-    pub(super) fn digitise(&mut self, slot: usize, beam: u16) -> Block {
+    pub(super) fn digitise(&mut self, slot: usize, beam: u16) -> Block<CHANNELS> {
         let simulator = self.simulator;
         simulator.digitise(&mut self.planes, &mut self.gaussian, (self.index, slot), beam)
     }

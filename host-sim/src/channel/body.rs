@@ -4,24 +4,27 @@ use std::borrow::Cow;
 
 use nalgebra::Vector3;
 
+use super::C64;
 use super::effects::airframe;
 use super::effects::rotors::{Crossing, Rotors};
 use super::rays::Ray;
 use super::simulator::Simulator;
-use super::{ARRAYS, C64};
 
 /// The rays that reach the arrays.
-pub(super) struct Body<'a> {
+pub(super) struct Body<'a, const ARRAYS: usize> {
     /// The rays of the link, then what the body makes of them.
     pub(super) rays: Cow<'a, [Ray]>,
     /// For each ray, the one of the link that it is made of.
     pub(super) origin: Vec<usize>,
-    pub(super) rotors: Option<TurningRotors<'a>>,
+    pub(super) rotors: Option<TurningRotors<'a, ARRAYS>>,
 }
 
-impl<'a> Body<'a> {
+impl<'a, const ARRAYS: usize> Body<'a, ARRAYS> {
     /// The rays of a link at the arrays.
-    pub(super) fn of(simulator: &'a Simulator, rays: &'a [Ray]) -> Self {
+    pub(super) fn of<const ELEMENTS: usize, const CHANNELS: usize>(
+        simulator: &'a Simulator<ARRAYS, ELEMENTS, CHANNELS>,
+        rays: &'a [Ray],
+    ) -> Self {
         let mut origin: Vec<usize> = (0..rays.len()).collect();
         let mut all = Cow::Borrowed(rays);
         if simulator.config.impairments.airframe.shadow {
@@ -55,7 +58,7 @@ impl<'a> Body<'a> {
 }
 
 /// The rotors in a sweep.
-pub(super) struct TurningRotors<'a> {
+pub(super) struct TurningRotors<'a, const ARRAYS: usize> {
     rotors: &'a Rotors,
     /// Place of the first of the rays that they scatter, one a rotor, and where the wave of these comes from.
     scattered: Option<(usize, Vector3<f64>)>,
@@ -63,7 +66,7 @@ pub(super) struct TurningRotors<'a> {
     crossings: Vec<[Option<Crossing>; ARRAYS]>,
 }
 
-impl TurningRotors<'_> {
+impl<const ARRAYS: usize> TurningRotors<'_, ARRAYS> {
     /// What their tips multiply the rays by that they scatter, at a time since switch-on; none without rays.
     pub(super) fn tips(&self, carrier_hz: f64, time_s: f64) -> Vec<C64> {
         let tips = |(_, from): &(usize, Vector3<f64>)| self.rotors.tips(from, carrier_hz, time_s).to_vec();

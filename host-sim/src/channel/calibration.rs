@@ -2,14 +2,15 @@
 
 use nalgebra::Vector3;
 
+use super::C64;
 use super::antenna::phasor;
 use super::effects::Draw;
 use super::impairments::Impairments;
-use super::{ARRAYS, C64, ELEMENTS, FACE_ELEMENTS, FACES};
+use super::radio::GmtCounts;
 
 /// Errors of one UAV and one GMT.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Calibration {
+pub struct Calibration<const ARRAYS: usize = 4, const ELEMENTS: usize = 8> {
     /// UAV: gain and `exp(j error)` of each element.
     pub uav_element: [[C64; ELEMENTS]; ARRAYS],
     /// UAV: tilt of each axis along two tangents, rad.
@@ -19,18 +20,18 @@ pub struct Calibration {
     /// UAV: error of each array's centre, m, body frame.
     pub uav_centre_m: [Vector3<f64>; ARRAYS],
     /// GMT: turn of each face about the axes of the GMT's frame, rad.
-    pub gmt_axis_rad: [Vector3<f64>; FACES],
+    pub gmt_axis_rad: Vec<Vector3<f64>>,
     /// GMT: error of each face's centre, m, GMT frame.
-    pub gmt_centre_m: [Vector3<f64>; FACES],
-    /// GMT: gain and `exp(j error)` of each element, column-major 8 p + q.
-    pub gmt_element: [[C64; FACE_ELEMENTS]; FACES],
-    /// GMT: delay of each element, s.
-    pub gmt_delay_s: [[f64; FACE_ELEMENTS]; FACES],
+    pub gmt_centre_m: Vec<Vector3<f64>>,
+    /// GMT: gain and `exp(j error)` of each element of each face, column-major `rows p + q`.
+    pub gmt_element: Vec<Vec<C64>>,
+    /// GMT: delay of each element of each face, s.
+    pub gmt_delay_s: Vec<Vec<f64>>,
 }
 
-impl Calibration {
+impl<const ARRAYS: usize, const ELEMENTS: usize> Calibration<ARRAYS, ELEMENTS> {
     /// Draws a device. Each kind of error has its own stream, so setting one to zero leaves the others as they were.
-    pub fn draw(impairments: &Impairments, seed: u64) -> Self {
+    pub fn draw(impairments: &Impairments, counts: &GmtCounts, seed: u64) -> Self {
         let normal = |draw: Draw, rms: f64| {
             let mut stream = draw.stream(seed);
             move || rms * stream.normal()
@@ -55,23 +56,33 @@ impl Calibration {
             (Draw::GmtGain, gmt.gain_rms_db),
             (Draw::GmtPhase, impairments.gmt_element_phase_rms_deg),
         );
+        let faces = |draw: &mut dyn FnMut() -> Vector3<f64>| each(counts.faces, draw);
         Self {
             uav_element: std::array::from_fn(|_| std::array::from_fn(|_| uav_element())),
             uav_axis_rad: std::array::from_fn(|_| std::array::from_fn(|_| uav_axis())),
             uav_delay_s: std::array::from_fn(|_| uav_delay()),
             uav_centre_m: std::array::from_fn(|_| Vector3::from_fn(|_, _| uav_centre())),
-            gmt_axis_rad: std::array::from_fn(|_| Vector3::from_fn(|_, _| gmt_axis())),
-            gmt_centre_m: std::array::from_fn(|_| Vector3::from_fn(|_, _| gmt_centre())),
-            gmt_element: std::array::from_fn(|_| std::array::from_fn(|_| gmt_element())),
-            gmt_delay_s: std::array::from_fn(|_| std::array::from_fn(|_| gmt_delay())),
+            gmt_axis_rad: faces(&mut || Vector3::from_fn(|_, _| gmt_axis())),
+            gmt_centre_m: faces(&mut || Vector3::from_fn(|_, _| gmt_centre())),
+            gmt_element: each(counts.faces, || each(counts.elements(), &mut gmt_element)),
+            gmt_delay_s: each(counts.faces, || each(counts.elements(), &mut gmt_delay)),
         }
     }
+}
+
+/// So many of what is drawn one after the other.
+fn each<T>(count: usize, mut draw: impl FnMut() -> T) -> Vec<T> {
+    (0..count).map(|_| draw()).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::channel::{GmtArrayErrors, UavArrayErrors};
+
+    fn draw(impairments: &Impairments, seed: u64) -> Calibration {
+        Calibration::draw(impairments, &GmtCounts::default(), seed)
+    }
 
     #[test]
     fn gains_and_centres_have_their_rms_and_move_no_phase() {
@@ -91,7 +102,7 @@ mod tests {
                 },
                 ..budget.clone()
             };
-            let (with, without) = (Calibration::draw(&with, seed), Calibration::draw(&budget, seed));
+            let (with, without) = (draw(&with, seed), draw(&budget, seed));
             let db = |c: &C64| 20.0 * libm::log10(c.norm());
             square[0] += with
                 .uav_element
@@ -109,11 +120,10 @@ mod tests {
                 / 192.0;
             square[2] += with.uav_centre_m.iter().map(|m| m.norm_squared()).sum::<f64>() * 1e6 / 12.0;
             square[3] += with.gmt_centre_m.iter().map(|m| m.norm_squared()).sum::<f64>() * 1e6 / 9.0;
-            let degrees = with.gmt_axis_rad.map(|turn| turn.map(f64::to_degrees));
-            square[4] += degrees.iter().map(|turn| turn.norm_squared()).sum::<f64>() / 9.0;
+            let degrees = with.gmt_axis_rad.iter().map(|turn| turn.map(f64::to_degrees));
+            square[4] += degrees.map(|turn| turn.norm_squared()).sum::<f64>() / 9.0;
             let pairs = |a: &Calibration, b: &Calibration| {
-                let [a, b] =
-                    [a, b].map(|c| [c.uav_element.as_flattened(), c.gmt_element.as_flattened()].concat());
+                let [a, b] = [a, b].map(|c| [c.uav_element.as_flattened(), &c.gmt_element.concat()].concat());
                 a.iter()
                     .zip(&b)
                     .map(|(a, b)| (a / b).arg().abs())
@@ -141,7 +151,7 @@ mod tests {
     fn errors_have_their_rms_and_one_does_not_move_another() {
         let (mut square, draws) = (0.0, 200);
         for seed in 0..draws {
-            let device = Calibration::draw(&Impairments::budget(), seed);
+            let device = draw(&Impairments::budget(), seed);
             square += device
                 .gmt_element
                 .iter()
@@ -152,12 +162,12 @@ mod tests {
         let rms_deg = (square / (draws as f64 * 192.0)).sqrt().to_degrees();
         assert!((rms_deg - 5.0).abs() < 0.1, "{rms_deg}");
 
-        let all = Calibration::draw(&Impairments::budget(), 1);
+        let all = draw(&Impairments::budget(), 1);
         let some = Impairments {
             uav_element_phase_rms_deg: 0.0,
             ..Impairments::budget()
         };
-        let some = Calibration::draw(&some, 1);
+        let some = draw(&some, 1);
         assert!(
             some.uav_element
                 .iter()

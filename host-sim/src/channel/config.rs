@@ -3,6 +3,7 @@
 //! Every impairment has its parameter, a zero setting ([`Impairments::none`]) and a default at the "Error
 //! budget" of docs/signal-model.md; the three worlds are [`ChannelConfig::ideal`], `ChannelConfig::default()` (`budget`) and [`ChannelConfig::real`].
 
+use cslam_core::profile::quad_4x8_gmt_72::{BEAMS, CHANNELS};
 use serde::{Deserialize, Serialize};
 
 use super::impairments::Impairments;
@@ -97,14 +98,19 @@ impl ChannelConfig {
         }
     }
 
-    /// Checks the range of every value.
+    /// Checks the range of every value, for the default radio.
     ///
     /// # Errors
     /// [`InputError`] naming the key that is out of range, and the range.
     pub fn check(&self) -> Result<(), InputError> {
+        self.check_with(CHANNELS, BEAMS)
+    }
+
+    /// The same for a radio of so many channels and beams.
+    pub(crate) fn check_with(&self, channels: usize, beams: usize) -> Result<(), InputError> {
         self.front_end.check().map_err(|error| error.under("front_end"))?;
         self.impairments
-            .check()
+            .check(channels, beams)
             .map_err(|error| error.under("impairments"))?;
         self.motion.check().map_err(|error| error.under("motion"))
     }

@@ -69,7 +69,7 @@ fn the_image_of_a_tone_stands_in_the_opposite_bin() {
         iq_phase_rms_deg: 2.0,
         ..ReceiverErrors::default()
     });
-    let imbalance = effects::quadrature::Quadrature::draw(&with.receiver, SEED).expect("an image");
+    let imbalance = effects::quadrature::Quadrature::draw(&with.receiver, 32, SEED).expect("an image");
     let heard = loud_tone(with, 37.0);
     for channel in [0, 3, 7] {
         let mut x = samples(&heard, BEAM, channel);
@@ -89,7 +89,7 @@ fn leakage_is_a_constant_under_full_scale() {
     let (with, without) = (sweep(with), sweep(Impairments::none()));
     assert_eq!(block(&with, BEAM).exponent, block(&without, BEAM).exponent);
     let full_scale = libm::ldexp(32_768.0, block(&with, BEAM).exponent);
-    for channel in 0..CHANNELS {
+    for channel in 0..32 {
         let (a, b) = (samples(&with, BEAM, channel), samples(&without, BEAM, channel));
         let first = a[0] - b[0];
         assert!((20.0 * libm::log10(first.norm() / full_scale) + 35.0).abs() < 0.05);
@@ -111,7 +111,7 @@ fn effective_bits_are_noise_of_that_converter() {
     });
     let (with, without) = (sweep(with), sweep(Impairments::none()));
     let lsb = libm::ldexp(1.0, block(&with, BEAM).exponent);
-    let all: Vec<C64> = (0..CHANNELS)
+    let all: Vec<C64> = (0..32)
         .flat_map(|c| {
             let (a, b) = (samples(&with, BEAM, c), samples(&without, BEAM, c));
             (0..512).map(move |n| a[n] - b[n])

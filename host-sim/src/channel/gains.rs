@@ -4,7 +4,9 @@ use super::rays::{Instant, RayError, rays};
 use super::simulator::Simulator;
 use crate::paths::Link;
 
-impl Simulator {
+impl<const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
+    Simulator<ARRAYS, ELEMENTS, CHANNELS>
+{
     /// Power gain from the input of each transmit beam to an isotropic antenna at the UAV, for every path of a link.
     ///
     /// # Errors

@@ -30,7 +30,7 @@ fn heard(impairments: Impairments, instant: &Instant) -> Vec<Vec<C64>> {
     let sweep = simulator(impairments)
         .sweep(&link(), instant, 0)
         .expect("complete path");
-    (0..CHANNELS).map(|c| response(block(&sweep, BEAM), c)).collect()
+    (0..32).map(|c| response(block(&sweep, BEAM), c)).collect()
 }
 
 /// What an effect multiplies each channel's subcarriers by.
@@ -98,7 +98,7 @@ fn coupling_mixes_the_elements_of_an_array() {
         coupling_unknown_share: 0.2,
         ..UavArrayErrors::default()
     });
-    let coupling = Coupling::draw(0.2, Draw::Coupling.stream(SEED));
+    let coupling = Coupling::<4, 8>::draw(0.2, Draw::Coupling.stream(SEED));
     let known = cslam_core::array::UavArrays::<f64>::default();
     let steering = known
         .phase_step_rad(&arrival())
@@ -133,7 +133,7 @@ fn cross_polarisation_lets_in_what_tilt_and_reflections_make_horizontal() {
             .expect("complete path");
         (0..16).map(|c| response(block(&sweep, BEAM), c)).collect()
     };
-    let of_device = CrossPolarisation::draw(18.0, SEED);
+    let of_device = CrossPolarisation::<4, 8>::draw(18.0, SEED);
     for (link, instant) in [
         (&link(), &tilted),
         (&crossed, &Instant::at_rest()),
@@ -169,7 +169,7 @@ fn ripple_multiplies_the_element_pattern() {
         ripple_rms_deg: 5.0,
         ..UavArrayErrors::default()
     });
-    let ripple = Ripple::draw(1.0, 5.0, Draw::Ripple.stream(SEED)).factors(arrival().vector());
+    let ripple = Ripple::<4, 8>::draw(1.0, 5.0, Draw::Ripple.stream(SEED)).factors(arrival().vector());
     assert_near(&factors(with, &Instant::at_rest()), 3e-3, |c, _| {
         ripple[c / 8][c % 8]
     });
@@ -182,7 +182,7 @@ fn drift_turns_the_elements_with_the_time_since_switch_on() {
         delay_drift_rms_ps_per_k: 1.0,
         ..UavArrayErrors::default()
     });
-    let drift = effects::drift::Drift::draw(&with, SEED).expect("drifts");
+    let drift = effects::drift::Drift::<4, 8>::draw(&with, SEED).expect("drifts");
     for time_s in [10.0, 900.0] {
         let instant = Instant {
             time_s,

@@ -2,14 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::codebook::Codebook;
 use super::effects::amplifier::Amplifier;
 use super::effects::interference::Interference;
 use super::hardware::{AirframeEffects, GmtArrayErrors, Oscillators, ReceiverErrors, UavArrayErrors};
 use crate::input::{InputError, within};
-
-/// Beams of a sweep.
-const BEAMS: usize = Codebook::Beams.len();
 
 /// Errors of the arrays, clocks and the air.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,7 +33,7 @@ pub struct Impairments {
     pub dropped_beam_probability: f64,
     /// Beams whose blocks are always lost.
     pub dropped_beams: Vec<u16>,
-    /// Channels 0..32 that deliver zeros.
+    /// Channels that deliver zeros.
     pub dead_channels: Vec<u8>,
     /// Further errors of the UAV's arrays.
     pub uav_arrays: UavArrayErrors,
@@ -136,8 +132,8 @@ impl Jammer {
 }
 
 impl Impairments {
-    /// Checks the range of every value.
-    pub(super) fn check(&self) -> Result<(), InputError> {
+    /// Checks the range of every value, for a radio of so many channels and beams.
+    pub(super) fn check(&self, channels: usize, beams: usize) -> Result<(), InputError> {
         let rms = |key, value, most| (key, value, 0.0, most);
         within(&[
             ("clock_offset_s", self.clock_offset_s, -1.0, 1.0),
@@ -155,12 +151,12 @@ impl Impairments {
                 1.0,
             ),
         ])?;
-        if let Some(channel) = self.dead_channels.iter().find(|c| **c >= 32) {
-            let message = format!("holds {channel}, expected 0 to 31");
+        if let Some(channel) = self.dead_channels.iter().find(|c| usize::from(**c) >= channels) {
+            let message = format!("holds {channel}, expected 0 to {}", channels - 1);
             return Err(InputError::at_key("dead_channels", message));
         }
-        if let Some(beam) = self.dropped_beams.iter().find(|m| usize::from(**m) >= BEAMS) {
-            let message = format!("holds {beam}, expected 0 to {}", BEAMS - 1);
+        if let Some(beam) = self.dropped_beams.iter().find(|m| usize::from(**m) >= beams) {
+            let message = format!("holds {beam}, expected 0 to {}", beams - 1);
             return Err(InputError::at_key("dropped_beams", message));
         }
         let under = |table: &'static str| move |error: InputError| error.under(table);

@@ -1,6 +1,5 @@
 //! The waves of a jammer and of a neighbour in a slot.
 
-use super::ARRAYS;
 use super::air::SweepState;
 use super::impairments::{Jammer, JammerKind};
 use super::noise::Gaussian;
@@ -30,7 +29,9 @@ fn keep_pulses(wave: &mut Wave, jammer: &Jammer, maker: &WaveMaker, time_s: f64)
     }
 }
 
-impl SweepState<'_> {
+impl<const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
+    SweepState<'_, ARRAYS, ELEMENTS, CHANNELS>
+{
     /// What the jammer sends in a slot, if that is not always the same.
     pub(super) fn jam(&mut self, slot: usize) {
         let Some((jammer, reception)) = &self.jammer else {

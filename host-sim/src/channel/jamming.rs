@@ -10,8 +10,8 @@ use super::streams::{BURSTS, stream};
 use crate::random::Stream;
 
 /// A neighbour at the arrays.
-pub(super) struct HeardNeighbour {
-    pub(super) reception: Reception,
+pub(super) struct HeardNeighbour<const ARRAYS: usize, const ELEMENTS: usize> {
+    pub(super) reception: Reception<ARRAYS, ELEMENTS>,
     /// Its bursts over the sweep, s.
     pub(super) bursts: Vec<[f64; 2]>,
     /// Amplitude at an isotropic antenna, sqrt(W).
@@ -19,11 +19,11 @@ pub(super) struct HeardNeighbour {
 }
 
 /// The jammer of a sweep at the arrays.
-pub(super) fn jammer(
-    simulator: &Simulator,
+pub(super) fn jammer<const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>(
+    simulator: &Simulator<ARRAYS, ELEMENTS, CHANNELS>,
     instant: &Instant,
-    errors: &ElementErrors,
-) -> Option<(Jammer, Reception)> {
+    errors: &ElementErrors<ARRAYS, ELEMENTS>,
+) -> Option<(Jammer, Reception<ARRAYS, ELEMENTS>)> {
     let jammer = simulator.config.impairments.jammer.as_ref()?;
     let (zenith, azimuth) = (jammer.zenith_deg.to_radians(), jammer.azimuth_deg.to_radians());
     let world = Direction::from_zenith_azimuth(zenith, azimuth).ok()?;
@@ -35,12 +35,12 @@ pub(super) fn jammer(
 }
 
 /// The neighbour of a sweep at the arrays.
-pub(super) fn neighbour(
-    simulator: &Simulator,
+pub(super) fn neighbour<const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>(
+    simulator: &Simulator<ARRAYS, ELEMENTS, CHANNELS>,
     instant: &Instant,
-    errors: &ElementErrors,
+    errors: &ElementErrors<ARRAYS, ELEMENTS>,
     index: u32,
-) -> Option<HeardNeighbour> {
+) -> Option<HeardNeighbour<ARRAYS, ELEMENTS>> {
     let neighbour = simulator.neighbour.as_ref()?;
     let interference = simulator.config.impairments.interference.as_ref()?;
     let body = instant.attitude.inverse().apply(neighbour.direction);

@@ -2,8 +2,8 @@
 
 use cslam_core::signal::SAMPLES;
 
+use super::C64;
 use super::waves::{Plane, Wave};
-use super::{C64, ELEMENTS};
 
 /// Rays under this share of the strongest one's power (30 dB) take no delays of elements: those would add -58 dB.
 pub(super) const STRONG_POWER: f64 = 1e-3;
@@ -27,7 +27,7 @@ type Lanes = [f32; LANES];
 /// the edge of band and array).
 ///
 /// Sums run over the rays in order, sample by sample: the result does not depend on how wide the machine's lanes are.
-pub(crate) fn mix(
+pub(crate) fn mix<const ELEMENTS: usize>(
     waves: &[Wave],
     gains: &[Gain],
     steering: &[[C64; ELEMENTS]],
@@ -90,7 +90,7 @@ pub(crate) fn mix(
 }
 
 /// The first `count` rays but those far under the strongest.
-fn strong(gains: &[Gain], steering: &[[C64; ELEMENTS]], count: usize) -> Vec<usize> {
+fn strong<const ELEMENTS: usize>(gains: &[Gain], steering: &[[C64; ELEMENTS]], count: usize) -> Vec<usize> {
     let power = |l: usize| gains[l].value.norm_sqr() * steering[l][0].norm_sqr();
     let most = (0..count).map(power).fold(0.0, f64::max);
     (0..count).filter(|l| power(*l) > STRONG_POWER * most).collect()

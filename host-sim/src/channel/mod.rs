@@ -17,9 +17,12 @@
 //! the body's pattern. A cross-polarised part, which the format does not carry, is not heard.
 //!
 //! **Structure.** What depends on the beam is one number per ray (two with delay errors), what depends on the element is
-//! one number per ray and array, and the waveforms are the same for all beams: a beam costs one product (32 x rays) x
+//! one number per ray and array, and the waveforms are the same for all beams: a beam costs one product (channels x rays) x
 //! (rays x 512) and its noise. Phases are made in `f64` with libm, samples in `f32` with plain products: the same bits on
 //! every machine and for every number of threads.
+//!
+//! **Any radio.** How many arrays, elements and channels the UAV has, types say, since the products are made for them; all else of a
+//! radio is a value ([`Radio`]). The default is the default radio's.
 //!
 //! **Own antennas.** The arrays, beams and squint symbols are those of `antenna`, not the receiver's. What measured hardware
 //! has beyond the formula above is in `effects`, each off by default: errors and coupling of the elements, squint inside an
@@ -46,6 +49,7 @@ mod mix;
 mod noise;
 mod order;
 mod pieces;
+mod radio;
 mod rays;
 mod reception;
 mod simulator;
@@ -70,7 +74,7 @@ mod probe;
 #[cfg(test)]
 mod tests;
 
-pub use antenna::squint::{SquintScheme, SquintSymbol};
+pub use antenna::squint::SquintSymbol;
 pub use calibration::Calibration;
 pub use codebook::Codebook;
 pub use config::{ChannelConfig, FrontEndConfig, MotionConfig};
@@ -80,17 +84,11 @@ pub use hardware::{AirframeEffects, GmtArrayErrors, Oscillators, ReceiverErrors,
 pub use impairments::{Impairments, Jammer, JammerKind};
 pub use noise::Gaussian;
 pub use order::strongest_first;
+pub use radio::{GmtCounts, Radio};
 pub use rays::{Instant, Ray, RayError};
-pub use simulator::{Block, CHANNELS, Simulator, Sweep};
+pub use simulator::{Block, Simulator, Sweep};
 
-/// Number of receive arrays.
-pub(crate) const ARRAYS: usize = 4;
-/// Elements of a receive array.
-pub(crate) const ELEMENTS: usize = 8;
-/// Number of transmit faces.
-pub(crate) const FACES: usize = 3;
-/// Elements of a transmit face, 8 x 8.
-pub(crate) const FACE_ELEMENTS: usize = 64;
+pub use cslam_core::array::SquintScheme;
 
 /// Complex number of the phase computations.
 pub(crate) type C64 = nalgebra::Complex<f64>;

@@ -1,10 +1,8 @@
 //! The order in which a front end hands the beams of a sweep over: strongest first (docs/front-end.md section 5).
 
-use cslam_firmware::front_end::{BEAMS, Powers};
-
 use super::{Block, Sweep};
 
-impl Block {
+impl<const CHANNELS: usize> Block<CHANNELS> {
     /// Mean over the samples of `|x|^2`, all channels added, W.
     #[must_use]
     pub fn power(&self) -> f32 {
@@ -16,17 +14,20 @@ impl Block {
 }
 
 /// Blocks, strongest first; of equal ones the first.
-pub fn strongest_first(blocks: &mut [Block]) -> impl Iterator<Item = &mut Block> {
-    let mut blocks: Vec<(f32, &mut Block)> = blocks.iter_mut().map(|block| (block.power(), block)).collect();
+pub fn strongest_first<const CHANNELS: usize>(
+    blocks: &mut [Block<CHANNELS>],
+) -> impl Iterator<Item = &mut Block<CHANNELS>> {
+    let mut blocks: Vec<(f32, &mut Block<CHANNELS>)> =
+        blocks.iter_mut().map(|block| (block.power(), block)).collect();
     blocks.sort_by(|(a, _), (b, _)| b.total_cmp(a));
     blocks.into_iter().map(|(_, block)| block)
 }
 
-impl Sweep {
-    /// Power of each beam; 0 where it is lost.
+impl<const CHANNELS: usize> Sweep<CHANNELS> {
+    /// Power of each of so many beams; 0 where it is lost.
     #[must_use]
-    pub fn powers(&self) -> Powers {
-        let mut powers: Powers = [0.0; BEAMS as usize];
+    pub fn powers<const BEAMS: usize>(&self) -> [f32; BEAMS] {
+        let mut powers = [0.0; BEAMS];
         for block in &self.blocks {
             if let Some(power) = powers.get_mut(usize::from(block.beam)) {
                 *power = block.power();
@@ -36,7 +37,7 @@ impl Sweep {
     }
 
     /// The blocks, strongest first; of equal ones the lower beam.
-    pub fn strongest_first(&mut self) -> impl Iterator<Item = &mut Block> {
+    pub fn strongest_first(&mut self) -> impl Iterator<Item = &mut Block<CHANNELS>> {
         strongest_first(&mut self.blocks)
     }
 }
@@ -50,14 +51,14 @@ mod tests {
     #[test]
     fn the_strongest_beam_comes_first_whatever_its_scale() {
         let block = |beam, exponent, amplitude: i16| {
-            let mut block = Block::zero(beam, exponent);
+            let mut block = Block::<32>::zero(beam, exponent);
             block.samples[3][7] = Iq::new(amplitude, 0);
             block
         };
         let mut sweep = Sweep {
             blocks: vec![block(2, 0, 4), block(5, 3, 1), block(9, 0, 4), block(11, 1, 100)],
         };
-        let powers = sweep.powers();
+        let powers: [f32; 72] = sweep.powers();
         assert_eq!(powers[5], 64.0 / 512.0);
         assert_eq!(
             (powers[2], powers[9], powers[0]),

@@ -7,12 +7,12 @@
 
 use cslam_core::signal::SAMPLES;
 
+use super::C64;
 use super::bank::Bank;
 use super::rays::Ray;
 use super::reception::{ElementErrors, Reception};
 use super::simulator::Simulator;
 use super::waves::Plane;
-use super::{ARRAYS, C64, ELEMENTS};
 
 /// A beam that sees a piece so much weaker than its best does not hear it, dB.
 const BEAM_RANGE_DB: f64 = 25.0;
@@ -33,18 +33,18 @@ pub(super) fn divide(rays: Vec<Ray>, scattered: impl Fn(usize) -> bool) -> (Vec<
 }
 
 /// A piece at the receive arrays.
-struct Piece {
+struct Piece<const ARRAYS: usize, const ELEMENTS: usize> {
     amplitude: C64,
     doppler_hz: f64,
-    reception: Reception,
+    reception: Reception<ARRAYS, ELEMENTS>,
     /// Field of each transmit beam towards it; none where it is too weak to be heard.
     fields: Vec<Option<C64>>,
 }
 
 /// The pieces of a sweep.
-pub(super) struct Pieces<'a> {
+pub(super) struct Pieces<'a, const ARRAYS: usize, const ELEMENTS: usize> {
     bank: &'a Bank,
-    all: Vec<Piece>,
+    all: Vec<Piece<ARRAYS, ELEMENTS>>,
 }
 
 /// What all pieces share in a block.
@@ -57,8 +57,12 @@ pub(super) struct Slot<F: Fn(f64) -> C64> {
     pub(super) turn: F,
 }
 
-impl<'a> Pieces<'a> {
-    pub(super) fn new(simulator: &'a Simulator, rays: &[Ray], errors: &ElementErrors) -> Self {
+impl<'a, const ARRAYS: usize, const ELEMENTS: usize> Pieces<'a, ARRAYS, ELEMENTS> {
+    pub(super) fn new<const CHANNELS: usize>(
+        simulator: &'a Simulator<ARRAYS, ELEMENTS, CHANNELS>,
+        rays: &[Ray],
+        errors: &ElementErrors<ARRAYS, ELEMENTS>,
+    ) -> Self {
         let cut = libm::exp10(-BEAM_RANGE_DB / 10.0);
         let piece = |ray: &Ray| {
             let fields = simulator.transmitter.fields(&ray.departure, &simulator.device);

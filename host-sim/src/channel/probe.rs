@@ -4,7 +4,7 @@ use cslam_core::signal::{SAMPLES, Waveform};
 
 use super::antenna::phasor;
 use super::spectrum::Transform;
-use super::{Block, C64, CHANNELS, ChannelConfig, FrontEndConfig, Impairments, MotionConfig, Sweep};
+use super::{Block, C64, ChannelConfig, FrontEndConfig, Impairments, MotionConfig, Sweep};
 use crate::paths::Link;
 
 /// Delay and amplitude of the strongest path of a channel.
@@ -87,7 +87,7 @@ pub(super) fn fit(h: &[C64]) -> Fit {
 
 /// Fits of all channels of a block.
 pub(super) fn fits(block: &Block) -> Vec<Fit> {
-    (0..CHANNELS).map(|c| fit(&response(block, c))).collect()
+    (0..32).map(|c| fit(&response(block, c))).collect()
 }
 
 pub(super) fn block(sweep: &Sweep, beam: u16) -> &Block {

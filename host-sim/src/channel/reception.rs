@@ -5,7 +5,7 @@ use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction};
 use nalgebra::Vector3;
 
-use super::antenna::uav::UavArrays;
+use super::antenna::uav::{UavArrays, steering};
 use super::antenna::{phasor, place};
 use super::effects::coupling::Coupling;
 use super::effects::cross_polarisation::CrossPolarisation;
@@ -13,25 +13,26 @@ use super::effects::drift::Drift;
 use super::effects::ripple::Ripple;
 use super::effects::{Draw, airframe};
 use super::impairments::Impairments;
-use super::{ARRAYS, C64, Calibration, ELEMENTS};
+use super::radio::Radio;
+use super::{C64, Calibration};
 
 /// The arrays of a device.
 #[derive(Clone, Debug)]
-pub(super) struct ReceiveArrays {
-    arrays: UavArrays,
+pub(super) struct ReceiveArrays<const ARRAYS: usize, const ELEMENTS: usize> {
+    arrays: UavArrays<ARRAYS>,
     carrier_hz: f64,
     element: [[C64; ELEMENTS]; ARRAYS],
     delay_s: [f64; ARRAYS],
-    drift: Option<Drift>,
-    ripple: Option<Ripple>,
-    cross: Option<CrossPolarisation>,
-    coupling: Option<Coupling>,
+    drift: Option<Drift<ARRAYS, ELEMENTS>>,
+    ripple: Option<Ripple<ARRAYS, ELEMENTS>>,
+    cross: Option<CrossPolarisation<ARRAYS, ELEMENTS>>,
+    coupling: Option<Coupling<ARRAYS, ELEMENTS>>,
     shadow: bool,
     squint: bool,
 }
 
 /// The errors of the elements at a time.
-pub(super) struct ElementErrors {
+pub(super) struct ElementErrors<const ARRAYS: usize, const ELEMENTS: usize> {
     /// Gain and phase of each element.
     factor: [[C64; ELEMENTS]; ARRAYS],
     /// Delay of each array, s.
@@ -39,7 +40,7 @@ pub(super) struct ElementErrors {
 }
 
 /// A ray at the receive arrays.
-pub(super) struct Reception {
+pub(super) struct Reception<const ARRAYS: usize, const ELEMENTS: usize> {
     /// Element pattern, steering and errors of each array's elements.
     pub(super) steering: [[C64; ELEMENTS]; ARRAYS],
     /// Delay of each element after its array's centre, s, where squint is on; zero else.
@@ -50,15 +51,20 @@ pub(super) struct Reception {
     pub(super) carrier: [C64; ARRAYS],
 }
 
-impl ReceiveArrays {
+impl<const ARRAYS: usize, const ELEMENTS: usize> ReceiveArrays<ARRAYS, ELEMENTS> {
     /// The arrays with the errors of a device; `seed` draws what the device does not hold.
-    pub(super) fn new(impairments: &Impairments, device: &Calibration, carrier_hz: f64, seed: u64) -> Self {
-        let mut arrays = UavArrays::nominal();
-        for (array, [along, across]) in arrays.0.iter_mut().zip(device.uav_axis_rad) {
+    pub(super) fn new(
+        radio: &Radio,
+        impairments: &Impairments,
+        device: &Calibration<ARRAYS, ELEMENTS>,
+        seed: u64,
+    ) -> Self {
+        let mut arrays = UavArrays::nominal(&radio.uav_arrays);
+        for (array, [along, across]) in arrays.arrays.iter_mut().zip(device.uav_axis_rad) {
             let tangent = array.normal.cross(&array.axis);
             array.axis = (array.axis + array.normal * along + tangent * across).normalize();
         }
-        for (array, error_m) in arrays.0.iter_mut().zip(device.uav_centre_m) {
+        for (array, error_m) in arrays.arrays.iter_mut().zip(device.uav_centre_m) {
             array.centre_m += error_m;
         }
         let set = &impairments.uav_arrays;
@@ -67,7 +73,7 @@ impl ReceiveArrays {
         let coupling = || Coupling::draw(set.coupling_unknown_share, Draw::Coupling.stream(seed));
         Self {
             arrays,
-            carrier_hz,
+            carrier_hz: radio.waveform.carrier_hz,
             element: device.uav_element,
             delay_s: device.uav_delay_s,
             drift: Drift::draw(impairments, seed),
@@ -93,11 +99,11 @@ impl ReceiveArrays {
 
     /// Centre of each array, m, body frame.
     pub(super) fn centres_m(&self) -> [Vector3<f64>; ARRAYS] {
-        self.arrays.0.map(|array| array.centre_m)
+        self.arrays.arrays.map(|array| array.centre_m)
     }
 
     /// The errors of the elements at a time since switch-on.
-    pub(super) fn errors_at(&self, time_s: f64) -> ElementErrors {
+    pub(super) fn errors_at(&self, time_s: f64) -> ElementErrors<ARRAYS, ELEMENTS> {
         let mut errors = ElementErrors {
             factor: self.element,
             delay_s: self.delay_s,
@@ -126,8 +132,8 @@ impl ReceiveArrays {
         arrival: &Direction<Body, f64>,
         delay_s: f64,
         across: C64,
-        errors: &ElementErrors,
-    ) -> Reception {
+        errors: &ElementErrors<ARRAYS, ELEMENTS>,
+    ) -> Reception<ARRAYS, ELEMENTS> {
         let steps = self.arrays.phase_step_rad(arrival);
         let mut amplitudes = self.arrays.amplitude(arrival);
         if self.shadow {
@@ -139,7 +145,7 @@ impl ReceiveArrays {
             .as_ref()
             .map(|ripple| ripple.factors(arrival.vector()));
         let steering = std::array::from_fn(|j| {
-            let clean = UavArrays::steering(steps[j]);
+            let clean: [C64; ELEMENTS] = steering(steps[j]);
             let mut steering = std::array::from_fn(|i| clean[i] * errors.factor[j][i] * amplitudes[j]);
             if let Some(factors) = &ripple {
                 for (s, factor) in steering.iter_mut().zip(&factors[j]) {
@@ -163,7 +169,8 @@ impl ReceiveArrays {
         let lead_s = self.arrays.lead_m(arrival).map(|m| m / SPEED_OF_LIGHT_M_PER_S);
         Reception {
             steering,
-            element_delay_s: steps.map(|step| std::array::from_fn(|i| place(i) * step * per_step_s)),
+            element_delay_s: steps
+                .map(|step| std::array::from_fn(|i| place(i, ELEMENTS) * step * per_step_s)),
             delay_s: std::array::from_fn(|j| delay_s - lead_s[j] + errors.delay_s[j]),
             carrier: lead_s.map(|s| phasor(std::f64::consts::TAU * self.carrier_hz * s)),
         }

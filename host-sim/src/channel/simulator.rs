@@ -1,7 +1,7 @@
 //! A sweep of all transmit beams through channel and front end.
 
 use cslam_core::constants::{BOLTZMANN_J_PER_K, NOISE_TEMPERATURE_K};
-use cslam_core::signal::{BeamBlock, Iq, SAMPLES, Waveform};
+use cslam_core::signal::{BeamBlock, Iq, SAMPLES};
 
 use super::bank::Bank;
 use super::config::ChannelConfig;
@@ -11,20 +11,21 @@ use super::effects::interference::Neighbour;
 use super::effects::quadrature::Quadrature;
 use super::effects::rotors::Rotors;
 use super::noise::Gaussian;
+use super::radio::Radio;
 use super::rays::{Instant, Ray, RayError, rays};
 use super::reception::ReceiveArrays;
 use super::streams::{CONVERTER, NOISE, stream};
 use super::transmit::Transmitter;
 use super::waves::{Plane, WaveMaker};
-use super::{ARRAYS, Calibration, ELEMENTS, adc};
+use super::{Calibration, adc};
 use crate::paths::Link;
 
-/// Channels of the receiver, array-major (8 j + i).
-pub const CHANNELS: usize = ARRAYS * ELEMENTS;
+/// Streams of random numbers have room for the oscillators of so many arrays, beside the GMT's.
+const MOST_ARRAYS: usize = 15;
 
 /// Samples of one transmit beam.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Block {
+pub struct Block<const CHANNELS: usize = 32> {
     /// Transmit beam.
     pub beam: u16,
     /// Amplitude in sqrt(W) = integer x 2^exponent, at the antenna (behind the implementation loss).
@@ -33,7 +34,7 @@ pub struct Block {
     pub samples: Box<[[Iq; SAMPLES]; CHANNELS]>,
 }
 
-impl Block {
+impl<const CHANNELS: usize> Block<CHANNELS> {
     /// As the receiver takes it.
     pub fn view(&mut self) -> BeamBlock<'_, CHANNELS> {
         BeamBlock {
@@ -60,18 +61,21 @@ impl Block {
 
 /// The blocks of one sweep, in beam order; lost beams are absent. A receiver is given them [`Self::strongest_first`].
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Sweep {
+pub struct Sweep<const CHANNELS: usize = 32> {
     /// Blocks.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<Block<CHANNELS>>,
 }
 
 /// Channel and front end of one UAV and one GMT. Immutable: sweeps may be made in any order, on any thread.
+///
+/// The UAV has `ARRAYS` linear arrays of `ELEMENTS` elements; its `CHANNELS` are array-major, `ELEMENTS` j + i.
 #[derive(Clone, Debug)]
-pub struct Simulator {
+pub struct Simulator<const ARRAYS: usize = 4, const ELEMENTS: usize = 8, const CHANNELS: usize = 32> {
+    pub(super) radio: Radio,
     pub(super) config: ChannelConfig,
     pub(super) seed: u64,
-    pub(super) device: Calibration,
-    pub(super) arrays: ReceiveArrays,
+    pub(super) device: Calibration<ARRAYS, ELEMENTS>,
+    pub(super) arrays: ReceiveArrays<ARRAYS, ELEMENTS>,
     pub(super) transmitter: Transmitter,
     pub(super) maker: WaveMaker,
     pub(super) carrier_offset: Option<CarrierOffset>,
@@ -84,13 +88,24 @@ pub struct Simulator {
 }
 
 impl Simulator {
-    /// A simulator; `seed` draws the device errors and all noise.
+    /// A simulator of the default radio; `seed` draws the device errors and all noise.
     pub fn new(config: ChannelConfig, seed: u64) -> Self {
-        let device = Calibration::draw(&config.impairments, seed);
-        let waveform = Waveform::default();
-        let arrays = ReceiveArrays::new(&config.impairments, &device, waveform.carrier_hz, seed);
+        Self::with_radio(Radio::default(), config, seed)
+    }
+}
+
+impl<const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
+    Simulator<ARRAYS, ELEMENTS, CHANNELS>
+{
+    /// A simulator of a radio; `seed` draws the device errors and all noise.
+    pub fn with_radio(radio: Radio, config: ChannelConfig, seed: u64) -> Self {
+        const { assert!(CHANNELS == ARRAYS * ELEMENTS && CHANNELS > 0 && ARRAYS <= MOST_ARRAYS) }
         let impairments = &config.impairments;
-        let maker = WaveMaker::new(waveform, impairments.amplifier.as_ref());
+        let device = Calibration::draw(impairments, &radio.gmt, seed);
+        let arrays = ReceiveArrays::new(&radio, impairments, &device, seed);
+        let maker = WaveMaker::new(radio.waveform, impairments.amplifier.as_ref());
+        let front_end = &config.front_end;
+        let converter = Converter::draw(&impairments.receiver, front_end, &radio.waveform, CHANNELS, seed);
         Self {
             carrier_offset: CarrierOffset::draw(&impairments.oscillators, seed),
             rotors: impairments.airframe.rotors.then(|| Rotors::draw(seed)),
@@ -98,11 +113,12 @@ impl Simulator {
                 .interference
                 .as_ref()
                 .and_then(|_| Neighbour::draw(seed)),
-            quadrature: Quadrature::draw(&impairments.receiver, seed),
-            converter: Converter::draw(&impairments.receiver, &config.front_end, seed),
+            quadrature: Quadrature::draw(&impairments.receiver, CHANNELS, seed),
+            converter,
             bank: Bank::new(&maker),
             maker,
-            transmitter: Transmitter::new(&device, waveform.carrier_hz),
+            transmitter: Transmitter::new(&radio, &device),
+            radio,
             config,
             seed,
             device,
@@ -111,8 +127,13 @@ impl Simulator {
         }
     }
 
+    /// The radio.
+    pub fn radio(&self) -> &Radio {
+        &self.radio
+    }
+
     /// Errors the device has.
-    pub fn device(&self) -> &Calibration {
+    pub fn device(&self) -> &Calibration<ARRAYS, ELEMENTS> {
         &self.device
     }
 
@@ -159,7 +180,7 @@ impl Simulator {
         gaussian: &mut Gaussian,
         (index, slot): (u32, usize),
         beam: u16,
-    ) -> Block {
+    ) -> Block<CHANNELS> {
         let front_end = &self.config.front_end;
         if front_end.noise {
             gaussian.restart(self.seed, stream(index, slot, NOISE));
@@ -179,7 +200,7 @@ impl Simulator {
             converter.apply(planes, block.exponent, gaussian);
             self.silence_dead_channels(planes);
         }
-        adc::convert(planes, block.exponent, front_end.adc_bits, &mut block.samples);
+        adc::convert(planes, block.exponent, front_end.adc_bits, &mut block.samples[..]);
         block
     }
 }

@@ -1,15 +1,16 @@
 //! Beam squint symbols through the same channel and front end.
 //!
 //! Here the transmit field varies over the band by design, so each ray has its own waveform in each symbol, shaped by
-//! what the 64 elements send towards it (`squint_field`).
+//! what the elements of a face send towards it (`squint_field`).
 
 use super::air::SweepState;
-use super::antenna::squint::{SquintScheme, SquintSymbol};
+use super::antenna::squint::SquintSymbol;
 use super::mix::STRONG_POWER;
+use super::radio::Radio;
 use super::rays::{Instant, Ray, RayError};
 use super::transmit::BeamField;
 use super::waves::Shape;
-use super::{C64, Simulator, Sweep};
+use super::{C64, Simulator, SquintScheme, Sweep};
 use crate::paths::Link;
 
 /// Beam squint symbols hear what edges and rough faces send down to so much under the strongest ray, dB.
@@ -28,12 +29,16 @@ fn heard_in_squint(rays: &[Ray], specular: impl Fn(usize) -> bool) -> Vec<Ray> {
         .collect()
 }
 
-impl Simulator {
-    /// The symbols of a scheme, in the order they are sent: 33 or 3.
+impl<const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
+    Simulator<ARRAYS, ELEMENTS, CHANNELS>
+{
+    /// The symbols of a scheme, in the order they are sent: 33 or 3 by default.
     pub fn squint_symbols(&self, scheme: SquintScheme) -> Vec<SquintSymbol> {
         let waveform = self.maker.waveform();
         let edge_hz = |index| f64::from(waveform.offset(index)) * waveform.spacing_hz();
-        scheme.symbols([edge_hz(0), edge_hz(waveform.active - 1)], waveform.carrier_hz)
+        let band_hz = [edge_hz(0), edge_hz(waveform.active - 1)];
+        let Radio { squint, gmt, .. } = &self.radio;
+        squint.symbols(scheme, gmt.faces, band_hz, waveform.carrier_hz)
     }
 
     /// Blocks of the squint symbols over a link. They follow the sweep of the same `index`: their slots are those after
@@ -47,7 +52,7 @@ impl Simulator {
         instant: &Instant,
         index: u32,
         scheme: SquintScheme,
-    ) -> Result<Sweep, RayError> {
+    ) -> Result<Sweep<CHANNELS>, RayError> {
         let rays = self.rays(link, instant)?;
         let heard = heard_in_squint(&rays, |path| link.paths[path].is_specular());
         Ok(self.squint_rays(&heard, instant, index, scheme, |_| true))
@@ -62,7 +67,7 @@ impl Simulator {
         index: u32,
         scheme: SquintScheme,
         wanted: impl Fn(&SquintSymbol) -> bool,
-    ) -> Sweep {
+    ) -> Sweep<CHANNELS> {
         let symbols = self.squint_symbols(scheme);
         let places = (0..symbols.len()).filter(|place| wanted(&symbols[*place]));
         self.shaped_rays(rays, instant, index, places, |place, rays| {
@@ -79,13 +84,13 @@ impl Simulator {
         index: u32,
         places: impl Iterator<Item = usize>,
         responses: impl Fn(usize, &[Ray]) -> Vec<Vec<C64>>,
-    ) -> Sweep {
+    ) -> Sweep<CHANNELS> {
         let mut state = SweepState::new(self, rays, instant, index);
         let mut sweep = Sweep::default();
         for place in places {
             let slot = self.beams() + place;
             state.make_shaped_waves(slot, |rays| responses(place, rays));
-            let whole = |_: &SweepState<'_>, _| BeamField {
+            let whole = |_: &SweepState<'_, ARRAYS, ELEMENTS, CHANNELS>, _| BeamField {
                 field: C64::new(1.0, 0.0),
                 slope_s: C64::new(0.0, 0.0),
             };
@@ -97,7 +102,9 @@ impl Simulator {
     }
 }
 
-impl SweepState<'_> {
+impl<const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
+    SweepState<'_, ARRAYS, ELEMENTS, CHANNELS>
+{
     /// Replaces the waves by those of a symbol with a pattern of its own, at the clock of its slot.
     fn make_shaped_waves(&mut self, slot: usize, responses: impl Fn(&[Ray]) -> Vec<Vec<C64>>) {
         let clock_s = self.clock_s(slot);
@@ -149,13 +156,9 @@ mod tests {
 
     /// The symbol as the receiver knows it.
     fn known(scheme: SquintScheme, place: usize) -> cslam_core::array::SquintSymbol<f64> {
-        use cslam_core::array::{SquintConfig, SquintScheme as Known};
-        let known = match scheme {
-            SquintScheme::Sequential => Known::Sequential,
-            SquintScheme::Raster => Known::Raster,
-        };
+        use cslam_core::array::SquintConfig;
         let band_hz = [-208.0 * 480e3, 207.0 * 480e3];
-        let symbol = SquintConfig::default().symbol(known, place, 3, band_hz, 30e9);
+        let symbol = SquintConfig::default().symbol(scheme, place, 3, band_hz, 30e9);
         symbol.expect("a symbol")
     }
 

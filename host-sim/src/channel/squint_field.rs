@@ -1,10 +1,10 @@
-//! Field of a beam squint symbol towards rays: the 64 elements' phase shifters, true time delays and errors, with the squint of the
+//! Field of a beam squint symbol towards rays: the elements' phase shifters, true time delays and errors, with the squint of the
 //! elements' places at every subcarrier.
 
+use super::antenna::phasor;
 use super::antenna::squint::SquintSymbol;
-use super::antenna::{phasor, place};
 use super::rays::Ray;
-use super::{C64, FACE_ELEMENTS, Simulator};
+use super::{C64, Simulator};
 
 /// Rays handled at a time. Each has its own sums in the same order, so the result does not depend on it.
 const LANES: usize = 4;
@@ -27,7 +27,9 @@ impl Lanes {
     }
 }
 
-impl Simulator {
+impl<const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
+    Simulator<ARRAYS, ELEMENTS, CHANNELS>
+{
     /// Field of a symbol towards the departure of each ray on every active subcarrier, element errors included.
     pub(super) fn squint_fields(&self, symbol: &SquintSymbol, rays: &[Ray]) -> Vec<Vec<C64>> {
         let of_lanes = |rays| self.fields_of_lanes(symbol, rays);
@@ -37,7 +39,8 @@ impl Simulator {
     /// The same for at most [`LANES`] rays.
     fn fields_of_lanes(&self, symbol: &SquintSymbol, rays: &[Ray]) -> Vec<Vec<C64>> {
         let waveform = self.maker.waveform();
-        let (mut now, mut step) = ([Lanes::ZERO; FACE_ELEMENTS], [Lanes::ZERO; FACE_ELEMENTS]);
+        let count = self.radio.gmt.elements();
+        let (mut now, mut step) = (vec![Lanes::ZERO; count], vec![Lanes::ZERO; count]);
         for (lane, ray) in rays.iter().enumerate() {
             let elements = self.elements(symbol, ray);
             for ((now, step), (first, per_subcarrier)) in now.iter_mut().zip(&mut step).zip(elements) {
@@ -66,16 +69,17 @@ impl Simulator {
 
     /// What each element sends towards a ray at the first subcarrier, and what turns it from one to the next: its phase is linear in
     /// frequency.
-    fn elements(&self, symbol: &SquintSymbol, ray: &Ray) -> [(C64, C64); FACE_ELEMENTS] {
+    fn elements(&self, symbol: &SquintSymbol, ray: &Ray) -> Vec<(C64, C64)> {
         let (face, departure) = (&self.transmitter.faces()[symbol.face], &ray.departure);
         let cosines = face.cosines(departure);
-        let amplitude = face.amplitude(departure) / (FACE_ELEMENTS as f64).sqrt();
+        let amplitude = face.amplitude(departure) / (self.radio.gmt.elements() as f64).sqrt();
         let (carrier, lead_s) = (self.transmitter.carrier(face, departure), face.lead_s(departure));
         let waveform = self.maker.waveform();
         let spacing_hz = waveform.spacing_hz();
-        std::array::from_fn(|e| {
-            let along = |v: [f64; 2]| place(e / 8) * v[0] + place(e % 8) * v[1];
-            let path = std::f64::consts::PI * along(cosines);
+        let element = |e| {
+            let [p, q] = face.place(e);
+            let along = |v: [f64; 2]| p * v[0] + q * v[1];
+            let path = face.phase_per_element_rad() * along(cosines);
             let shift = std::f64::consts::PI * along(symbol.psi);
             let own_s = self.device.gmt_delay_s[symbol.face][e] - lead_s;
             let delay_s = along(symbol.delay_ns) * 1e-9 + own_s;
@@ -86,6 +90,7 @@ impl Simulator {
                 * amplitude
                 * carrier;
             (now, phasor(per_subcarrier))
-        })
+        };
+        (0..self.radio.gmt.elements()).map(element).collect()
     }
 }

@@ -6,12 +6,14 @@ use super::rays::{Instant, Ray, RayError};
 use super::simulator::{Simulator, Sweep};
 use crate::paths::Link;
 
-impl Simulator {
+impl<const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
+    Simulator<ARRAYS, ELEMENTS, CHANNELS>
+{
     /// The sweep over a link at an instant. `index` numbers the sweeps of a run: it chooses the noise.
     ///
     /// # Errors
     /// [`RayError`] when a path of the link cannot be synthesised.
-    pub fn sweep(&self, link: &Link, instant: &Instant, index: u32) -> Result<Sweep, RayError> {
+    pub fn sweep(&self, link: &Link, instant: &Instant, index: u32) -> Result<Sweep<CHANNELS>, RayError> {
         let (rays, pieces) = self.divided(link, instant)?;
         Ok(self.sweep_of(&rays, &pieces, instant, index))
     }
@@ -23,11 +25,11 @@ impl Simulator {
     }
 
     /// The sweep of rays that are already in the frames of the arrays.
-    pub fn sweep_rays(&self, rays: &[Ray], instant: &Instant, index: u32) -> Sweep {
+    pub fn sweep_rays(&self, rays: &[Ray], instant: &Instant, index: u32) -> Sweep<CHANNELS> {
         self.sweep_of(rays, &[], instant, index)
     }
 
-    fn sweep_of(&self, rays: &[Ray], pieces: &[Ray], instant: &Instant, index: u32) -> Sweep {
+    fn sweep_of(&self, rays: &[Ray], pieces: &[Ray], instant: &Instant, index: u32) -> Sweep<CHANNELS> {
         let mut state = SweepState::new(self, rays, instant, index).with_pieces(pieces);
         let mut sweep = Sweep::default();
         for beam in 0..self.beams() {

@@ -4,7 +4,8 @@ use cslam_core::geometry::{Direction, Gmt};
 
 use super::antenna::gmt::{self, Face};
 use super::antenna::phasor_of_turns;
-use super::{C64, Calibration, FACE_ELEMENTS, FACES};
+use super::radio::Radio;
+use super::{C64, Calibration};
 
 /// Field of a beam towards a ray over frequency: `field - j 2 pi f slope_s`, f off the carrier. Element delays of tens of
 /// picoseconds turn the phase by hundredths of a radian at the band edge, so the second order is under -80 dB.
@@ -19,25 +20,28 @@ pub(crate) struct BeamField {
 /// Faces and codewords of the GMT, element by element.
 #[derive(Clone, Debug)]
 pub(crate) struct Transmitter {
-    faces: [Face; FACES],
+    faces: Vec<Face>,
     carrier_hz: f64,
-    /// Face and codeword of each beam, `conj(v)/|v|`.
-    codewords: Vec<(usize, [C64; FACE_ELEMENTS])>,
+    /// Face and codeword of each beam.
+    codewords: Vec<(usize, Vec<C64>)>,
 }
 
 impl Transmitter {
     /// The faces as a device has them; the codewords are those of faces as they were meant.
-    pub(crate) fn new(device: &Calibration, carrier_hz: f64) -> Self {
+    pub(crate) fn new<const ARRAYS: usize, const ELEMENTS: usize>(
+        radio: &Radio,
+        device: &Calibration<ARRAYS, ELEMENTS>,
+    ) -> Self {
         let codeword = |m| {
-            let (face, cosines) = gmt::beam(m);
-            (face, gmt::response(cosines).map(|v| v.conj() / 8.0))
+            let (face, cosines) = gmt::beam(&radio.codebook, m);
+            (face, Face::new(radio, face).codeword(cosines))
         };
+        let errors = device.gmt_axis_rad.iter().zip(&device.gmt_centre_m);
+        let moved = |(s, (turn_rad, centre_m))| Face::new(radio, s).moved(turn_rad, centre_m);
         Self {
-            faces: std::array::from_fn(|s| {
-                Face::new(s).moved(&device.gmt_axis_rad[s], &device.gmt_centre_m[s])
-            }),
-            carrier_hz,
-            codewords: (0..gmt::BEAMS).map(codeword).collect(),
+            faces: errors.enumerate().map(moved).collect(),
+            carrier_hz: radio.waveform.carrier_hz,
+            codewords: (0..radio.beams()).map(codeword).collect(),
         }
     }
 
@@ -45,7 +49,7 @@ impl Transmitter {
         self.codewords.len()
     }
 
-    pub(super) fn faces(&self) -> &[Face; FACES] {
+    pub(super) fn faces(&self) -> &[Face] {
         &self.faces
     }
 
@@ -55,14 +59,18 @@ impl Transmitter {
     }
 
     /// Fields of all beams towards a departure.
-    pub(crate) fn fields(&self, departure: &Direction<Gmt, f64>, device: &Calibration) -> Vec<BeamField> {
+    pub(crate) fn fields<const ARRAYS: usize, const ELEMENTS: usize>(
+        &self,
+        departure: &Direction<Gmt, f64>,
+        device: &Calibration<ARRAYS, ELEMENTS>,
+    ) -> Vec<BeamField> {
         let faces: Vec<_> = self
             .faces
             .iter()
             .zip(&device.gmt_element)
             .map(|(face, errors)| {
                 let amplitude = face.amplitude(departure);
-                let mut response = gmt::response(face.cosines(departure));
+                let mut response = face.response(face.cosines(departure));
                 let carrier = self.carrier(face, departure);
                 for (v, error) in response.iter_mut().zip(errors) {
                     *v *= error * amplitude;
@@ -97,12 +105,21 @@ mod tests {
     use nalgebra::Vector3;
 
     use crate::channel::antenna::phasor;
+    use crate::channel::radio::GmtCounts;
     use crate::channel::{GmtArrayErrors, Impairments};
+
+    fn drawn(impairments: &Impairments, seed: u64) -> Calibration {
+        Calibration::draw(impairments, &GmtCounts::default(), seed)
+    }
+
+    fn transmitter(device: &Calibration) -> Transmitter {
+        Transmitter::new(&Radio::default(), device)
+    }
 
     #[test]
     fn without_errors_the_fields_are_those_of_the_codebook() {
-        let device = Calibration::draw(&Impairments::none(), 0);
-        let transmitter = Transmitter::new(&device, 30e9);
+        let device = drawn(&Impairments::none(), 0);
+        let transmitter = transmitter(&device);
         let u = Direction::from_zenith_azimuth(1.3, 2.9).expect("angles");
         let fields = transmitter.fields(&u, &device);
         assert_eq!(fields.len(), 72);
@@ -115,8 +132,8 @@ mod tests {
 
     #[test]
     fn slope_is_the_derivative_of_the_field_over_frequency() {
-        let device = Calibration::draw(&Impairments::budget(), 5);
-        let transmitter = Transmitter::new(&device, 30e9);
+        let device = drawn(&Impairments::budget(), 5);
+        let transmitter = transmitter(&device);
         let u = Direction::from_zenith_azimuth(1.4, 0.3).expect("angles");
         let f_hz = 100e6;
         let mut turned = device.clone();
@@ -145,9 +162,9 @@ mod tests {
             },
             ..Impairments::none()
         };
-        let device = Calibration::draw(&impairments, 8);
+        let device = drawn(&impairments, 8);
         let u = Direction::from_zenith_azimuth(1.4, 0.3).expect("angles");
-        let fields = Transmitter::new(&device, 30e9).fields(&u, &device);
+        let fields = transmitter(&device).fields(&u, &device);
         let known = cslam_core::array::Codebook::<f64>::default();
         let meant = known.arrays().faces()[0];
         let turned = |v: Vector3<f64>| (v + device.gmt_axis_rad[0].cross(&v)).normalize();

@@ -6,10 +6,10 @@ use std::array::from_fn;
 
 use cslam_core::signal::{SAMPLES, Waveform};
 
+use super::C64;
 use super::antenna::phasor;
 use super::effects::amplifier::Amplifier;
 use super::spectrum::{Parts, Samples, Transform};
-use super::{ARRAYS, C64};
 
 /// Complex samples as two planes, for arithmetic in lanes.
 #[derive(Clone, Debug, PartialEq)]
@@ -144,14 +144,13 @@ impl WaveMaker {
 
     /// A wave of the given delay whose frequency is off.
     pub(crate) fn wave(&self, delay_s: f64, turns: &Turns) -> Wave {
-        let mut waves: [Wave; ARRAYS] = from_fn(|_| Wave::silent());
-        self.make([delay_s; ARRAYS], turns, &Shape::WHOLE, waves.each_mut());
-        let [wave, ..] = waves;
+        let mut wave = Wave::silent();
+        self.make([delay_s], turns, &Shape::WHOLE, [&mut wave]);
         wave
     }
 
     /// Makes the wave of one ray at every array, of the given delays, whose frequency is off.
-    pub(crate) fn make(
+    pub(crate) fn make<const ARRAYS: usize>(
         &self,
         delays_s: [f64; ARRAYS],
         turns: &Turns,
@@ -184,7 +183,7 @@ impl WaveMaker {
     }
 
     /// Spectra of the waveform at several delays, scaled so that the unscaled inverse transform has mean power one.
-    fn spectra(&self, delays_s: [f64; ARRAYS]) -> (Parts<ARRAYS>, Parts<ARRAYS>) {
+    fn spectra<const ARRAYS: usize>(&self, delays_s: [f64; ARRAYS]) -> (Parts<ARRAYS>, Parts<ARRAYS>) {
         let (mut re, mut im) = ([[0.0; ARRAYS]; SAMPLES], [[0.0; ARRAYS]; SAMPLES]);
         // Turns per subcarrier, reduced: the block is cyclic.
         let turns = delays_s.map(|delay_s| delay_s * self.waveform.spacing_hz());
@@ -205,7 +204,7 @@ impl WaveMaker {
         (re, im)
     }
 
-    fn to_time(&self, [re, im]: [&mut Parts<ARRAYS>; 2], turns: &Turns) {
+    fn to_time<const ARRAYS: usize>(&self, [re, im]: [&mut Parts<ARRAYS>; 2], turns: &Turns) {
         self.transform.inverse_of([re, im]);
         if let Some(turns) = &turns.0 {
             for ((re, im), factor) in re.iter_mut().zip(im).zip(turns.iter()) {
@@ -231,7 +230,7 @@ impl WaveMaker {
 }
 
 /// Multiplies the values of all arrays by a factor.
-fn turn([re, im]: [&mut [f64; ARRAYS]; 2], factor: C64) {
+fn turn<const ARRAYS: usize>([re, im]: [&mut [f64; ARRAYS]; 2], factor: C64) {
     let (a_re, a_im) = (*re, *im);
     *re = from_fn(|j| a_re[j] * factor.re - a_im[j] * factor.im);
     *im = from_fn(|j| a_re[j] * factor.im + a_im[j] * factor.re);
@@ -273,7 +272,7 @@ mod tests {
         let maker = WaveMaker::new(Waveform::default(), None);
         let shift = maker.turns(2e4);
         let delays_s = [1e-7, 3e-7, 0.0, 1.7e-6];
-        let mut turned: [Wave; ARRAYS] = from_fn(|_| Wave::silent());
+        let mut turned: [Wave; 4] = from_fn(|_| Wave::silent());
         let shape = Shape {
             response: Some(&[C64::new(0.0, 2.0); 416]),
             with_slope: true,

@@ -315,6 +315,17 @@ impl Scene {
             .map_or(0, |&place| usize::from(place))
     }
 
+    /// The same scene at another carrier, Hz: gains of its paths and materials of ITU-R P.2040-3 follow it, permittivities that a file
+    /// or a built-in scene says stay.
+    #[must_use]
+    pub fn at_frequency(mut self, frequency_hz: f64) -> Self {
+        self.frequency_hz = frequency_hz;
+        if let Some(moved) = &mut self.moved {
+            moved.own.frequency_hz = frequency_hz;
+        }
+        self
+    }
+
     /// Carrier frequency, Hz.
     pub fn frequency_hz(&self) -> f64 {
         self.frequency_hz

@@ -1,9 +1,10 @@
 //! The metadata file, and what a recording's must say.
 
+use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
 use cslam_core::signal::{SAMPLES, Waveform};
 use serde::{Deserialize, Serialize};
 
-use crate::channel::{CHANNELS, Codebook};
+use crate::channel::Codebook;
 
 /// Exponents a block may have: an `f64` holds every amplitude.
 const EXPONENTS: std::ops::RangeInclusive<i32> = -200..=200;

@@ -9,14 +9,15 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
 use cslam_core::signal::{Iq, SAMPLES, Waveform};
 
 mod meta;
 
 use meta::{ARRAY, Capture, Extension, Global, Meta, check, check_keys};
 
+use crate::channel::Block;
 pub use crate::channel::Codebook;
-use crate::channel::{Block, CHANNELS};
 use crate::input::limits::SAMPLES_METADATA;
 use crate::input::{InputError, from_json, read_exactly, read_text};
 

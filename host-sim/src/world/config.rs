@@ -1,6 +1,7 @@
 //! What can be set about a world besides its scene and its seed, and the three worlds that have names.
 
 use clap::ValueEnum;
+use cslam_core::profile::quad_4x8_gmt_72::{BEAMS, CHANNELS};
 use serde::{Deserialize, Serialize};
 
 use super::{PropagationConfig, SceneConfig};
@@ -107,18 +108,25 @@ impl WorldConfig {
         self.scene.applied(scene)
     }
 
-    /// Checks every figure.
+    /// Checks every figure, for a world of the default radio.
     ///
     /// # Errors
     /// [`InputError`] naming the key and what was expected.
     pub fn check(&self) -> Result<(), InputError> {
+        self.check_with(CHANNELS, BEAMS)
+    }
+
+    /// The same for a radio of so many channels and beams.
+    pub(super) fn check_with(&self, channels: usize, beams: usize) -> Result<(), InputError> {
         self.scene.check().map_err(|error| error.under("scene"))?;
         self.propagation
             .check()
             .map_err(|error| error.under("propagation"))?;
         self.flight.check()?;
         self.sensors.check().map_err(|error| error.under("sensors"))?;
-        self.channel.check().map_err(|error| error.under("channel"))
+        self.channel
+            .check_with(channels, beams)
+            .map_err(|error| error.under("channel"))
     }
 }
 

@@ -16,10 +16,9 @@ mod words;
 use cslam_core::array::half_wave_dipole;
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{GeometryError, Rotation};
-use cslam_core::signal::Waveform;
 use nalgebra::Vector3;
 
-use crate::channel::{Instant, Simulator, SquintScheme, Sweep};
+use crate::channel::{Instant, Radio, Simulator, Sweep};
 use crate::flight::FlightPlan;
 use crate::input::InputError;
 use crate::paths::{Link, LinkPath};
@@ -35,25 +34,26 @@ pub use propagation::{Materials, PropagationConfig};
 pub use scene::SceneConfig;
 use surroundings::Surroundings;
 
-/// A scene, or the links that somebody traced in one, with a flight through it.
+/// A scene, or the links that somebody traced in one, with a flight through it. The UAV hears it with `ARRAYS` arrays of `ELEMENTS`
+/// elements.
 #[derive(Debug)]
-pub struct World<'s> {
+pub struct World<'s, const ARRAYS: usize = 4, const ELEMENTS: usize = 8, const CHANNELS: usize = 32> {
     profile: Profile,
     medium: Medium<'s>,
     ground_z_m: f64,
     flight: SensedFlight,
-    simulator: Simulator,
+    simulator: Simulator<ARRAYS, ELEMENTS, CHANNELS>,
 }
 
 /// What one sweep of the transmit beams left at the receiver, and the truth behind it.
 #[derive(Clone, Debug)]
-pub struct HeardSweep {
+pub struct HeardSweep<const CHANNELS: usize = 32> {
     /// Number of the sweep.
     pub number: u32,
     /// Blocks of the transmit beams.
-    pub beams: Sweep,
-    /// Blocks of the beam squint symbols that follow them (sequential scheme).
-    pub squint: Sweep,
+    pub beams: Sweep<CHANNELS>,
+    /// Blocks of the beam squint symbols that follow them.
+    pub squint: Sweep<CHANNELS>,
     /// The world at the first beam: not for the receiver.
     pub truth: Truth,
     /// The true paths: not for the receiver.
@@ -66,7 +66,45 @@ impl<'s> World<'s> {
     /// # Errors
     /// [`InputError`] naming a figure of the configuration that is out of range, or saying that no flight was found.
     pub fn new(scene: &'s Scene, config: WorldConfig, seed: u64) -> Result<Self, InputError> {
-        config.check()?;
+        Self::planned(scene, Radio::default(), config, seed)
+    }
+
+    /// Flies along links that somebody else traced, with the channel and the sensors of this world; what it says of propagation and of
+    /// planning, but for the rest at the beginning and the period of sweeps, has no meaning. `seed` decides all that is drawn.
+    ///
+    /// # Errors
+    /// [`InputError`] naming a figure of the configuration that is out of range, or a place that cannot be flown to.
+    pub fn along(links: GivenLinks, config: WorldConfig, seed: u64) -> Result<World<'static>, InputError> {
+        World::along_with_radio(links, Radio::default(), config, seed)
+    }
+}
+
+impl<'s, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
+    World<'s, ARRAYS, ELEMENTS, CHANNELS>
+{
+    /// [`World::new`] with any radio, in a scene at its carrier ([`Scene::at_frequency`]).
+    ///
+    /// # Errors
+    /// As there, or [`InputError`] saying that the scene is at another frequency.
+    pub fn with_radio(
+        scene: &'s Scene,
+        radio: Radio,
+        config: WorldConfig,
+        seed: u64,
+    ) -> Result<Self, InputError> {
+        let [of_scene, of_radio] = [scene.frequency_hz(), radio.waveform().carrier_hz].map(|hz| hz * 1e-9);
+        if of_scene != of_radio {
+            let message = format!(
+                "scene {} is at {of_scene} GHz, the radio at {of_radio}",
+                scene.name()
+            );
+            return Err(InputError::new(message));
+        }
+        Self::planned(scene, radio, config, seed)
+    }
+
+    fn planned(scene: &'s Scene, radio: Radio, config: WorldConfig, seed: u64) -> Result<Self, InputError> {
+        config.check_with(CHANNELS, radio.beams())?;
         let tracer = Tracer::with(
             scene,
             config.propagation.max_order(),
@@ -84,7 +122,7 @@ impl<'s> World<'s> {
         };
         let plan = plan.placed(&scene.placement());
         let mut flight = SensedFlight::new(plan, config.sensors, seed)?.at_site(site);
-        let simulator = Simulator::new(config.channel, seed);
+        let simulator = Simulator::with_radio(radio, config.channel, seed);
         if sends_words(&flight) {
             // Words are understood over single paths.
             let single = Propagation {
@@ -108,17 +146,21 @@ impl<'s> World<'s> {
         })
     }
 
-    /// Flies along links that somebody else traced, with the channel and the sensors of this world; what it says of propagation and of
-    /// planning, but for the rest at the beginning and the period of sweeps, has no meaning. `seed` decides all that is drawn.
+    /// [`World::along`] with any radio. The links are taken as they are: traced at its carrier.
     ///
     /// # Errors
-    /// [`InputError`] naming a figure of the configuration that is out of range, or a place that cannot be flown to.
-    pub fn along(links: GivenLinks, config: WorldConfig, seed: u64) -> Result<World<'static>, InputError> {
-        config.check()?;
+    /// As there.
+    pub fn along_with_radio(
+        links: GivenLinks,
+        radio: Radio,
+        config: WorldConfig,
+        seed: u64,
+    ) -> Result<World<'static, ARRAYS, ELEMENTS, CHANNELS>, InputError> {
+        config.check_with(CHANNELS, radio.beams())?;
         let (plan, between) = links.flown(&config.flight)?;
         let mut flight = SensedFlight::new(plan, config.sensors, seed)?;
         let medium = Medium::Given(between);
-        let simulator = Simulator::new(config.channel, seed);
+        let simulator = Simulator::with_radio(radio, config.channel, seed);
         if sends_words(&flight) {
             let words = words::over_air(&medium, &simulator, &flight)?;
             flight = flight.with_words(words);
@@ -161,13 +203,14 @@ impl<'s> World<'s> {
     ///
     /// # Errors
     /// [`InputError`] naming the sweep when a path cannot be synthesised.
-    pub fn sweep(&self, sweep: u32) -> Result<HeardSweep, InputError> {
+    pub fn sweep(&self, sweep: u32) -> Result<HeardSweep<CHANNELS>, InputError> {
         let truth = self.flight.sweep_truth(sweep);
         let failed = |reason: String| InputError::new(format!("sweep {sweep}: {reason}"));
         let link = self.link(&truth);
         let instant = instant(&truth).map_err(|e| failed(e.to_string()))?;
         let shift_m = self.flight.wrong_fix_m(sweep);
-        let elsewhere = (shift_m != Vector3::zeros()).then(|| seen_from(&link, shift_m));
+        let wavelength_m = self.simulator.radio().waveform().wavelength_m();
+        let elsewhere = (shift_m != Vector3::zeros()).then(|| seen_from(&link, shift_m, wavelength_m));
         let heard = elsewhere.as_ref().unwrap_or(&link);
         let beams = self
             .simulator
@@ -175,7 +218,7 @@ impl<'s> World<'s> {
             .map_err(|e| failed(e.to_string()))?;
         let squint = self
             .simulator
-            .squint(heard, &instant, sweep, SquintScheme::Sequential)
+            .squint(heard, &instant, sweep, self.simulator.radio().squint_scheme())
             .map_err(|e| failed(e.to_string()))?;
         Ok(HeardSweep {
             number: sweep,
@@ -198,13 +241,12 @@ fn ground_z_m(scene: &Scene) -> f64 {
 }
 
 /// A link whose line of sight, there or not, is that of a UAV `shift_m` away, through free space.
-fn seen_from(link: &Link, shift_m: Vector3<f64>) -> Link {
+fn seen_from(link: &Link, shift_m: Vector3<f64>, wavelength_m: f64) -> Link {
     let way = Vector3::from(link.rx) + shift_m - Vector3::from(link.tx);
     let length_m = way.norm().max(f64::MIN_POSITIVE);
     let left = way / length_m;
     let zenith_rad = |u: &Vector3<f64>| libm::acos(u.z.clamp(-1.0, 1.0));
     let azimuth_rad = |u: &Vector3<f64>| libm::atan2(u.y, u.x);
-    let wavelength_m = SPEED_OF_LIGHT_M_PER_S / Waveform::default().carrier_hz;
     let dipoles = half_wave_dipole(&left) * half_wave_dipole(&-left);
     let gain = wavelength_m / (4.0 * core::f64::consts::PI * length_m) * dipoles;
     let path = LinkPath {
@@ -322,7 +364,7 @@ mod tests {
         let [before, after] = [&sound, &wrong].map(|world| world.sweep(1).expect("sound").beams);
         assert_eq!(before, after);
         let shift_m = wrong.flight().wrong_fix_m(2);
-        let heard = seen_from(&lied.link, shift_m);
+        let heard = seen_from(&lied.link, shift_m, 0.01);
         let direct: Vec<_> = heard.paths.iter().filter(|path| path.order == Some(0)).collect();
         let length_m = (lied.truth.uav.position_m + shift_m - lied.truth.gmt_position_m).norm();
         assert_eq!(direct.len(), 1);

@@ -13,9 +13,9 @@ use crate::sensors::{OverAir, SensedFlight, Truth, WordLink, WordPath, WordRadio
 ///
 /// # Errors
 /// [`InputError`] naming the time of a link that cannot be had.
-pub(super) fn over_air(
+pub(super) fn over_air<const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>(
     medium: &Medium<'_>,
-    simulator: &Simulator,
+    simulator: &Simulator<ARRAYS, ELEMENTS, CHANNELS>,
     flight: &SensedFlight,
 ) -> Result<OverAir, InputError> {
     let front_end = &simulator.config().front_end;
@@ -34,7 +34,11 @@ pub(super) fn over_air(
     Ok(OverAir::new(&radio, &beacons, &exchanges, flight.seed()))
 }
 
-fn link(medium: &Medium<'_>, simulator: &Simulator, truth: &Truth) -> Result<WordLink, InputError> {
+fn link<const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>(
+    medium: &Medium<'_>,
+    simulator: &Simulator<ARRAYS, ELEMENTS, CHANNELS>,
+    truth: &Truth,
+) -> Result<WordLink, InputError> {
     let failed = |reason: String| InputError::new(format!("{} s: {reason}", truth.time_s));
     let link = medium.link(truth);
     let instant = instant(truth).map_err(|e| failed(e.to_string()))?;

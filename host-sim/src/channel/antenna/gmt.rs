@@ -1,22 +1,17 @@
 //! The GMT's transmit faces and its codebook of beams.
 
-use std::f64::consts::{FRAC_PI_3, PI, TAU};
+use std::f64::consts::TAU;
 
+use cslam_core::array::GmtElement;
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Direction, Gmt};
 use nalgebra::Vector3;
 
-use super::super::{C64, FACE_ELEMENTS, FACES};
+use super::super::C64;
+use super::super::radio::{BeamGrid, GmtCounts, Radio};
 use super::{element, face_axes, phasor, place};
 
-/// Beams of a face: azimuths of equal steps in sine over +-60 deg, each at every elevation.
-const AZIMUTHS: usize = 8;
-const ELEVATIONS_DEG: [f64; 3] = [0.0, 12.0, 25.0];
-const BEAMS_OF_FACE: usize = AZIMUTHS * ELEVATIONS_DEG.len();
-/// Beams of the codebook.
-pub(in crate::channel) const BEAMS: usize = FACES * BEAMS_OF_FACE;
-
-/// One face of 8 x 8 elements half a wavelength apart, GMT frame. As they were meant, all faces share the GMT's position.
+/// One face of elements in columns and rows, GMT frame. As they were meant, all faces share the GMT's position.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::channel) struct Face {
     /// Outward normal.
@@ -26,17 +21,24 @@ pub(in crate::channel) struct Face {
     column: Vector3<f64>,
     /// Centre, m.
     centre_m: Vector3<f64>,
+    counts: GmtCounts,
+    /// Phase from an element to the next per unit of direction cosine, at the carrier, rad.
+    phase_per_element_rad: f64,
+    element: GmtElement,
 }
 
 impl Face {
-    /// Face `index`, which looks at `index` times 120 deg.
-    pub(in crate::channel) fn new(index: usize) -> Self {
-        let (normal, tangent) = face_axes(TAU * (index as f64 / FACES as f64));
+    /// Face `index` of a radio: they look at equal steps of azimuth.
+    pub(in crate::channel) fn new(radio: &Radio, index: usize) -> Self {
+        let (normal, tangent) = face_axes(TAU * (index as f64 / radio.gmt.faces as f64));
         Self {
             normal,
             tangent,
             column: Vector3::z(),
             centre_m: Vector3::zeros(),
+            counts: radio.gmt,
+            phase_per_element_rad: TAU * radio.gmt_arrays.spacing_wavelengths,
+            element: radio.gmt_arrays.element,
         }
     }
 
@@ -52,6 +54,7 @@ impl Face {
             tangent: turned(self.tangent),
             column: turned(self.column),
             centre_m: self.centre_m + centre_m,
+            ..self
         }
     }
 
@@ -67,24 +70,47 @@ impl Face {
 
     /// Amplitude of its elements towards `u`.
     pub(in crate::channel) fn amplitude(&self, u: &Direction<Gmt, f64>) -> f64 {
-        element::of_gmt(u.vector(), &self.normal)
+        element::of_gmt(&self.element, u.vector(), &self.normal)
+    }
+    /// Places of element `e` along row and column, in spacings from the centre: column-major, `rows p + q`.
+    pub(in crate::channel) fn place(&self, e: usize) -> [f64; 2] {
+        let GmtCounts { columns, rows, .. } = self.counts;
+        [place(e / rows, columns), place(e % rows, rows)]
+    }
+
+    /// Phase from an element to the next per unit of direction cosine, at the carrier, rad.
+    pub(in crate::channel) fn phase_per_element_rad(&self) -> f64 {
+        self.phase_per_element_rad
+    }
+
+    /// Response of its elements for direction cosines: element `rows p + q` has the phase `pi (n_p s_x + n_q s_z)` where they
+    /// are half a wavelength apart.
+    pub(in crate::channel) fn response(&self, cosines: [f64; 2]) -> Vec<C64> {
+        let GmtCounts { columns, rows, .. } = self.counts;
+        let line = |cosine: f64, count: usize| -> Vec<C64> {
+            let phase_rad = |n| self.phase_per_element_rad * cosine * place(n, count);
+            (0..count).map(|n| phasor(phase_rad(n))).collect()
+        };
+        let (along_row, along_column) = (line(cosines[0], columns), line(cosines[1], rows));
+        let column = |p: &C64| along_column.iter().map(|q| p * q).collect::<Vec<_>>();
+        along_row.iter().flat_map(column).collect()
+    }
+
+    /// Its codeword for direction cosines, `conj(v)/|v|`.
+    pub(in crate::channel) fn codeword(&self, cosines: [f64; 2]) -> Vec<C64> {
+        let size = (self.counts.elements() as f64).sqrt();
+        let response = self.response(cosines);
+        response.iter().map(|v| v.conj() / size).collect()
     }
 }
 
-/// Response of a face's elements for direction cosines, column-major: element 8 p + q has the phase `pi (n_p s_x + n_q
-/// s_z)`.
-pub(in crate::channel) fn response(cosines: [f64; 2]) -> [C64; FACE_ELEMENTS] {
-    let line = |cosine: f64| -> [C64; 8] { std::array::from_fn(|n| phasor(PI * cosine * place(n))) };
-    let (columns, rows) = (line(cosines[0]), line(cosines[1]));
-    std::array::from_fn(|e| columns[e / 8] * rows[e % 8])
-}
-
-/// Face and direction cosines of beam `24 s + 3 k + e`: face s, azimuth k, elevation e.
-pub(in crate::channel) fn beam(index: usize) -> (usize, [f64; 2]) {
-    let within = index % BEAMS_OF_FACE;
-    let (k, e) = (within / ELEVATIONS_DEG.len(), within % ELEVATIONS_DEG.len());
-    let sine = libm::sin(FRAC_PI_3) * place(k) * (2.0 / AZIMUTHS as f64);
-    let elevation_rad = ELEVATIONS_DEG[e].to_radians();
+/// Face and direction cosines of a beam: azimuth by azimuth of a face, each at every elevation.
+pub(in crate::channel) fn beam(grid: &BeamGrid, index: usize) -> (usize, [f64; 2]) {
+    let within = index % grid.of_face();
+    let elevations = grid.elevations_rad.len();
+    let (k, e) = (within / elevations, within % elevations);
+    let sine = libm::sin(grid.sector_rad) * place(k, grid.azimuths) * (2.0 / grid.azimuths as f64);
+    let elevation_rad = grid.elevations_rad[e];
     let along_row = libm::sin(libm::asin(sine)) * libm::cos(elevation_rad);
-    (index / BEAMS_OF_FACE, [along_row, libm::sin(elevation_rad)])
+    (index / grid.of_face(), [along_row, libm::sin(elevation_rad)])
 }

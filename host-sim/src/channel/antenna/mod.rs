@@ -1,9 +1,9 @@
-//! The true antennas: four tilted linear arrays on the UAV, three faces of 8 x 8 elements on the GMT, the beams and the
-//! beam squint symbols that these send.
+//! The true antennas of a radio: tilted linear arrays on the UAV, planar faces on the GMT, the beams and the beam squint
+//! symbols that these send.
 //!
 //! Written from docs/signal-model.md ("Arrays", "Beam squint") for this simulation alone. The receiver has a model of its
-//! own, and shares no code with this one: what is wrong in either of the two is seen, and what the true antennas have
-//! beyond the receiver's model has its place here.
+//! own. Both are made from one description ([`cslam_core::radio`]) and share no code beyond it: what is wrong in either of the
+//! two is seen, and what the true antennas have beyond the receiver's model has its place here.
 
 pub(super) mod element;
 pub(super) mod gmt;
@@ -27,9 +27,9 @@ pub(super) fn phasor_of_turns(turns: f64) -> C64 {
     phasor(std::f64::consts::TAU * (turns - turns.floor()))
 }
 
-/// Place of element `index` of a row of eight, in spacings from the row's centre: -3.5 to 3.5.
-pub(super) fn place(index: usize) -> f64 {
-    index as f64 - 3.5
+/// Place of element `index` of a row of `count`, in spacings from the row's centre: -3.5 to 3.5 for eight.
+pub(super) fn place(index: usize, count: usize) -> f64 {
+    index as f64 - 0.5 * (count as f64 - 1.0)
 }
 
 /// Outward normal of a vertical face that looks at `azimuth_rad`, and its horizontal tangent: the normal turned by +90

@@ -9,7 +9,7 @@ use crate::channel::adc::mean_power;
 use crate::channel::antenna::phasor;
 use crate::channel::noise::Gaussian;
 use crate::channel::waves::Plane;
-use crate::channel::{C64, CHANNELS, FrontEndConfig, ReceiverErrors};
+use crate::channel::{C64, FrontEndConfig, ReceiverErrors};
 
 /// Full scale of an int16.
 const FULL_SCALE: f64 = 32_768.0;
@@ -18,7 +18,7 @@ const FULL_SCALE: f64 = 32_768.0;
 #[derive(Clone, Debug)]
 pub(in crate::channel) struct Converter {
     /// Leakage of each channel, in LSB of 16 bits.
-    leakage: Option<[C64; CHANNELS]>,
+    leakage: Option<Vec<C64>>,
     /// Noise of each component, LSB of 16 bits rms.
     noise_rms: f64,
     /// Power that jitter makes noise, over that of a channel.
@@ -26,24 +26,26 @@ pub(in crate::channel) struct Converter {
 }
 
 impl Converter {
-    /// Draws a device; none when it has no error.
+    /// Draws a device of so many channels; none when it has no error.
     pub(in crate::channel) fn draw(
         set: &ReceiverErrors,
         front_end: &FrontEndConfig,
+        waveform: &Waveform,
+        channels: usize,
         seed: u64,
     ) -> Option<Self> {
         let leakage = set.leakage_dbfs.map(|dbfs| {
             let mut stream = Draw::Leakage.stream(seed);
             let amplitude = FULL_SCALE * libm::exp10(dbfs / 20.0);
-            std::array::from_fn(|_| phasor(std::f64::consts::TAU * stream.uniform()) * amplitude)
+            let mut leak = || phasor(std::f64::consts::TAU * stream.uniform()) * amplitude;
+            (0..channels).map(|_| leak()).collect()
         });
         // An ideal converter of b bits has noise of 2^(16-b) LSB over sqrt(12); what its rounding has is there already.
         let variance = |bits: f64| libm::exp2(2.0 * (16.0 - bits)) / 12.0;
         let own = variance(front_end.adc_bits.into());
         let noise = set.effective_bits.map_or(0.0, |bits| variance(bits) - own);
         let noise_rms = noise.max(0.0).sqrt();
-        let Waveform { active, .. } = Waveform::default();
-        let rms_hz = active as f64 * Waveform::default().spacing_hz() / 12.0_f64.sqrt();
+        let rms_hz = waveform.active as f64 * waveform.spacing_hz() / 12.0_f64.sqrt();
         let turn_rad = std::f64::consts::TAU * rms_hz * set.aperture_jitter_ps * 1e-12;
         (leakage.is_some() || noise_rms > 0.0 || turn_rad > 0.0).then_some(Self {
             leakage,

@@ -3,8 +3,8 @@
 //! Elements hear `y = C a`: C has one on its diagonal, c1 between neighbours and c2 between next neighbours. The receiver
 //! undoes a matrix of measured coefficients, so `C C_cal^-1` is left.
 
+use crate::channel::C64;
 use crate::channel::antenna::phasor;
-use crate::channel::{ARRAYS, C64, ELEMENTS};
 use crate::random::Stream;
 
 /// Coupling of half-wave patches: amplitude and phase of c1 and c2.
@@ -14,9 +14,11 @@ type Matrix<const N: usize> = [[C64; N]; N];
 
 /// What is left in each array.
 #[derive(Clone, Debug)]
-pub(in crate::channel) struct Coupling([Matrix<ELEMENTS>; ARRAYS]);
+pub(in crate::channel) struct Coupling<const ARRAYS: usize, const ELEMENTS: usize>(
+    [Matrix<ELEMENTS>; ARRAYS],
+);
 
-impl Coupling {
+impl<const ARRAYS: usize, const ELEMENTS: usize> Coupling<ARRAYS, ELEMENTS> {
     /// Draws what calibration measured: each coefficient with a relative error of `unknown_share` rms.
     pub(in crate::channel) fn draw(unknown_share: f64, mut stream: Stream) -> Self {
         let truth = COEFFICIENTS.map(|[amplitude, phase]| phasor(phase) * amplitude);
@@ -117,12 +119,12 @@ mod tests {
     fn a_fifth_unknown_leaves_minus_32_db_between_neighbours_and_nothing_unknown_nothing() {
         let (mut power, draws) = (0.0, 400);
         for seed in 0..draws {
-            let coupling = Coupling::draw(0.2, Stream::new(seed, 0));
+            let coupling = Coupling::<4, 8>::draw(0.2, Stream::new(seed, 0));
             power += coupling.0.iter().map(|m| m[3][4].norm_sqr()).sum::<f64>() / (4.0 * draws as f64);
         }
         let level_db = 10.0 * libm::log10(power);
         assert!((level_db + 32.0).abs() < 0.7, "{level_db}");
-        let clean = Coupling::draw(0.0, Stream::new(1, 0));
+        let clean = Coupling::<4, 8>::draw(0.0, Stream::new(1, 0));
         for (row, column) in (0..64).map(|e| (e / 8, e % 8)) {
             let expected = C64::new(f64::from(u8::from(row == column)), 0.0);
             assert!((clean.0[2][row][column] - expected).norm() < 1e-15);

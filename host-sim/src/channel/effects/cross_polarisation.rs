@@ -5,16 +5,16 @@
 //! level. Elements of the GMT send the vertical component alone.
 
 use super::Draw;
-use crate::channel::{ARRAYS, C64, ELEMENTS};
+use crate::channel::C64;
 
 /// The elements of a device.
 #[derive(Clone, Debug)]
-pub(in crate::channel) struct CrossPolarisation {
+pub(in crate::channel) struct CrossPolarisation<const ARRAYS: usize, const ELEMENTS: usize> {
     /// Of each element, x.
     pub(in crate::channel) taken: [[C64; ELEMENTS]; ARRAYS],
 }
 
-impl CrossPolarisation {
+impl<const ARRAYS: usize, const ELEMENTS: usize> CrossPolarisation<ARRAYS, ELEMENTS> {
     /// Draws a device of a discrimination, dB.
     pub(in crate::channel) fn draw(discrimination_db: f64, seed: u64) -> Self {
         let mut stream = Draw::CrossPolarisation.stream(seed);
@@ -38,12 +38,15 @@ impl CrossPolarisation {
 mod tests {
     use super::*;
 
+    const ARRAYS: usize = 4;
+    const ELEMENTS: usize = 8;
+
     #[test]
     fn elements_take_their_share_of_the_other_polarisation() {
         let (mut power, mut mean, devices) = (0.0, C64::ZERO, 60);
         let across = C64::new(0.0, 0.5);
         for seed in 0..devices {
-            let cross = CrossPolarisation::draw(18.0, seed);
+            let cross = CrossPolarisation::<ARRAYS, ELEMENTS>::draw(18.0, seed);
             for j in 0..ARRAYS {
                 let mut steering = [C64::new(0.0, 2.0); ELEMENTS];
                 cross.apply(j, across, &mut steering);
@@ -60,7 +63,7 @@ mod tests {
         assert!((found_db + 18.0).abs() < 0.4, "{found_db}");
         assert!((mean / count).norm() < 0.01, "{mean}");
         let mut steering = [C64::new(0.3, 2.0); ELEMENTS];
-        CrossPolarisation::draw(18.0, 1).apply(0, C64::ZERO, &mut steering);
+        CrossPolarisation::<ARRAYS, ELEMENTS>::draw(18.0, 1).apply(0, C64::ZERO, &mut steering);
         assert_eq!(steering, [C64::new(0.3, 2.0); ELEMENTS]);
     }
 }

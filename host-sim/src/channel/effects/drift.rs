@@ -3,7 +3,6 @@
 use super::slow::SlowProcess;
 use crate::channel::Impairments;
 use crate::channel::effects::Draw;
-use crate::channel::{ARRAYS, ELEMENTS};
 
 /// Warm-up: the last rise, K, and its time constant, s.
 const RISE_K: f64 = 15.0;
@@ -14,7 +13,7 @@ const RESTLESS_S: f64 = 60.0;
 
 /// Sensitivities of a device, and its temperature over time.
 #[derive(Clone, Debug)]
-pub(in crate::channel) struct Drift {
+pub(in crate::channel) struct Drift<const ARRAYS: usize, const ELEMENTS: usize> {
     /// Phase of each element, rad/K.
     phase_rad_per_k: [[f64; ELEMENTS]; ARRAYS],
     /// Delay of each array, s/K.
@@ -22,7 +21,7 @@ pub(in crate::channel) struct Drift {
     restless_k: SlowProcess,
 }
 
-impl Drift {
+impl<const ARRAYS: usize, const ELEMENTS: usize> Drift<ARRAYS, ELEMENTS> {
     /// Draws a device; none when it has no drift.
     pub(in crate::channel) fn draw(impairments: &Impairments, seed: u64) -> Option<Self> {
         let set = &impairments.uav_arrays;
@@ -78,7 +77,7 @@ mod tests {
     fn the_device_warms_up_by_15_k_with_half_a_kelvin_of_restlessness() {
         let (draws, mut mean, mut square) = (2000, [0.0; 3], 0.0);
         for seed in 0..draws {
-            let drift = Drift::draw(&impairments(0.05, 0.0), seed).expect("drifts");
+            let drift = Drift::<4, 8>::draw(&impairments(0.05, 0.0), seed).expect("drifts");
             for (mean, time_s) in mean.iter_mut().zip([0.0, 180.0, 3600.0]) {
                 *mean += drift.warmth_k(time_s) / draws as f64;
             }
@@ -95,7 +94,7 @@ mod tests {
     fn phases_and_delays_are_their_sensitivity_times_the_temperature() {
         let (draws, mut square) = (200, [0.0; 2]);
         for seed in 0..draws {
-            let drift = Drift::draw(&impairments(0.05, 1.0), seed).expect("drifts");
+            let drift = Drift::<4, 8>::draw(&impairments(0.05, 1.0), seed).expect("drifts");
             let warmth_k = drift.warmth_k(500.0);
             let (phases, delays) = drift.at(500.0);
             let sum = |x: &mut dyn Iterator<Item = f64>| x.map(|x| (x / warmth_k).powi(2)).sum::<f64>();
@@ -107,6 +106,6 @@ mod tests {
             (phase - 0.05).abs() < 0.002 && (delay - 1.0).abs() < 0.08,
             "{phase} {delay}"
         );
-        assert!(Drift::draw(&impairments(0.0, 0.0), 1).is_none());
+        assert!(Drift::<4, 8>::draw(&impairments(0.0, 0.0), 1).is_none());
     }
 }

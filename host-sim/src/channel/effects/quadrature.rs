@@ -3,29 +3,30 @@
 use super::Draw;
 use crate::channel::antenna::phasor;
 use crate::channel::waves::Plane;
-use crate::channel::{C64, CHANNELS, ReceiverErrors};
+use crate::channel::{C64, ReceiverErrors};
 
 /// `k` of every channel.
 #[derive(Clone, Debug)]
-pub(in crate::channel) struct Quadrature(pub(in crate::channel) [C64; CHANNELS]);
+pub(in crate::channel) struct Quadrature(pub(in crate::channel) Vec<C64>);
 
 impl Quadrature {
-    /// Draws a device; none when it has no error.
-    pub(in crate::channel) fn draw(set: &ReceiverErrors, seed: u64) -> Option<Self> {
+    /// Draws a device of so many channels; none when it has no error.
+    pub(in crate::channel) fn draw(set: &ReceiverErrors, channels: usize, seed: u64) -> Option<Self> {
         if set.iq_gain_rms_db == 0.0 && set.iq_phase_rms_deg == 0.0 {
             return None;
         }
         let mut stream = Draw::Quadrature.stream(seed);
-        Some(Self(std::array::from_fn(|_| {
+        let mut image = || {
             let gain = libm::exp10(set.iq_gain_rms_db * stream.normal() / 20.0);
             let turn = phasor(set.iq_phase_rms_deg.to_radians() * stream.normal());
             (turn * gain - 1.0) * 0.5
-        })))
+        };
+        Some(Self((0..channels).map(|_| image()).collect()))
     }
 
     /// Adds the images to the samples of all channels.
     pub(in crate::channel) fn apply(&self, planes: &mut [Plane]) {
-        for (plane, k) in planes.iter_mut().zip(self.0) {
+        for (plane, k) in planes.iter_mut().zip(&self.0) {
             let [k_re, k_im] = [k.re as f32, k.im as f32];
             for (re, im) in plane.re.iter_mut().zip(&mut plane.im) {
                 (*re, *im) = (*re + k_re * *re + k_im * *im, *im + k_im * *re - k_re * *im);
@@ -46,10 +47,10 @@ mod tests {
             ..ReceiverErrors::default()
         };
         let draws = 200;
-        let of = |seed| Quadrature::draw(&set, seed).expect("an image").0;
+        let of = |seed| Quadrature::draw(&set, 32, seed).expect("an image").0;
         let power: f64 = (0..draws).flat_map(of).map(|k| k.norm_sqr()).sum::<f64>() / (32.0 * draws as f64);
         let level_db = 10.0 * libm::log10(power);
         assert!((level_db + 32.2).abs() < 0.2, "{level_db}");
-        assert!(Quadrature::draw(&ReceiverErrors::default(), 1).is_none());
+        assert!(Quadrature::draw(&ReceiverErrors::default(), 32, 1).is_none());
     }
 }

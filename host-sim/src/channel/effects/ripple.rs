@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 
-use crate::channel::{ARRAYS, C64, ELEMENTS};
+use crate::channel::C64;
 use crate::random::Stream;
 
 /// Degrees of the harmonics.
@@ -20,9 +20,11 @@ const COMMON: f64 = 0.7;
 
 /// Coefficients of every element.
 #[derive(Clone, Debug)]
-pub(in crate::channel) struct Ripple(Vec<[[C64; HARMONICS]; ELEMENTS]>);
+pub(in crate::channel) struct Ripple<const ARRAYS: usize, const ELEMENTS: usize>(
+    Vec<[[C64; HARMONICS]; ELEMENTS]>,
+);
 
-impl Ripple {
+impl<const ARRAYS: usize, const ELEMENTS: usize> Ripple<ARRAYS, ELEMENTS> {
     /// Draws ripple of an amplitude (dB) and a phase (deg), rms.
     pub(in crate::channel) fn draw(rms_db: f64, rms_deg: f64, mut stream: Stream) -> Self {
         // The squares of all harmonics of a degree sum to (2 l + 1) / 4 pi in every direction.
@@ -135,7 +137,7 @@ mod tests {
         let (mut near, mut far) = (0.0, 0.0);
         let n = (count * draws) as f64;
         for seed in 0..draws {
-            let ripple = Ripple::draw(1.0, 5.0, Stream::new(seed, 0));
+            let ripple = Ripple::<4, 8>::draw(1.0, 5.0, Stream::new(seed, 0));
             for u in sphere(count as usize) {
                 let at = |u: &Vector3<f64>| ripple.factors(u).map(|a| a.map(|f| f - 1.0));
                 let across = u.cross(&Vector3::new(0.3, 0.5, -0.8)).normalize();
@@ -172,7 +174,7 @@ mod tests {
 
     #[test]
     fn no_ripple_is_one() {
-        let none = Ripple::draw(0.0, 0.0, Stream::new(3, 0));
+        let none = Ripple::<4, 8>::draw(0.0, 0.0, Stream::new(3, 0));
         let factors = none.factors(&Vector3::new(0.6, 0.0, 0.8));
         assert!(factors.iter().flatten().all(|f| *f == C64::new(1.0, 0.0)));
     }
