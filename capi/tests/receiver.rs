@@ -100,7 +100,7 @@ fn flown(source: &impl Source, receiver: *mut CslamReceiver) -> Vec<u8> {
         assert_eq!(status, CslamStatus::Ok);
         if let Event::Sweep { sweep } = stamped.event {
             let mut heard = source.sweep(sweep).expect("samples");
-            let powers = heard.beams.powers();
+            let powers: [f32; 72] = heard.beams.powers();
             // SAFETY: a receiver, 72 powers, and whole blocks.
             unsafe {
                 assert_eq!(

@@ -1,6 +1,8 @@
 //! Field of a beam squint symbol towards rays: the elements' phase shifters, true time delays and errors, with the squint of the
 //! elements' places at every subcarrier.
 
+use std::array::from_fn;
+
 use super::antenna::phasor;
 use super::antenna::squint::SquintSymbol;
 use super::rays::Ray;
@@ -39,29 +41,28 @@ impl<const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
     /// The same for at most [`LANES`] rays.
     fn fields_of_lanes(&self, symbol: &SquintSymbol, rays: &[Ray]) -> Vec<Vec<C64>> {
         let waveform = self.maker.waveform();
-        let count = self.radio.gmt.elements();
-        let (mut now, mut step) = (vec![Lanes::ZERO; count], vec![Lanes::ZERO; count]);
+        // What each element sends, and what turns it. Side by side, and sums in arrays of their own: the compiler keeps these in registers.
+        let mut all = vec![[Lanes::ZERO; 2]; self.radio.gmt.elements()];
         for (lane, ray) in rays.iter().enumerate() {
-            let elements = self.elements(symbol, ray);
-            for ((now, step), (first, per_subcarrier)) in now.iter_mut().zip(&mut step).zip(elements) {
+            for ([now, step], (first, per_subcarrier)) in all.iter_mut().zip(self.elements(symbol, ray)) {
                 now.set(lane, first);
                 step.set(lane, per_subcarrier);
             }
         }
         let mut fields = vec![Vec::with_capacity(waveform.active); rays.len()];
         for _ in 0..waveform.active {
-            let mut sum = Lanes::ZERO;
-            for (now, step) in now.iter_mut().zip(&step) {
+            let (mut sum_re, mut sum_im) = ([0.0; LANES], [0.0; LANES]);
+            for [now, step] in &mut all {
+                let (re, im) = (now.re, now.im);
                 for k in 0..LANES {
-                    let (re, im) = (now.re[k], now.im[k]);
-                    sum.re[k] += re;
-                    sum.im[k] += im;
-                    now.re[k] = re * step.re[k] - im * step.im[k];
-                    now.im[k] = im * step.re[k] + re * step.im[k];
+                    sum_re[k] += re[k];
+                    sum_im[k] += im[k];
                 }
+                now.re = from_fn(|k| re[k] * step.re[k] - im[k] * step.im[k]);
+                now.im = from_fn(|k| im[k] * step.re[k] + re[k] * step.im[k]);
             }
             for (k, field) in fields.iter_mut().enumerate() {
-                field.push(C64::new(sum.re[k], sum.im[k]));
+                field.push(C64::new(sum_re[k], sum_im[k]));
             }
         }
         fields

@@ -7,20 +7,20 @@ use std::thread::Scope;
 use super::source::{Given, Source};
 use crate::input::InputError;
 
-/// Sweeps that may lie ready on each thread: 6.9 MB each.
+/// Sweeps that may lie ready on each thread: 6.9 MB each by default.
 const AHEAD: usize = 2;
 
 /// A sweep by its number, ready to be heard.
-type Ready = (u32, Result<Given, InputError>);
+type Ready<const CHANNELS: usize> = (u32, Result<Given<CHANNELS>, InputError>);
 
 /// The threads that make sweeps. With n of them, thread k makes sweeps k, k + n, k + 2 n ...
-pub(super) struct Ahead(Vec<Receiver<Ready>>);
+pub(super) struct Ahead<const CHANNELS: usize>(Vec<Receiver<Ready<CHANNELS>>>);
 
-impl Ahead {
+impl<const CHANNELS: usize> Ahead<CHANNELS> {
     /// Begins to make the first `sweeps` sweeps of a source, until `stop` or until this is dropped.
     pub(super) fn begin<'scope, 'env>(
         scope: &'scope Scope<'scope, 'env>,
-        source: &'env impl Source,
+        source: &'env impl Source<CHANNELS>,
         sweeps: u32,
         stop: &'env AtomicBool,
     ) -> Self {
@@ -35,7 +35,7 @@ impl Ahead {
     }
 
     /// A sweep, which must be a later one than those taken before; `None` beyond the last. The error may be that of one before it.
-    pub(super) fn take(&self, sweep: u32) -> Option<Result<Given, InputError>> {
+    pub(super) fn take(&self, sweep: u32) -> Option<Result<Given<CHANNELS>, InputError>> {
         let own = self.0.get(sweep as usize % self.0.len())?;
         let found = own
             .iter()
@@ -45,11 +45,11 @@ impl Ahead {
 }
 
 /// Makes one sweep after the other until nobody wants more.
-fn make(
-    source: &impl Source,
+fn make<const CHANNELS: usize>(
+    source: &impl Source<CHANNELS>,
     sweeps: impl Iterator<Item = u32>,
     stop: &AtomicBool,
-    sender: &SyncSender<Ready>,
+    sender: &SyncSender<Ready<CHANNELS>>,
 ) {
     for sweep in sweeps {
         if stop.load(Ordering::Relaxed) || sender.send((sweep, source.sweep(sweep))).is_err() {

@@ -4,6 +4,9 @@
 //! [`fly`] hands the events of a [`Source`] (a simulated world or a recording) to the [`Application`] that flies on a board, and keeps
 //! a [`FlightLog`]. The sweeps are made, or read, ahead on threads of their own while the receiver works; the log does not depend on
 //! them.
+//!
+//! Sources give samples of any number of channels, and so many make them ahead. What flies is the default radio's: `hear`, `receive` and
+//! `fly` hand blocks to an [`Application`], whose receiver, powers of beams and frames have that radio's counts.
 
 mod ahead;
 mod board;
@@ -110,7 +113,7 @@ fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
     receiver: &mut Application<'_, E, VOXELS, STATES>,
     header: Header,
     sweeps: u32,
-    ready: &Ahead,
+    ready: &Ahead<CHANNELS>,
     mut go_on: impl FnMut(&Swept<'_>) -> bool,
     mut sent: impl FnMut(u64, &[u8]),
 ) -> Result<(FlightLog, Vec<u8>), InputError> {

@@ -8,40 +8,40 @@ use crate::flight_log::PoseTruth;
 use crate::input::InputError;
 use crate::sensors::Stamped;
 
-/// The first receiver may be so many sweeps before the last one: 6.9 MB each.
+/// The first receiver may be so many sweeps before the last one: 6.9 MB each by default.
 const WINDOW: u32 = 16;
 
 /// A source for several listeners.
 #[derive(Debug)]
-pub struct Shared<'s, S> {
+pub struct Shared<'s, S, const CHANNELS: usize = 32> {
     source: &'s S,
-    state: Mutex<State>,
+    state: Mutex<State<CHANNELS>>,
     changed: Condvar,
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct State<const CHANNELS: usize> {
     /// For each listener, the latest sweep that it has asked for; `None` when it has left.
     asked: Vec<Option<u32>>,
-    kept: BTreeMap<u32, Kept>,
+    kept: BTreeMap<u32, Kept<CHANNELS>>,
 }
 
 #[derive(Debug)]
-struct Kept {
+struct Kept<const CHANNELS: usize> {
     /// None while it is being made.
-    given: Option<Result<Given, InputError>>,
+    given: Option<Result<Given<CHANNELS>, InputError>>,
     /// The listeners that have it.
     taken: Vec<bool>,
 }
 
 /// One of the receivers of a shared source. When it is dropped, the others no longer wait for it.
 #[derive(Debug)]
-pub struct Listener<'a, 's, S> {
-    shared: &'a Shared<'s, S>,
+pub struct Listener<'a, 's, S, const CHANNELS: usize = 32> {
+    shared: &'a Shared<'s, S, CHANNELS>,
     number: usize,
 }
 
-impl<'s, S: Source> Shared<'s, S> {
+impl<'s, S: Source<CHANNELS>, const CHANNELS: usize> Shared<'s, S, CHANNELS> {
     /// Shares a source.
     pub fn new(source: &'s S) -> Self {
         Self {
@@ -52,7 +52,7 @@ impl<'s, S: Source> Shared<'s, S> {
     }
 
     /// As many listeners. All must be made at once, before the first sweep.
-    pub fn listeners(&self, count: usize) -> Vec<Listener<'_, 's, S>> {
+    pub fn listeners(&self, count: usize) -> Vec<Listener<'_, 's, S, CHANNELS>> {
         self.state().asked = vec![Some(0); count];
         (0..count)
             .map(|number| Listener { shared: self, number })
@@ -60,18 +60,18 @@ impl<'s, S: Source> Shared<'s, S> {
     }
 }
 
-impl<S> Shared<'_, S> {
+impl<S, const CHANNELS: usize> Shared<'_, S, CHANNELS> {
     // What panics here makes nothing wrong that others would read.
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, State<CHANNELS>> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn wait<'g>(&'g self, state: MutexGuard<'g, State>) -> MutexGuard<'g, State> {
+    fn wait<'g>(&'g self, state: MutexGuard<'g, State<CHANNELS>>) -> MutexGuard<'g, State<CHANNELS>> {
         self.changed.wait(state).unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl State {
+impl<const CHANNELS: usize> State<CHANNELS> {
     /// Whether a listener is too far ahead of the last one.
     fn is_ahead(&self, sweep: u32) -> bool {
         let last = self.asked.iter().flatten().min();
@@ -91,7 +91,7 @@ impl State {
     }
 }
 
-impl<S: Source> Source for Listener<'_, '_, S> {
+impl<S: Source<CHANNELS>, const CHANNELS: usize> Source<CHANNELS> for Listener<'_, '_, S, CHANNELS> {
     fn sweeps(&self) -> u32 {
         self.shared.source.sweeps()
     }
@@ -104,7 +104,7 @@ impl<S: Source> Source for Listener<'_, '_, S> {
         self.shared.source.makers()
     }
 
-    fn sweep(&self, sweep: u32) -> Result<Given, InputError> {
+    fn sweep(&self, sweep: u32) -> Result<Given<CHANNELS>, InputError> {
         let shared = self.shared;
         let mut state = shared.state();
         if let Some(Some(asked)) = state.asked.get_mut(self.number) {
@@ -144,7 +144,7 @@ impl<S: Source> Source for Listener<'_, '_, S> {
     }
 }
 
-impl<S> Drop for Listener<'_, '_, S> {
+impl<S, const CHANNELS: usize> Drop for Listener<'_, '_, S, CHANNELS> {
     fn drop(&mut self) {
         let mut state = self.shared.state();
         if let Some(asked) = state.asked.get_mut(self.number) {

@@ -16,19 +16,19 @@ const MOST_MAKERS: usize = 8;
 
 /// The samples of one sweep.
 #[derive(Clone, Debug, Default)]
-pub struct Given {
+pub struct Given<const CHANNELS: usize = 32> {
     /// Blocks of the transmit beams; lost ones are absent.
-    pub beams: Sweep,
+    pub beams: Sweep<CHANNELS>,
     /// Blocks of the beam squint symbols that follow them.
-    pub squint: Sweep,
+    pub squint: Sweep<CHANNELS>,
     /// What was made of all of these blocks, where that is kept instead of them.
     pub estimated: Option<Estimated>,
     /// Where the UAV was at the first beam, and the true paths, where both are known: not for the receiver.
     pub truth: Option<(PoseTruth, Link)>,
 }
 
-/// What a receiver is given in a flight, and what is known of the truth behind it.
-pub trait Source: Sync {
+/// What a receiver of so many channels is given in a flight, and what is known of the truth behind it.
+pub trait Source<const CHANNELS: usize = 32>: Sync {
     /// Number of sweeps.
     fn sweeps(&self) -> u32;
 
@@ -44,13 +44,15 @@ pub trait Source: Sync {
     ///
     /// # Errors
     /// [`InputError`] naming the sweep, or the file, that gives no samples.
-    fn sweep(&self, sweep: u32) -> Result<Given, InputError>;
+    fn sweep(&self, sweep: u32) -> Result<Given<CHANNELS>, InputError>;
 
     /// Where the UAV was when its clock showed `uav_time_ns`; `None` when nobody knows.
     fn truth(&self, uav_time_ns: u64) -> Option<PoseTruth>;
 }
 
-impl Source for World<'_> {
+impl<const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize> Source<CHANNELS>
+    for World<'_, ARRAYS, ELEMENTS, CHANNELS>
+{
     fn sweeps(&self) -> u32 {
         self.sweeps()
     }
@@ -65,7 +67,7 @@ impl Source for World<'_> {
             .min(MOST_MAKERS)
     }
 
-    fn sweep(&self, sweep: u32) -> Result<Given, InputError> {
+    fn sweep(&self, sweep: u32) -> Result<Given<CHANNELS>, InputError> {
         let heard = self.sweep(sweep)?;
         Ok(Given {
             beams: heard.beams,

@@ -92,12 +92,11 @@ impl<'s, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
         config: WorldConfig,
         seed: u64,
     ) -> Result<Self, InputError> {
-        let [of_scene, of_radio] = [scene.frequency_hz(), radio.waveform().carrier_hz].map(|hz| hz * 1e-9);
-        if of_scene != of_radio {
-            let message = format!(
-                "scene {} is at {of_scene} GHz, the radio at {of_radio}",
-                scene.name()
-            );
+        let [of_scene_hz, of_radio_hz] = [scene.frequency_hz(), radio.waveform().carrier_hz];
+        if of_scene_hz != of_radio_hz {
+            let [of_scene_ghz, of_radio_ghz] = [of_scene_hz, of_radio_hz].map(|hz| hz / 1e9);
+            let name = scene.name();
+            let message = format!("scene {name} is at {of_scene_ghz} GHz, the radio at {of_radio_ghz}");
             return Err(InputError::new(message));
         }
         Self::planned(scene, radio, config, seed)

@@ -1,82 +1,33 @@
-//! Another radio than the default (`profile::quad_4x16_gmt_48`): one path, over its Cramer-Rao bound.
-//!
-//! The samples are made here, from docs/signal-model.md, for the simulated front end has the default's 32 channels. What is measured is
-//! printed: `cargo test -p cslam-host-sim --test other_radio -- --nocapture`; docs/radio.md has the table.
+//! One path, over its Cramer-Rao bound.
 
-use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use cslam_core::geometry::{Body, Direction};
 use cslam_core::paths::{ElementErrors, EstimatedPath, PathEstimator, WorkLimit};
 use cslam_core::profile::quad_4x16_gmt_48::{
-    ACTIVE, ARRAYS, BEAMS, BeamSquint, Block, CHANNELS, Config, ELEMENTS, FlightEstimator, Samples, radio,
+    ARRAYS, BEAMS, BeamSquint, Block, CHANNELS, Config, ELEMENTS, FlightEstimator, Samples, radio,
 };
 use cslam_core::signal::{Iq, SAMPLES};
 use cslam_host_sim::crlb::{Arrival, Receiver, single};
 use cslam_host_sim::random::Stream;
-use nalgebra::{Complex, Vector3};
 use rayon::prelude::*;
 
-type C64 = Complex<f64>;
+use crate::model::{C64, CARRIER_HZ, delay_s, heard_by_array, polar};
 
-const CARRIER_HZ: f64 = 28e9;
-const SPEED_OF_LIGHT_M_PER_S: f64 = 299_792_458.0;
-const SUBCARRIER_HZ: f64 = 480e3;
 const TRIALS: u64 = 300;
 const SNRS_DB: [f64; 3] = [0.0, 10.0, 20.0];
-
-fn polar(turns: f64) -> C64 {
-    C64::from_polar(1.0, TAU * turns.fract())
-}
-
-/// Outward normal, axis and centre of an array.
-fn array(j: usize) -> [Vector3<f64>; 3] {
-    let azimuth_rad = FRAC_PI_2 * j as f64;
-    let normal = Vector3::new(azimuth_rad.cos(), azimuth_rad.sin(), 0.0);
-    let tangent = Vector3::new(-normal.y, normal.x, 0.0);
-    let tilt_rad = FRAC_1_SQRT_2.atan();
-    let axis = tangent * tilt_rad.cos() + Vector3::z() * tilt_rad.sin();
-    [normal, axis, normal * 0.2]
-}
-
-/// Amplitude of an element on a face.
-fn amplitude(u: &Vector3<f64>, normal: &Vector3<f64>) -> f64 {
-    let dipole = 1.643_f64.sqrt() * (FRAC_PI_2 * u.z).cos() / (1.0 - u.z * u.z).sqrt();
-    let off = u.dot(normal).acos() / FRAC_PI_2;
-    let attenuation_db = if off <= 1.0 {
-        6.0 * off * off
-    } else {
-        6.0 + 12.0 * (off - 1.0)
-    };
-    dipole * 2_f64.sqrt() * 10_f64.powf(-attenuation_db / 20.0)
-}
 
 /// The block of one path in noise of variance one a sample, its carrier phase free at each array.
 fn heard(path: &Arrival, stream: &mut Stream) -> Box<Samples> {
     let u = path.aoa.vector();
     let mut samples = vec![[C64::new(0.0, 0.0); SAMPLES]; CHANNELS];
     for j in 0..ARRAYS {
-        let [normal, axis, centre_m] = array(j);
-        let delay_s = (path.c_tau_m - centre_m.dot(u)) / SPEED_OF_LIGHT_M_PER_S;
-        let gain = polar(stream.uniform() - CARRIER_HZ * delay_s) * amplitude(u, &normal) * path.snr.sqrt();
-        let mut wave = [C64::new(0.0, 0.0); SAMPLES];
-        for index in 0..ACTIVE {
-            let n = (index % 409) as f64;
-            let k = index as f64 - 208.0;
-            // A transform that keeps power: the SNR of a subcarrier is that of its amplitude.
-            let symbol = polar(-136.0 * n * (n + 1.0) / 818.0 - k * SUBCARRIER_HZ * delay_s) * gain
-                / (SAMPLES as f64).sqrt();
-            let (mut turned, step) = (symbol, polar(k / SAMPLES as f64));
-            for sample in &mut wave {
-                *sample += turned;
-                turned *= step;
-            }
-        }
-        for (i, channel) in samples[ELEMENTS * j..ELEMENTS * (j + 1)].iter_mut().enumerate() {
-            let place = i as f64 - (ELEMENTS as f64 - 1.0) / 2.0;
-            let steering = polar(0.5 * place * axis.dot(u));
-            for (sample, wave) in channel.iter_mut().zip(&wave) {
+        let turns = stream.uniform() - CARRIER_HZ * delay_s(j, path.c_tau_m, u);
+        let clean = heard_by_array(j, path.c_tau_m, u, polar(turns) * path.snr.sqrt());
+        for (channel, clean) in samples[ELEMENTS * j..].iter_mut().zip(&clean) {
+            for (sample, clean) in channel.iter_mut().zip(clean) {
                 let noise = C64::new(stream.normal(), stream.normal()) * FRAC_1_SQRT_2;
-                *sample = wave * steering + noise;
+                *sample = clean + noise;
             }
         }
     }
