@@ -8,7 +8,7 @@ use cslam_core::geometry::{Gmt, Rotation, Vector3, World};
 use cslam_core::inertial::{ImuSample, MagneticField};
 use cslam_core::link_state::models;
 use cslam_core::profile::quad_4x8_gmt_72::BEAMS;
-use cslam_core::profile::{FlightConfig, FlightEstimator};
+use cslam_core::profile::{FlightConfig, FlightEstimator, Radio};
 use cslam_core::receiver::{Beacon, Config, LinkStates, Memory, Receiver};
 use cslam_core::telemetry::{Decoder, Key};
 use cslam_firmware::app::{AppConfig, Application, Capture, Downlink, Ground, Map, Symbol, VOXELS};
@@ -114,7 +114,7 @@ unsafe fn build(
     let mut config = Config::best(LinkStates::Trees(classifier));
     config.accept.point.ground_z_m = ground_z_m;
     config.magnetic_field = magnetic_field;
-    let squint = config.beam_squint().map_err(|_| CslamStatus::Damaged)?;
+    let squint = config.beam_squint::<Radio>().map_err(|_| CslamStatus::Damaged)?;
     let key = Key::new(told.key);
     let ground = Ground {
         downlink: Downlink::new(told.uav, &key, told.first_counter),

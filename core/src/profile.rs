@@ -5,15 +5,15 @@
 //! [`quad_4x16_gmt_48`].
 
 pub use quad_4x8_gmt_72::{
-    Block, Config as FlightConfig, FlightEstimator, PaperFlightEstimator, Receiver, ReceiverMemory, Samples,
-    SweepPaths,
+    Block, Config as FlightConfig, FlightEstimator, PaperFlightEstimator, Radio, Receiver, ReceiverMemory,
+    Samples, SweepPaths,
 };
 
 /// The default: four tilted arrays of eight elements on the UAV (`quad-tilted-4x8` in recordings), three faces of 8 x 8 elements with
 /// 72 beams at the GMT (`gmt-72`), nine paths a sweep.
 pub mod quad_4x8_gmt_72 {
     use crate::paths::{EstimatedPath, Estimator, EstimatorConfig, PaperEstimator};
-    use crate::receiver::{self, CHANNELS as FLIGHT_CHANNELS, Memory, PATHS as FLIGHT_PATHS};
+    use crate::receiver::{self, Antennas, Memory};
     use crate::signal::{BeamBlock, Iq, SAMPLES};
 
     /// Receive arrays on the UAV.
@@ -32,11 +32,16 @@ pub mod quad_4x8_gmt_72 {
     pub const ELEVATIONS: usize = 3;
     /// Transmit beams of a sweep.
     pub const BEAMS: usize = 72;
+    /// Azimuth sweeps and elevation sweeps of the squint symbols of a face.
+    pub const SQUINT_SWEEPS: [usize; 2] = [3, 8];
+    /// Squint symbols of a face.
+    pub const SYMBOLS: usize = 11;
+    /// Active subcarriers.
+    pub const ACTIVE: usize = 416;
     /// Detections that are kept in a sweep.
     pub const DETECTIONS: usize = 360;
     /// Paths that are reported of a sweep.
-    pub const PATHS: usize = 9;
-    const _: () = assert!(CHANNELS == FLIGHT_CHANNELS && PATHS == FLIGHT_PATHS);
+    pub const PATHS: usize = receiver::PATHS;
 
     /// Configuration of [`FlightEstimator`] and [`PaperFlightEstimator`].
     pub type Config = EstimatorConfig<ARRAYS, ELEMENTS, FACES, COLUMNS, ROWS, ELEVATIONS>;
@@ -51,20 +56,34 @@ pub mod quad_4x8_gmt_72 {
     pub type Block<'a> = BeamBlock<'a, CHANNELS>;
     /// Paths of a sweep, strongest first.
     pub type SweepPaths = heapless::Vec<EstimatedPath, PATHS>;
+    /// The radio as a receiver takes it, its paths estimated by `E`.
+    pub type Radio<E = FlightEstimator> = Antennas<
+        E,
+        ARRAYS,
+        ELEMENTS,
+        CHANNELS,
+        FACES,
+        COLUMNS,
+        ROWS,
+        ELEVATIONS,
+        { SQUINT_SWEEPS[0] },
+        { SQUINT_SWEEPS[1] },
+        SYMBOLS,
+        ACTIVE,
+    >;
     /// The whole receiver, with a map of `VOXELS` voxels.
-    pub type Receiver<'m, const VOXELS: usize> = receiver::Receiver<'m, FlightEstimator, VOXELS>;
+    pub type Receiver<'m, const VOXELS: usize> = receiver::Receiver<'m, Radio, VOXELS>;
     /// Its large parts.
-    pub type ReceiverMemory<'m, const VOXELS: usize> = Memory<'m, FlightEstimator, VOXELS>;
+    pub type ReceiverMemory<'m, const VOXELS: usize> = Memory<'m, Radio, VOXELS>;
 }
 
-/// Another radio, to path estimation and beam squint: four tilted arrays of sixteen elements on the UAV, three faces of 8 x 8 elements with
-/// 48 beams at the GMT, a carrier of 28 GHz and another Zadoff-Chu root. [`receiver::Receiver`](crate::receiver::Receiver) has 32 channels
-/// and does not take it.
+/// Another radio: four tilted arrays of sixteen elements on the UAV, three faces of 8 x 8 elements with
+/// 48 beams at the GMT, a carrier of 28 GHz and another Zadoff-Chu root.
 pub mod quad_4x16_gmt_48 {
     use crate::array::CodebookConfig;
-    use crate::beam_squint;
     use crate::paths::{Estimator, EstimatorConfig};
     use crate::radio::RadioConfig;
+    use crate::receiver::{self, Antennas, Memory};
     use crate::signal::{BeamBlock, Iq, SAMPLES, Waveform};
 
     /// Receive arrays on the UAV.
@@ -83,6 +102,8 @@ pub mod quad_4x16_gmt_48 {
     pub const ELEVATIONS: usize = 2;
     /// Transmit beams of a sweep.
     pub const BEAMS: usize = 48;
+    /// Azimuth sweeps and elevation sweeps of the squint symbols of a face.
+    pub const SQUINT_SWEEPS: [usize; 2] = [3, 8];
     /// Squint symbols of a face.
     pub const SYMBOLS: usize = 11;
     /// Active subcarriers.
@@ -90,25 +111,42 @@ pub mod quad_4x16_gmt_48 {
     /// Detections that are kept in a sweep.
     pub const DETECTIONS: usize = 240;
     /// Paths that are reported of a sweep.
-    pub const PATHS: usize = 9;
+    pub const PATHS: usize = receiver::PATHS;
 
     /// Description of the radio.
-    pub type Radio = RadioConfig<ELEVATIONS>;
+    pub type Description = RadioConfig<ELEVATIONS>;
     /// Configuration of [`FlightEstimator`].
     pub type Config = EstimatorConfig<ARRAYS, ELEMENTS, FACES, COLUMNS, ROWS, ELEVATIONS>;
     /// The path estimator.
     pub type FlightEstimator =
         Estimator<ARRAYS, ELEMENTS, CHANNELS, BEAMS, FACES, COLUMNS, ROWS, DETECTIONS, PATHS>;
-    /// Beam squint.
-    pub type BeamSquint = beam_squint::BeamSquint<SYMBOLS, ARRAYS, ELEMENTS, CHANNELS, COLUMNS, ROWS, ACTIVE>;
     /// Samples of a beam, by channel and sample: 128 KiB.
     pub type Samples = [[Iq; SAMPLES]; CHANNELS];
     /// What the estimator takes for one beam; its exponent is its own.
     pub type Block<'a> = BeamBlock<'a, CHANNELS>;
+    /// The radio as a receiver takes it.
+    pub type Radio = Antennas<
+        FlightEstimator,
+        ARRAYS,
+        ELEMENTS,
+        CHANNELS,
+        FACES,
+        COLUMNS,
+        ROWS,
+        ELEVATIONS,
+        { SQUINT_SWEEPS[0] },
+        { SQUINT_SWEEPS[1] },
+        SYMBOLS,
+        ACTIVE,
+    >;
+    /// The whole receiver, with a map of `VOXELS` voxels.
+    pub type Receiver<'m, const VOXELS: usize> = receiver::Receiver<'m, Radio, VOXELS>;
+    /// Its large parts.
+    pub type ReceiverMemory<'m, const VOXELS: usize> = Memory<'m, Radio, VOXELS>;
 
     /// The radio: 28 GHz, root 136, two elevations at 0 and 14 degrees; all else as by default.
     #[must_use]
-    pub fn radio() -> Radio {
+    pub fn radio() -> Description {
         let default = RadioConfig::default();
         RadioConfig {
             waveform: Waveform {

@@ -126,6 +126,7 @@ impl Sweep {
                 position_m: Vector3::new(-4.0 + 0.2 * stop, 3.0 - 0.15 * stop, 1.5),
                 sigma_m: 0.0,
                 attitude: Rotation::<Gmt, World, f64>::identity(),
+                reach: cslam_core::array::BeamReach::default(),
             },
             uav_m: Vector3::new(9.0 * libm::cos(turn), 9.0 * libm::sin(turn), 6.0 + 0.01 * k),
             attitude: Rotation::from_yaw_pitch_roll(0.7, 0.05, -0.03).ok()?,

@@ -33,6 +33,19 @@ pub struct GmtFace<T: Real = f32> {
     pub tangent: Vector3<T>,
 }
 
+impl<T: Real> GmtFace<T> {
+    /// Face `index` of so many that stand all around, from x on.
+    pub fn of(index: usize, faces: usize) -> Self {
+        let azimuth_rad = T::two_pi() * T::of(index as f64 / faces as f64);
+        let (normal, tangent) = face_axes(azimuth_rad);
+        Self {
+            azimuth_rad,
+            normal,
+            tangent,
+        }
+    }
+}
+
 /// `FACES` planar arrays of `COLUMNS` x `ROWS` elements, faces at equal azimuth steps from x on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GmtArrays<T: Real = f32, const FACES: usize = 3, const COLUMNS: usize = 8, const ROWS: usize = 8> {
@@ -50,15 +63,7 @@ impl<T: Real, const FACES: usize, const COLUMNS: usize, const ROWS: usize>
     #[inline(never)]
     pub fn new(config: &GmtArrayConfig) -> Self {
         Self {
-            faces: core::array::from_fn(|s| {
-                let azimuth_rad = T::two_pi() * T::of(s as f64 / FACES as f64);
-                let (normal, tangent) = face_axes(azimuth_rad);
-                GmtFace {
-                    azimuth_rad,
-                    normal,
-                    tangent,
-                }
-            }),
+            faces: core::array::from_fn(|s| GmtFace::of(s, FACES)),
             phase_per_element_rad: T::two_pi() * T::of(config.spacing_wavelengths),
             element: config.element,
         }

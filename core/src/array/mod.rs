@@ -12,12 +12,14 @@
 mod codebook;
 mod element;
 mod gmt;
+mod reach;
 mod squint;
 mod uav;
 
 pub use codebook::{Beam, Codebook, CodebookConfig};
 pub use element::{GmtElement, UavElement, half_wave_dipole};
 pub use gmt::{GmtArrayConfig, GmtArrays, GmtFace, planar_factor};
+pub use reach::BeamReach;
 pub use squint::{SquintConfig, SquintScheme, SquintSymbol};
 pub use uav::{UavArrayConfig, UavArrays, Ula};
 

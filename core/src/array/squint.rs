@@ -56,10 +56,12 @@ pub struct SquintSymbol<T: Real = f32> {
     pub psi: [T; 2],
     /// Delay from an element to the next, along the row and the column, ns. (Seconds would underflow products in `f32`.)
     pub delay_ns: [T; 2],
+    /// From an element to the next, half wavelengths of the carrier.
+    pub half_wavelengths: T,
 }
 
 /// Phase shift and delay that sweep the cosine from `first` at frequency `low_hz` to `last` at `high_hz`, wrapping around
-/// `passes - 1` times: (psi, T in s).
+/// `passes - 1` times, of elements that are half a wavelength apart: (psi, T in s). At another spacing cosines count by so much more.
 fn sweep([first, last]: [f64; 2], passes: usize, [low_hz, high_hz]: [f64; 2], carrier_hz: f64) -> (f64, f64) {
     let wraps = 2.0 * passes.saturating_sub(1) as f64;
     let start = first * (1.0 + low_hz / carrier_hz);
@@ -79,7 +81,7 @@ impl<const AZIMUTH_SWEEPS: usize, const ELEVATION_SWEEPS: usize>
     }
 
     /// Symbol `index` of a schedule that sends the symbols of face 0 first; none beyond `faces` faces. `band_hz`: offsets
-    /// of the first and last subcarrier from the carrier.
+    /// of the first and last subcarrier from the carrier. The elements are half a wavelength apart.
     pub fn symbol<T: Real>(
         &self,
         scheme: SquintScheme,
@@ -88,22 +90,42 @@ impl<const AZIMUTH_SWEEPS: usize, const ELEVATION_SWEEPS: usize>
         band_hz: [f64; 2],
         carrier_hz: f64,
     ) -> Option<SquintSymbol<T>> {
+        self.spaced_symbol(scheme, index, faces, band_hz, carrier_hz, 0.5)
+    }
+
+    /// The same of elements `spacing_wavelengths` apart.
+    pub fn spaced_symbol<T: Real>(
+        &self,
+        scheme: SquintScheme,
+        index: usize,
+        faces: usize,
+        band_hz: [f64; 2],
+        carrier_hz: f64,
+        spacing_wavelengths: f64,
+    ) -> Option<SquintSymbol<T>> {
         let (face, within) = (index / self.per_face(scheme), index % self.per_face(scheme));
         if face >= faces {
             return None;
         }
+        let half_wavelengths = 2.0 * spacing_wavelengths;
+        let swept = |cosines: [f64; 2], passes| {
+            sweep(
+                cosines.map(|cosine| cosine * half_wavelengths),
+                passes,
+                band_hz,
+                carrier_hz,
+            )
+        };
+        let held = |cosine: f64| (cosine * half_wavelengths, 0.0);
         let across = [-self.half_width, self.half_width];
         let (x, z) = match scheme {
-            SquintScheme::Raster => (
-                sweep(across, self.passes, band_hz, carrier_hz),
-                sweep(self.raster_rise, 1, band_hz, carrier_hz),
-            ),
+            SquintScheme::Raster => (swept(across, self.passes), swept(self.raster_rise, 1)),
             SquintScheme::Sequential => match self.elevations.get(within) {
-                Some(elevation) => (sweep(across, 1, band_hz, carrier_hz), (*elevation, 0.0)),
+                Some(elevation) => (swept(across, 1), held(*elevation)),
                 None => {
                     let place: f64 = centred(within - AZIMUTH_SWEEPS, ELEVATION_SWEEPS);
                     let azimuth = self.sector * place * 2.0 / ELEVATION_SWEEPS as f64;
-                    ((azimuth, 0.0), sweep(self.rise, 1, band_hz, carrier_hz))
+                    (held(azimuth), swept(self.rise, 1))
                 }
             },
         };
@@ -111,6 +133,7 @@ impl<const AZIMUTH_SWEEPS: usize, const ELEVATION_SWEEPS: usize>
             face,
             psi: [T::of(x.0), T::of(z.0)],
             delay_ns: [T::of(x.1 * 1e9), T::of(z.1 * 1e9)],
+            half_wavelengths: T::of(half_wavelengths),
         })
     }
 }
@@ -125,16 +148,17 @@ impl<T: Real> SquintSymbol<T> {
         carrier_ghz: T,
     ) -> Complex<T> {
         let squint = T::one() + offset_ghz / carrier_ghz;
-        let phase =
-            |s: T, psi: T, delay_ns: T| T::pi() * (s * squint - psi) - T::two_pi() * offset_ghz * delay_ns;
+        let phase = |s: T, psi: T, delay_ns: T| {
+            T::pi() * (s * self.half_wavelengths * squint - psi) - T::two_pi() * offset_ghz * delay_ns
+        };
         let [x, z] = cosines;
         let ([px, pz], [tx, tz]) = (self.psi, self.delay_ns);
         planar_factor::<T, COLUMNS, ROWS>(phase(x, px, tx), phase(z, pz, tz))
     }
 
-    /// Direction cosines the beam looks to at a frequency, not wrapped: `(psi + 2 T f) / (1 + f/fc)`.
+    /// Direction cosines the beam looks to at a frequency, not wrapped: `(psi + 2 T f) / (1 + f/fc)` at half a wavelength.
     pub fn aim(&self, offset_ghz: T, carrier_ghz: T) -> [T; 2] {
-        let squint = T::one() + offset_ghz / carrier_ghz;
+        let squint = (T::one() + offset_ghz / carrier_ghz) * self.half_wavelengths;
         let two = T::of(2.0);
         let ([px, pz], [tx, tz]) = (self.psi, self.delay_ns);
         [(px, tx), (pz, tz)].map(|(psi, delay_ns)| (psi + two * delay_ns * offset_ghz) / squint)

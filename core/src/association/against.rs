@@ -5,7 +5,6 @@ use heapless::Vec;
 use super::chain::Chain;
 use super::config::AssociationConfig;
 use super::learn::SweepPaths;
-use super::measurement::leaves_in_beams;
 use super::prior::{is_blocked, known};
 use super::verdict::{Association, Verdict};
 use crate::surfaces::{Kind, Surfaces};
@@ -56,7 +55,7 @@ impl<const N: usize> Surfaces<N> {
                     .points
                     .iter()
                     .all(|point| surface.outside_m(point) <= own.same_m)
-                && leaves_in_beams(&sweep.transmitter.attitude, &predicted.departure)
+                && sweep.transmitter.leaves_in_beams(&predicted.departure)
                 && !is_blocked(&store, [transmitter_m, uav_m], &predicted.points, config)
             {
                 odds += own.missed_log_odds();

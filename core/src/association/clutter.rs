@@ -67,7 +67,7 @@ pub(super) fn clutter<const N: usize>(
 
 /// Log density of the departure towards the closed-form point, and whether the way over it is blocked.
 fn new<const N: usize>(scene: &Scene<'_, N>, measured: &Measurement) -> Option<(f64, bool)> {
-    let (uav, transmitter) = (scene.pose.position_m, scene.transmitter_m);
+    let (uav, transmitter) = (scene.pose.position_m, scene.transmitter.position_m);
     let path = &measured.path;
     let baseline = uav - transmitter;
     let solution = vector_point(&baseline, path.aoa.vector(), path.c_tau_m)?;
@@ -89,7 +89,7 @@ fn new<const N: usize>(scene: &Scene<'_, N>, measured: &Measurement) -> Option<(
     let own = measured.noise.m44;
     let variance = own + 0.5 * across_m2 / (distance_m * distance_m);
     let off = (departure - towards).norm_squared();
-    let in_beams = scene.leaves_in_beams(&towards);
+    let in_beams = scene.transmitter.leaves_in_beams(&towards);
     let outliers = departure_outliers(measured.neighbourhood, in_beams, &scene.config.errors);
     let held = (1.0 - outliers) * libm::exp(-0.5 * off / variance) / variance;
     Some((libm::log(held + outliers) - LOG_TWO_PI, blocked))

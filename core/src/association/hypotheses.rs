@@ -9,10 +9,11 @@ use nalgebra::Vector3;
 use super::chain::{Chain, MOST_REFLECTIONS};
 use super::config::AssociationConfig;
 use super::likelihood::{Likelihood, innovation_covariance, joined, likelihood};
-use super::measurement::{Measurement, leaves_in_beams};
+use super::measurement::Measurement;
 use super::pose::PoseEstimate;
 use super::prior::{Known, is_blocked, log_offered, log_open, log_surfaces, probability_of_order};
-use crate::geometry::{Gmt, Plane, Rotation, World};
+use crate::estimator::Transmitter;
+use crate::geometry::Plane;
 use crate::link_state::Probabilities;
 use crate::paths::departure_outliers;
 use crate::surfaces::SurfaceIds;
@@ -25,8 +26,7 @@ pub const SURFACES_OF_THREES: usize = 16;
 #[derive(Clone, Debug)]
 pub(super) struct Scene<'a, const N: usize> {
     pub(super) known: Vec<Known<'a>, N>,
-    pub(super) transmitter_m: Vector3<f64>,
-    pub(super) mast: Rotation<Gmt, World, f64>,
+    pub(super) transmitter: &'a Transmitter,
     pub(super) pose: PoseEstimate,
     pub(super) config: &'a AssociationConfig,
 }
@@ -183,11 +183,6 @@ impl Image {
 }
 
 impl<const N: usize> Scene<'_, N> {
-    /// Whether the transmitter's beams reach a direction of the world.
-    pub(super) fn leaves_in_beams(&self, departure: &Vector3<f64>) -> bool {
-        leaves_in_beams(&self.mast, departure)
-    }
-
     /// Weighs one chain against one path. `None` when the chain does not exist. Also whether its way is blocked.
     fn weigh(
         &self,
@@ -202,18 +197,18 @@ impl<const N: usize> Scene<'_, N> {
             ids.push(known.surface.id).ok()?;
         }
         let over = Chain::over(&planes);
-        let predicted = over.predict(&self.transmitter_m, &self.pose.position_m)?;
-        let derivatives = over.derivatives(&self.transmitter_m, &predicted, &measured.tangents);
+        let predicted = over.predict(&self.transmitter.position_m, &self.pose.position_m)?;
+        let derivatives = over.derivatives(&self.transmitter.position_m, &predicted, &measured.tangents);
         let by_surface = joined(&derivatives, &ids);
         let covariance =
             innovation_covariance(&derivatives, &by_surface, &planes, &self.pose, &measured.noise);
         let innovation = measured.innovation(predicted.range_m, &predicted.arrival, &predicted.departure);
-        let in_beams = self.leaves_in_beams(&predicted.departure);
+        let in_beams = self.transmitter.leaves_in_beams(&predicted.departure);
         let outliers = measured
             .departure
             .map(|_| departure_outliers(measured.neighbourhood, in_beams, &self.config.errors));
         let likelihood = likelihood(&innovation, &covariance, outliers)?;
-        let ends = [&self.transmitter_m, &self.pose.position_m];
+        let ends = [&self.transmitter.position_m, &self.pose.position_m];
         let blocked = is_blocked(&self.known, ends, &predicted.points, self.config);
         let log = likelihood.log + libm::log(probability_of_order(probabilities, chain.len(), self.config))
             - log_offered(chain.len(), self.config)
@@ -284,7 +279,7 @@ impl<const N: usize> Search<'_, N> {
     fn run(&mut self, candidates: &mut [Candidate<'_>]) {
         let scene = self.scene;
         let transmitter = Image {
-            at: scene.transmitter_m,
+            at: scene.transmitter.position_m,
             sigma_m: 0.0,
         };
         self.weigh_near(candidates, &transmitter, &[]);

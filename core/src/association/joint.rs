@@ -46,8 +46,8 @@ impl Joint {
             planes.push(known.plane).ok()?;
         }
         let chain = Chain::over(&planes);
-        let predicted = chain.predict(&scene.transmitter_m, &scene.pose.position_m)?;
-        let derivatives = chain.derivatives(&scene.transmitter_m, &predicted, &measured.tangents);
+        let predicted = chain.predict(&scene.transmitter.position_m, &scene.pose.position_m)?;
+        let derivatives = chain.derivatives(&scene.transmitter.position_m, &predicted, &measured.tangents);
         let three = |m: &SMatrix<f64, 3, 5>| -> Matrix3<f64> { part(m, (0, 0)) };
         let mut noise: Matrix3<f64> = part(&measured.noise, (0, 0));
         for (plane, of) in planes.iter().zip(&joined(&derivatives, ids)) {

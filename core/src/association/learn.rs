@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 use super::chain::{Chain, Prediction};
 use super::config::AssociationConfig;
 use super::likelihood::{innovation_covariance, joined};
-use super::measurement::{Measurement, leaves_in_beams};
+use super::measurement::Measurement;
 use super::part::part;
 use super::points::{PathPoints, SurfacePoint, each_once, points_of};
 use super::pose::PoseEstimate;
@@ -207,7 +207,7 @@ impl<const N: usize> Surfaces<N> {
         };
         let held = verdict.departure_held > 0.5;
         let third = verdict.chain.len() == MOST_REFLECTIONS;
-        let in_beams = leaves_in_beams(&seen.sweep.transmitter.attitude, &predicted.departure);
+        let in_beams = seen.sweep.transmitter.leaves_in_beams(&predicted.departure);
         let outlier = seen.measured.departure.is_some() && in_beams && !held;
         // So many threes fit by chance that one without its departure is no point.
         if verdict.chain.is_empty() || outlier || (third && !held) {

@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, Vector3};
 use super::chain::{ROWS, Tangents};
 use super::part::part;
 use super::pose::PoseEstimate;
-use crate::geometry::{Gmt, Rotation, World};
+use crate::geometry::World;
 use crate::path::Path;
 use crate::paths::{Neighbourhood, PathErrors, ReceivedPath, covariance};
 use crate::signal::DelayPeriod;
@@ -106,27 +106,10 @@ impl Measurement {
     }
 }
 
-/// Whether the beams of a transmitter whose mast stands so reach a direction of the world.
-#[must_use]
-pub fn leaves_in_beams(mast: &Rotation<Gmt, World, f64>, departure: &Vector3<f64>) -> bool {
-    is_in_beams(mast.inverse().apply_vector(departure).z)
-}
-
-/// The same by the vertical component of a direction of the transmitter's frame. The codebook looks up 0, 12 and 25 degrees, and its eight rows
-/// of elements fall to half the power 7 degrees beside: zenith angles of 58 to 97 degrees.
-fn is_in_beams(upwards: f64) -> bool {
-    /// `sin 7` and `sin 32` degrees.
-    /// Derived: minus the sine of 7 degrees: half a row under the lowest row of the GMT's beams.
-    const LOWEST: f64 = -0.121_869;
-    /// Derived: the sine of 32 degrees: half a row over the highest row.
-    const HIGHEST: f64 = 0.529_919;
-    (LOWEST..=HIGHEST).contains(&upwards)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Body, Direction, Matrix3};
+    use crate::geometry::{Body, Direction, Matrix3, Rotation};
     use crate::path::Departure;
 
     #[test]
@@ -166,11 +149,5 @@ mod tests {
         });
         let of = Measurement::of(&path, Neighbourhood::default(), &pose, &errors);
         assert!((of.noise[(4, 4)] - 4e-6).abs() < 1e-10);
-    }
-
-    #[test]
-    fn beams_look_ahead_and_up() {
-        let down = |degrees: f64| is_in_beams(libm::cos(degrees.to_radians()));
-        assert!(down(96.0) && down(59.0) && !down(98.0) && !down(57.0));
     }
 }

@@ -34,7 +34,7 @@ pub use config::AssociationConfig;
 pub use hypotheses::{LeftOut, SURFACES_OF_THREES};
 pub use learn::{Learned, POINTS, SweepPaths};
 pub use likelihood::Likelihood;
-pub use measurement::{Measurement, leaves_in_beams};
+pub use measurement::Measurement;
 pub use points::SurfacePoint;
 pub use pose::PoseEstimate;
 pub use verdict::{Association, Decision, Verdict};
@@ -63,8 +63,7 @@ pub fn associate<const N: usize, const K: usize>(
 ) -> Association<K> {
     let scene = Scene {
         known: known(surfaces),
-        transmitter_m: transmitter.position_m,
-        mast: transmitter.attitude,
+        transmitter,
         pose: pose.relative_to(transmitter.sigma_m),
         config,
     };

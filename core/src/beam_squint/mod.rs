@@ -41,10 +41,11 @@ pub use reception::NULLS;
 pub use refusal::Refusal;
 pub use sighting::{Expected, Ground, Sighting};
 
-use crate::array::{GmtFace, SquintConfig, SquintScheme, SquintSymbol, UavArrays};
+use crate::array::{GmtFace, SquintSymbol, UavArrays};
 use crate::geometry::{Direction, Gmt};
 use crate::numeric::gather;
-use crate::signal::{BeamBlock, Correlator, Waveform, Workspace};
+use crate::radio::RadioConfig;
+use crate::signal::{BeamBlock, Correlator, Workspace};
 use bounce::Mirror;
 use fit::{Place, ReceivedSymbols};
 use pattern::Band;
@@ -150,6 +151,8 @@ pub struct BeamSquint<
 > {
     config: BeamSquintConfig,
     arrays: UavArrays<f32, A, E>,
+    /// Faces of the GMT.
+    faces: usize,
     /// Symbols of one face; all faces send the same.
     schedule: [SquintSymbol; SYMBOLS],
     band: Band,
@@ -171,32 +174,36 @@ impl<
     const ACTIVE: usize,
 > BeamSquint<SYMBOLS, A, E, C, X, Z, ACTIVE>
 {
-    /// A receiver for a scheme of sweeps. None when a face of the scheme has not `SYMBOLS` symbols or the waveform not
-    /// `ACTIVE` subcarriers.
+    /// A receiver for the squint symbols of a radio whose GMT has so many faces. None when a face has not `SYMBOLS` symbols or the waveform
+    /// not `ACTIVE` subcarriers.
     #[must_use]
-    pub fn new<const AZIMUTHS: usize, const ELEVATIONS: usize>(
+    pub fn new<const ELEVATIONS: usize, const AZIMUTH_SWEEPS: usize, const ELEVATION_SWEEPS: usize>(
         config: BeamSquintConfig,
-        scheme: SquintScheme,
-        sweeps: &SquintConfig<AZIMUTHS, ELEVATIONS>,
-        arrays: UavArrays<f32, A, E>,
-        waveform: &Waveform,
+        radio: &RadioConfig<ELEVATIONS, AZIMUTH_SWEEPS, ELEVATION_SWEEPS>,
+        faces: usize,
     ) -> Option<Self> {
-        if sweeps.per_face(scheme) != SYMBOLS || waveform.active != ACTIVE {
+        let (waveform, scheme) = (&radio.waveform, radio.squint_scheme);
+        if radio.squint.per_face(scheme) != SYMBOLS || waveform.active != ACTIVE {
             return None;
         }
+        let spacing_wavelengths = radio.gmt_arrays.spacing_wavelengths;
         let offset_hz = |index| f64::from(waveform.offset(index)) * waveform.spacing_hz();
         let band_hz = [offset_hz(0), offset_hz(ACTIVE.saturating_sub(1))];
         let nothing = SquintSymbol {
             face: 0,
             psi: [0.0; 2],
             delay_ns: [0.0; 2],
+            half_wavelengths: 1.0,
         };
         Some(Self {
             config,
-            arrays,
+            arrays: radio.uav_arrays(),
+            faces,
             schedule: core::array::from_fn(|index| {
-                sweeps
-                    .symbol(scheme, index, 1, band_hz, waveform.carrier_hz)
+                let carrier_hz = waveform.carrier_hz;
+                radio
+                    .squint
+                    .spaced_symbol(scheme, index, 1, band_hz, carrier_hz, spacing_wavelengths)
                     .unwrap_or(nothing)
             }),
             band: Band {
@@ -235,7 +242,7 @@ impl<
         }
         self.begun = Some((sighting.face, sighting.c_tau_m));
         self.expected = sighting.expected;
-        self.mirror = sighting.mirror();
+        self.mirror = sighting.mirror(self.faces);
         Ok(())
     }
 

@@ -78,7 +78,7 @@ impl Band {
 pub(super) struct Row {
     /// Half the phase step, as a phasor.
     half: Spin,
-    /// `pi (1 + f/fc)` of the present subcarrier, and its growth.
+    /// Growth of the phase step with the cosine, `pi (1 + f/fc)` at half a wavelength, at the present subcarrier, and its growth.
     slope: f32,
     slope_step: f32,
 }
@@ -89,12 +89,14 @@ impl Row {
         const PI: f32 = core::f32::consts::PI;
         let pick = |values: &[f32; 2]| values.get(axis).copied().unwrap_or(0.0);
         let (psi, delay_ns) = (pick(&symbol.psi), pick(&symbol.delay_ns));
+        let spacing = symbol.half_wavelengths;
+        let s = s * spacing;
         let per_ghz = PI * (s / band.carrier_ghz - 2.0 * delay_ns);
         let first = PI * (s - psi) + per_ghz * band.first_ghz;
         Self {
             half: Spin::new(0.5 * first, 0.5 * per_ghz * band.step_ghz),
-            slope: PI * (1.0 + band.first_ghz / band.carrier_ghz),
-            slope_step: PI * band.step_ghz / band.carrier_ghz,
+            slope: spacing * PI * (1.0 + band.first_ghz / band.carrier_ghz),
+            slope_step: spacing * PI * band.step_ghz / band.carrier_ghz,
         }
     }
 
@@ -176,6 +178,7 @@ mod tests {
             face: 0,
             psi: [0.0; 2],
             delay_ns: [0.0; 2],
+            half_wavelengths: 1.0,
         };
         let narrow = Band {
             first_ghz: 0.0,

@@ -39,7 +39,7 @@ struct Peak<'a, const ACTIVE: usize> {
     symbol: &'a SquintSymbol,
     spectrum: &'a Spectrum<ACTIVE>,
     index: usize,
-    /// Cosine per subcarrier of this axis, of the axis that makes the peak, and of the other one.
+    /// Cosine per subcarrier of this axis, of the axis that makes the peak, and of the other one, as if elements were half a wavelength apart.
     step: f32,
     sharp_step: f32,
     slow_step: f32,
@@ -57,8 +57,9 @@ impl<const ACTIVE: usize> Peak<'_, ACTIVE> {
         let f = received.band.offset_ghz(index);
         let aim = self.symbol.aim(f, received.band.carrier_ghz);
         let s = aim.get(axis).copied().unwrap_or(0.0);
-        // An array of half a wavelength repeats after this.
-        let period = 2.0 / (1.0 + f / received.band.carrier_ghz);
+        // The array repeats after this.
+        let spacing = self.symbol.half_wavelengths;
+        let period = 2.0 / (1.0 + f / received.band.carrier_ghz) / spacing;
         // Anywhere between two passes of the slow axis; and there the slope of its lobe moves the peak of the sharp
         // one.
         let ratio = self.slow_step / self.sharp_step;
@@ -70,7 +71,7 @@ impl<const ACTIVE: usize> Peak<'_, ACTIVE> {
         };
         Reading {
             cosine: s - period * libm::floorf(s / period + 0.5),
-            variance: self.step * self.step * index_variance + unknown,
+            variance: (self.step * self.step * index_variance + unknown) / (spacing * spacing),
         }
     }
 }

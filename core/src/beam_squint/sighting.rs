@@ -4,7 +4,7 @@ use heapless::Vec;
 
 use super::NULLS;
 use super::bounce::Mirror;
-use crate::array::{Codebook, GmtArrays};
+use crate::array::GmtFace;
 use crate::geometry::{Body, Direction, Gmt};
 use crate::paths::EstimatedPath;
 use crate::signal::DelayPeriod;
@@ -72,18 +72,17 @@ impl Sighting {
     /// Derived: such a path is not told apart by its delay in the narrow part of the band in which a symbol looks at the UAV.
     pub const NEAR_M: f32 = 30.0;
 
-    /// From the paths of a sweep (strongest first, delays of this period), of which number `los` is the line of sight if there is one. None
-    /// when there is no such path or no such beam.
+    /// From the paths of a sweep (strongest first, delays of this period), of which number `los` is the line of sight if there is one, sent by
+    /// this face. None when there is no such path.
     #[must_use]
-    pub fn new<const FACES: usize, const X: usize, const Z: usize, const ELEVATIONS: usize>(
+    pub fn new(
         line_of_sight: bool,
         paths: &[EstimatedPath],
         los: usize,
-        codebook: &Codebook<f32, FACES, X, Z, ELEVATIONS>,
+        face: usize,
         delay_period: &DelayPeriod,
     ) -> Option<Self> {
         let direct = paths.get(los)?;
-        let face = codebook.beam(usize::from(direct.beam))?.face;
         let mut sighting = Self {
             line_of_sight,
             face,
@@ -137,11 +136,10 @@ impl Sighting {
         self
     }
 
-    /// The ground as the face sees it.
-    pub(super) fn mirror(&self) -> Option<Mirror> {
-        let ground = self.ground?;
-        let arrays = GmtArrays::<f32>::default();
-        let face = arrays.faces().get(self.face)?;
+    /// The ground as the face sees it, one of so many.
+    pub(super) fn mirror(&self, faces: usize) -> Option<Mirror> {
+        let ground = self.ground.filter(|_| self.face < faces)?;
+        let face = GmtFace::of(self.face, faces);
         let (up, column) = (ground.up.vector(), face.normal.cross(&face.tangent));
         Some(Mirror {
             up: [face.tangent, column, face.normal].map(|axis| axis.dot(up)),

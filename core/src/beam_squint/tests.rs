@@ -1,5 +1,7 @@
 use super::*;
+use crate::array::{SquintConfig, SquintScheme};
 use crate::geometry::{Complex, Vector3};
+use crate::signal::Waveform;
 
 const SEQUENTIAL: SquintScheme = SquintScheme::Sequential;
 
@@ -16,14 +18,7 @@ fn sighting() -> Sighting {
 }
 
 fn listener() -> BeamSquint<11> {
-    BeamSquint::new(
-        BeamSquintConfig::ideal(),
-        SEQUENTIAL,
-        &SquintConfig::default(),
-        UavArrays::default(),
-        &Waveform::default(),
-    )
-    .expect("11 symbols")
+    BeamSquint::new(BeamSquintConfig::ideal(), &RadioConfig::default(), 3).expect("11 symbols")
 }
 
 /// A receiver that has heard the exact pattern of face 0 at `cosines`, `amplitude` over noise of variance one, with

@@ -5,6 +5,8 @@
 //!
 //! Given: numbers here are the order of the states.
 
+pub(super) use crate::radio::{MOST_ARRAYS as ARRAYS, MOST_FACES as FACES};
+
 /// Position, m, world axes.
 pub const POSITION: usize = 0;
 /// Velocity, m/s, world axes.
@@ -35,11 +37,6 @@ pub const TWO_WAY_BIAS: usize = 45;
 pub const MOUNTING: usize = 46;
 /// First plane: offset (m) and two tilts (rad) each.
 pub const PLANES: usize = 49;
-
-/// Faces of the GMT's mast.
-pub(super) const FACES: usize = 3;
-/// Antenna arrays of the UAV.
-pub(super) const ARRAYS: usize = 4;
 
 /// Number of states of a filter that holds up to `planes` planes at a time.
 pub const fn states(planes: usize) -> usize {

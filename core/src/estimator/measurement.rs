@@ -10,14 +10,14 @@ use super::config::RadioNoise;
 use super::layout::{ARRAY_AXIS, ARRAY_SLOPE, ATTITUDE, CLOCK_OFFSET, FACE_BIAS, POSITION};
 use super::nominal::Nominal;
 use super::row::Row;
-use crate::array::{GmtArrays, UavArrays};
+use crate::array::BeamReach;
 use crate::geometry::{Body, Direction, Gmt, Plane, Real, Rotation, World};
-use crate::radio::RadioConfig;
+use crate::radio::{MOST_ARRAYS, RadioModel};
 
 /// Direction in which a path left, by a face of the GMT.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaceDirection {
-    /// Face of the mast, 0..=2.
+    /// Face of the mast.
     pub face: usize,
     /// Direction cosines along the face's row and column: (s_x, s_z) of docs/signal-model.md, "Beam squint".
     pub cosines: [f64; 2],
@@ -51,6 +51,8 @@ pub struct Transmitter {
     pub sigma_m: f64,
     /// Attitude of the mast: identity when it stands level and looks east.
     pub attitude: Rotation<Gmt, World, f64>,
+    /// Elevations that its beams reach.
+    pub reach: BeamReach,
 }
 
 /// A surface of the map.
@@ -83,12 +85,18 @@ pub(super) type PathRows<T> = heapless::Vec<Row<T>, PATH_ROWS>;
 /// Antenna geometry and noise figures: what all predictions share.
 #[derive(Clone, Debug)]
 pub struct Model {
-    arrays: UavArrays<f64>,
-    faces: GmtArrays<f64>,
+    pub(super) radio: RadioModel,
     noise: RadioNoise,
 }
 
 impl Transmitter {
+    /// Whether its beams reach a direction of the world.
+    #[must_use]
+    pub fn leaves_in_beams(&self, departure: &Vector3<f64>) -> bool {
+        self.reach
+            .contains(self.attitude.inverse().apply_vector(departure).z)
+    }
+
     /// The part of a beacon's standard deviation that stays from sweep to sweep, m per axis.
     pub(super) fn steady_sigma_m(&self, noise: &RadioNoise) -> f64 {
         self.sigma_m.min(noise.beacon_m)
@@ -96,24 +104,21 @@ impl Transmitter {
 }
 
 impl Model {
-    /// The arrays of a radio with these noise figures.
-    pub fn new(radio: &RadioConfig, noise: RadioNoise) -> Self {
-        Self {
-            arrays: radio.uav_arrays(),
-            faces: GmtArrays::default(),
-            noise,
-        }
+    /// A radio with these noise figures.
+    pub fn new(radio: RadioModel, noise: RadioNoise) -> Self {
+        Self { radio, noise }
     }
 
     /// Direction and along-tangent shift of the angle of arrival by the arrays' calibration errors, with its derivatives
     /// (docs/localization.md, "The model"): per array and tangent the weight `c_j`, and the two axis cosines.
     fn array_shift(&self, u: &Direction<Body, f64>, nominal: &Nominal) -> ArrayShift {
         let (e1, e2) = u.tangents();
-        let gains = self.arrays.amplitude(u).map(|a| a * a);
         let mut shift = ArrayShift::default();
         let (mut h11, mut h12, mut h22) = (0.0, 0.0, 0.0);
-        let mut along = [[0.0; 2]; 4];
-        for ((array, gain), dw) in self.arrays.arrays().iter().zip(gains).zip(&mut along) {
+        let mut along = [[0.0; 2]; MOST_ARRAYS];
+        for (array, dw) in self.radio.arrays.iter().zip(&mut along) {
+            let amplitude = self.radio.element.amplitude(u.vector(), &array.normal);
+            let gain = amplitude * amplitude;
             let (a, b) = (array.axis.dot(&e1), array.axis.dot(&e2));
             (h11, h12, h22) = (h11 + gain * a * a, h12 + gain * a * b, h22 + gain * b * b);
             *dw = [gain * a, gain * b];
@@ -122,7 +127,7 @@ impl Model {
         if determinant <= LEAST_DETERMINANT {
             return shift;
         }
-        for (j, (array, [a, b])) in self.arrays.arrays().iter().zip(along).enumerate() {
+        for (j, (array, [a, b])) in self.radio.arrays.iter().zip(along).enumerate() {
             let weight = [
                 (h22 * a - h12 * b) / determinant,
                 (h11 * b - h12 * a) / determinant,
@@ -165,7 +170,7 @@ impl Model {
         gmt: &Transmitter,
         nominal: &Nominal,
     ) -> Option<Vector3<f64>> {
-        let face = self.faces.faces().get(departure.face)?;
+        let face = self.radio.faces.get(departure.face)?;
         let bias = nominal.face_bias.get(departure.face)?;
         let [sx, sz] = [departure.cosines[0] - bias[0], departure.cosines[1] - bias[1]];
         let square = 1.0 - sx * sx - sz * sz;
@@ -303,7 +308,7 @@ impl Model {
             return Some(rows);
         };
         let (Some(face), Some(bias)) = (
-            self.faces.faces().get(departure.face),
+            self.radio.faces.get(departure.face),
             nominal.face_bias.get(departure.face),
         ) else {
             return Some(rows);
@@ -342,8 +347,8 @@ impl Model {
 #[derive(Default)]
 struct ArrayShift {
     error: [f64; 2],
-    weight: [[f64; 2]; 4],
-    cosines: [[f64; 2]; 4],
+    weight: [[f64; 2]; MOST_ARRAYS],
+    cosines: [[f64; 2]; MOST_ARRAYS],
 }
 
 /// Most planes of one path.

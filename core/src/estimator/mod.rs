@@ -71,7 +71,7 @@ use self::scalar::{Pending, Suspect};
 use self::window::Window;
 use crate::geometry::{Body, Direction, Position, Real, Rotation};
 use crate::inertial::{ImuErrors, ImuStep};
-use crate::radio::RadioConfig;
+use crate::radio::RadioModel;
 use nalgebra::{Matrix3, Vector3};
 
 /// Increments that may wait for a late measurement.
@@ -155,9 +155,9 @@ pub struct Filter<T: Real, const N: usize> {
 
 impl<T: Real, const N: usize> Filter<T, N> {
     /// A filter that knows nothing yet, at `time_ns` of the UAV clock, for this radio.
-    pub fn new(radio: &RadioConfig, config: FilterConfig, time_ns: u64) -> Self {
+    pub fn new(radio: &RadioModel, config: FilterConfig, time_ns: u64) -> Self {
         let mut filter = Self {
-            model: Model::new(radio, config.radio),
+            model: Model::new(radio.clone(), config.radio),
             config,
             nominal: Nominal::origin(time_ns, radio.waveform.delay_period()),
             covariance: Covariance::zero(),

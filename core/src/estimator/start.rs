@@ -25,9 +25,6 @@ const FIXED_SIGMA: (f64, f64, f64) = (0.3, 0.3, SIGHT_SCATTER_RAD);
 /// Mean square of the change of a face's cosine with the mast's tilt.
 /// Derived: that of the cosine of the angle off the face's normal, over its 120 degrees.
 const MAST_SHARE: f64 = 0.7;
-/// Cosine of the angle between two faces.
-/// Given: three faces, 120 degrees apart.
-const FACES_COSINE: f64 = -0.5;
 
 impl<T: Real, const N: usize> Filter<T, N> {
     /// Takes over the gyroscope bias found at rest. The tilt serves a start without departures only: the window finds it from
@@ -233,10 +230,12 @@ impl<T: Real, const N: usize> Filter<T, N> {
             set(FACE_BIAS + 2 * a, row);
             set(FACE_BIAS + 2 * a + 1, libm::sqrt(column * column + mast));
         }
+        // The mean cosine of the angle between a face and the others: faces stand all around.
+        let others = self.model.radio.faces.len().saturating_sub(1).max(1) as f64;
         for a in 0..FACES {
             for b in 0..a {
                 let (a, b) = (FACE_BIAS + 2 * a + 1, FACE_BIAS + 2 * b + 1);
-                self.covariance.correlate(a, b, T::of(mast * FACES_COSINE));
+                self.covariance.correlate(a, b, T::of(-mast / others));
             }
         }
     }

@@ -27,9 +27,6 @@ pub(super) const BLIND_AFTER_NS: u64 = 1_200_000_000;
 /// Rows of delay and arrival, before those of departure.
 /// Derived: delay, and two of arrival.
 const ARRIVAL_ROWS: usize = 3;
-/// Half of what lies between two beams of the GMT's rows of eight elements, direction cosine.
-/// Derived: rows of eight elements at half a wavelength have beams 0.25 apart.
-const HALF_BEAM: f64 = 0.125;
 
 /// Chi-square of three and of five rows that one sight in twenty is beyond.
 /// Derived: quantiles of the chi-square.
@@ -63,11 +60,12 @@ impl SweepVerdict {
 
 /// Whether a departure is half a beam off or more. No position error of a pose that is sure of its place does that, a sidelobe of another beam
 /// does: arrival and delay then stand without it.
-fn is_of_another_beam<T: Real>(rows: &[Row<T>]) -> bool {
+fn is_of_another_beam<T: Real>(rows: &[Row<T>], half_beam: &[f64; 2]) -> bool {
     let departure = rows.get(ARRIVAL_ROWS..).unwrap_or(&[]);
     departure
         .iter()
-        .any(|row| row.residual.to_f64().abs() > HALF_BEAM)
+        .zip(half_beam)
+        .any(|(row, half_beam)| row.residual.to_f64().abs() > *half_beam)
 }
 
 impl<T: Real, const N: usize> Filter<T, N> {
@@ -154,7 +152,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
             rows = again;
             chi2 = chi_square(&self.covariance, &rows);
         }
-        if chi2 > gate && self.sigma(POSITION) < gates.trusted_m && is_of_another_beam(&rows) {
+        if chi2 > gate
+            && self.sigma(POSITION) < gates.trusted_m
+            && is_of_another_beam(&rows, &self.model.radio.half_beam)
+        {
             rows.truncate(ARRIVAL_ROWS);
             path.departure = None;
             (gate, chi2) = (gates.three, chi_square(&self.covariance, &rows));

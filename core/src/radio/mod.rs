@@ -18,8 +18,10 @@
 //! ```
 
 mod check;
+mod model;
 
 pub use check::RadioConfigError;
+pub use model::{MOST_ARRAYS, MOST_FACES, RadioModel};
 
 use crate::array::{
     Codebook, CodebookConfig, GmtArrayConfig, GmtArrays, SquintConfig, SquintScheme, UavArrayConfig,

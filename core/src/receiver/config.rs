@@ -11,7 +11,7 @@ use super::gain::LinkBudget;
 use super::receive::Residuals;
 use super::rules::Rules;
 use crate::association::AssociationConfig;
-use crate::beam_squint::{BeamSquint, BeamSquintConfig};
+use crate::beam_squint::BeamSquintConfig;
 use crate::estimator::baseline;
 use crate::estimator::{self, FilterConfig};
 use crate::geometry::Position;
@@ -101,9 +101,9 @@ pub enum Mapped {
 
 /// Everything that is set before a flight.
 #[derive(Clone, Debug)]
-pub struct Config<'m> {
+pub struct Config<'m, Description = RadioConfig> {
     /// The radio. Nothing of it is checked here ([`RadioConfig::check`]).
-    pub radio: RadioConfig,
+    pub radio: Description,
     /// Link budget.
     pub budget: LinkBudget,
     /// What calibration leaves in a path.
@@ -156,21 +156,21 @@ pub enum LinkStates<'m> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ConfigError {
-    /// The squint scheme does not have 11 symbols a face, or the waveform not 416 subcarriers.
+    /// The squint scheme has not as many symbols a face as the receiver's type says, or the waveform not as many subcarriers.
     Squint,
 }
 
 impl core::fmt::Display for ConfigError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
-            Self::Squint => "the squint scheme does not send 11 symbols a face on 416 subcarriers",
+            Self::Squint => "the squint scheme does not send as many symbols a face, on as many subcarriers, as the receiver's type says",
         })
     }
 }
 
 impl core::error::Error for ConfigError {}
 
-impl<'m> Config<'m> {
+impl<'m, Description> Config<'m, Description> {
     /// Surfaces before anything is known of them: the ground alone, where its height is.
     #[must_use]
     pub fn no_surfaces(&self) -> Surfaces<SURFACES> {
@@ -182,26 +182,11 @@ impl<'m> Config<'m> {
         )
     }
 
-    /// Beam squint as this configuration has it, for [`super::Memory`].
-    ///
-    /// # Errors
-    /// [`ConfigError::Squint`].
-    pub fn beam_squint(&self) -> Result<BeamSquint, ConfigError> {
-        BeamSquint::new(
-            self.beam_squint,
-            self.radio.squint_scheme,
-            &self.radio.squint,
-            self.radio.uav_arrays(),
-            &self.radio.waveform,
-        )
-        .ok_or(ConfigError::Squint)
-    }
-
-    /// Our methods throughout.
+    /// Our methods throughout, for a radio of one's own.
     #[must_use]
-    pub fn best(link_states: LinkStates<'m>) -> Self {
+    pub fn of(radio: Description, link_states: LinkStates<'m>) -> Self {
         Self {
-            radio: RadioConfig::default(),
+            radio,
             budget: LinkBudget::default(),
             residuals: Residuals::default(),
             imu: ImuConfig::default(),
@@ -228,6 +213,14 @@ impl<'m> Config<'m> {
             map_aided: true,
             delta_ranges: true,
         }
+    }
+}
+
+impl<'m> Config<'m> {
+    /// Our methods throughout.
+    #[must_use]
+    pub fn best(link_states: LinkStates<'m>) -> Self {
+        Self::of(RadioConfig::default(), link_states)
     }
 
     /// The paper's methods in every stage but path estimation, which is a type: its network on the strongest path, its closed

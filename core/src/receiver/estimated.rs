@@ -5,16 +5,14 @@
 
 use heapless::Vec;
 
-use super::{CHANNELS, PATHS, count};
+use super::{PATHS, count};
 use crate::beam_squint::{Bearing, Refusal};
-use crate::paths::{EstimatedPath, PathEstimator};
-use crate::receiver::Receiver;
+use crate::paths::EstimatedPath;
+use crate::receiver::{Radio, Receiver};
 
-impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
-    Receiver<'_, E, VOXELS, STATES>
-{
+impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS, STATES> {
     /// Ends the beams of the sweep in hand with paths that were estimated elsewhere, strongest first, from `beams` transmit beams. Their
-    /// angles of departure are in the axes of the GMT's arrays, as a [`PathEstimator`] gives them. Blocks of the sweep that came
+    /// angles of departure are in the axes of the GMT's arrays, as a [`PathEstimator`](crate::paths::PathEstimator) gives them. Blocks of the sweep that came
     /// before are forgotten.
     ///
     /// Returns the index of the path that beam squint is to listen to, if there is one: its symbols, or [its bearing](Self::bearing), may
@@ -27,7 +25,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
                 return None;
             }
         }
-        let _forgotten = self.memory.estimator.finish();
+        let _forgotten = R::finish(self.memory.estimator);
         self.close_with(paths);
         self.open.as_ref().and_then(|open| open.sighted)
     }

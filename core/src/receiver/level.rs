@@ -10,13 +10,12 @@
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
+use super::PATHS;
 use super::paths::MeasuredPath;
 use super::receive::length_m;
 use super::sight::{AT_ONCE_M, first_of};
-use super::{CHANNELS, PATHS};
 use crate::estimator::{LevelYaw, Transmitter, rotation};
-use crate::paths::PathEstimator;
-use crate::receiver::Receiver;
+use crate::receiver::{Radio, Receiver};
 
 /// Lengths of a line of sight that a start may come from, m.
 /// Derived: the tilt of rest is known to 20 mrad, of a longer way the end to nothing that is of use.
@@ -157,9 +156,7 @@ impl Stand {
     }
 }
 
-impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
-    Receiver<'_, E, VOXELS, STATES>
-{
+impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS, STATES> {
     /// Index of the path that is the line of sight of a UAV at rest, and how the UAV is turned, when the last sweeps agree on it.
     pub(super) fn level_sight(
         &mut self,
@@ -191,7 +188,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         time_ns: u64,
     ) -> Option<(usize, Stand)> {
         let offset_m = self.offset_m(time_ns)?;
-        let period = self.config.radio.waveform.delay_period();
+        let period = self.delay_period();
         let length = |path: &MeasuredPath| length_m(path.estimated.path.c_tau_m, offset_m, &period);
         let seen = |path: &MeasuredPath| level * path.estimated.path.aoa.vector().map(f64::from);
         let first = first_of(measured.iter().map(length), measured)?;

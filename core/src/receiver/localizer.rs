@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::clock::TwoWayClock;
-use super::config::{Config, HpcConfig, Localization};
-use crate::array::GmtArrays;
+use super::config::{HpcConfig, Localization};
+use crate::array::GmtFace;
 use crate::estimator::baseline::{Hpc, Start};
 use crate::estimator::{
     ClockEstimate, Counters, FaceDirection, Filter, Health, MappedPlane, PathMeasurement, Pose,
@@ -12,6 +12,7 @@ use crate::estimator::{
 };
 use crate::geometry::{Body, Direction, Gmt, Position, Rotation, World};
 use crate::inertial::{Alignment, ImuErrors, ImuStep, MagneticField, Motion, Turn};
+use crate::radio::{MOST_FACES, RadioModel};
 use crate::signal::DelayPeriod;
 
 /// Nanoseconds in a second.
@@ -32,13 +33,10 @@ pub(super) enum Localizer<const STATES: usize> {
 }
 
 impl<const STATES: usize> Localizer<STATES> {
-    pub(super) fn new(config: &Config<'_>) -> Self {
-        let radio = &config.radio;
-        match &config.localization {
+    pub(super) fn new(localization: &Localization<'_>, radio: &RadioModel) -> Self {
+        match localization {
             Localization::Filter(config) => Self::Filter(Filter::new(radio, *config, 0)),
-            Localization::Hpc(config, _) => {
-                Self::Hpc(Calibrated::new(*config, radio.waveform.delay_period()))
-            }
+            Localization::Hpc(config, _) => Self::Hpc(Calibrated::new(*config, radio)),
         }
     }
 
@@ -232,7 +230,7 @@ impl<const STATES: usize> Localizer<STATES> {
 #[derive(Clone, Debug)]
 pub(super) struct Calibrated {
     config: HpcConfig,
-    faces: GmtArrays<f64>,
+    faces: heapless::Vec<GmtFace<f64>, MOST_FACES>,
     delay_period: DelayPeriod,
     errors: ImuErrors,
     /// Attitude since rest, of unknown yaw, until the first fix.
@@ -242,11 +240,11 @@ pub(super) struct Calibrated {
 }
 
 impl Calibrated {
-    fn new(config: HpcConfig, delay_period: DelayPeriod) -> Self {
+    fn new(config: HpcConfig, radio: &RadioModel) -> Self {
         Self {
             config,
-            faces: GmtArrays::default(),
-            delay_period,
+            faces: radio.faces.clone(),
+            delay_period: radio.waveform.delay_period(),
             errors: ImuErrors::default(),
             waiting: None,
             hpc: None,
@@ -360,11 +358,11 @@ impl Calibrated {
 
 /// Direction in which a path left, by the face that measured it.
 pub(super) fn left(
-    faces: &GmtArrays<f64>,
+    faces: &[GmtFace<f64>],
     departure: &FaceDirection,
     gmt: &Transmitter,
 ) -> Option<Direction<World, f64>> {
-    let face = faces.faces().get(departure.face)?;
+    let face = faces.get(departure.face)?;
     let [x, z] = departure.cosines;
     let ahead = libm::sqrt((1.0 - x * x - z * z).max(0.0));
     let up = face.normal.cross(&face.tangent);

@@ -6,15 +6,14 @@ use super::config::Mapped;
 use super::paths::{ClassifiedPath, MeasuredPath};
 use super::receive::ends;
 use super::report::{MappedPoint, Outcome, SurfaceChanges};
-use super::{CHANNELS, PATHS, SURFACES};
+use super::{PATHS, SURFACES};
 use crate::association::{
     self, Decision, Learned, POINTS, PoseEstimate, ReceivedPath, SweepPaths, associate,
 };
 use crate::estimator::{Bounces, MappedPlane, Pose, ReflectedPath, SweepVerdict, Transmitter};
 use crate::map::PointCloud;
 use crate::numeric::gather;
-use crate::paths::PathEstimator;
-use crate::receiver::Receiver;
+use crate::receiver::{Radio, Receiver};
 use crate::reflection::{Ends, Verdict, solve};
 
 /// A point is mapped when the GMT's place is known better than this, m per axis.
@@ -68,9 +67,7 @@ pub fn map_learned<const VOXELS: usize>(
     (points, surfaces)
 }
 
-impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
-    Receiver<'_, E, VOXELS, STATES>
-{
+impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS, STATES> {
     /// The paths as data association takes them.
     pub(super) fn to_associate(
         &self,
@@ -92,7 +89,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
 
     /// A pose as data association takes it.
     fn pose_estimate(&self, pose: &Pose) -> Option<PoseEstimate> {
-        PoseEstimate::of(pose, self.config.radio.waveform.delay_period())
+        PoseEstimate::of(pose, self.delay_period())
     }
 
     /// The paths of a sweep without line of sight that confirmed surfaces explain, seen from the pose that is predicted for it.

@@ -11,8 +11,8 @@
 //! [`Receiver`] is driven by events and knows neither a clock nor a device: every event has its time stamp, everything it
 //! does ends in a [`SweepReport`], and all it needs lies in one struct of fixed size. Nothing in it may see the truth.
 //!
-//! Path estimation is chosen by the type `E` ([`crate::paths::Estimator`] or [`crate::paths::PaperEstimator`]), everything else by
-//! [`Config`].
+//! The radio, and with it path estimation ([`crate::paths::Estimator`] or [`crate::paths::PaperEstimator`]), is chosen by the type `R`, which a
+//! module of [`crate::profile`] names, everything else by [`Config`].
 
 mod bend;
 mod clock;
@@ -23,6 +23,7 @@ mod level;
 mod localizer;
 mod mapping;
 mod paths;
+mod radio;
 mod receive;
 mod report;
 mod rules;
@@ -32,6 +33,7 @@ mod sweep;
 pub use config::{Config, ConfigError, Departures, HpcConfig, LinkStates, Localization, Mapped};
 pub use gain::LinkBudget;
 pub use mapping::{MOST_GMT_SIGMA_M, map_learned};
+pub use radio::{Antennas, Radio};
 pub use receive::Residuals;
 pub use report::{Innovation, MappedPoint, Measured, Outcome, PathReport, SurfaceChanges, SweepReport};
 pub use rules::Rules;
@@ -42,23 +44,18 @@ use self::clock::TwoWayClock;
 use self::level::Stand;
 use self::localizer::Localizer;
 use self::sweep::Open;
-use crate::array::{Codebook, UavArrays};
-use crate::beam_squint::BeamSquint;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::estimator::{Counters as FilterCounters, Health, Pose, states};
 use crate::geometry::{Gmt, Real, Rotation, World};
 use crate::inertial::{Imu, ImuCounters, ImuSample, RestAlignment, RestStatus};
 use crate::map::PointCloud;
-use crate::paths::{BeamReport, PathEstimator};
-use crate::signal::BeamBlock;
+use crate::paths::BeamReport;
+use crate::signal::DelayPeriod;
 use crate::surfaces::Surfaces;
 
 /// Paths of a sweep.
 /// Given: the paper's K (docs/signal-model.md).
 pub const PATHS: usize = 9;
-/// Receive channels.
-/// Given: four arrays of eight elements.
-pub const CHANNELS: usize = 32;
 
 /// Surfaces that are kept.
 /// Capacity: those of a street are a dozen, and as many may be in doubt.
@@ -105,25 +102,31 @@ pub struct Counters {
 
 /// The large parts of the receiver, which lie where their owner wants them: a board's stack has no room to build them on the
 /// way to one struct.
-#[derive(Debug)]
-pub struct Memory<'m, E, const VOXELS: usize> {
+pub struct Memory<'m, R: Radio, const VOXELS: usize> {
     /// Path estimation.
-    pub estimator: &'m mut E,
+    pub estimator: &'m mut R::Estimator,
     /// Beam squint, of the receiver's configuration ([`Config::beam_squint`]).
-    pub squint: &'m mut BeamSquint,
+    pub squint: &'m mut R::Squint,
     /// The map; its edge of a voxel is its owner's choice.
     pub map: &'m mut PointCloud<VOXELS>,
 }
 
-/// The whole receiver. `E` estimates the paths, the map has `VOXELS` voxels, the filter `STATES` states (46, and three for each
+impl<R: Radio, const VOXELS: usize> core::fmt::Debug for Memory<'_, R, VOXELS> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Memory")
+            .field("map", &self.map)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The whole receiver of the radio `R`. The map has `VOXELS` voxels, the filter `STATES` states (46, and three for each
 /// plane it may hold at a time).
 #[derive(Debug)]
-pub struct Receiver<'m, E, const VOXELS: usize, const STATES: usize = { states(2) }> {
-    config: Config<'m>,
+pub struct Receiver<'m, R: Radio, const VOXELS: usize, const STATES: usize = { states(2) }> {
+    config: Config<'m, R::Description>,
     /// Of the configuration's radio.
-    arrays: UavArrays,
-    codebook: Codebook,
-    memory: Memory<'m, E, VOXELS>,
+    radio: R,
+    memory: Memory<'m, R, VOXELS>,
     imu: Imu,
     rest: Option<RestAlignment>,
     last_heading_ns: u64,
@@ -136,23 +139,21 @@ pub struct Receiver<'m, E, const VOXELS: usize, const STATES: usize = { states(2
     counters: Counters,
 }
 
-impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
-    Receiver<'m, E, VOXELS, STATES>
-{
+impl<'m, R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'m, R, VOXELS, STATES> {
     /// A receiver at rest that knows nothing yet. What was in its memory is forgotten.
-    pub fn new(config: Config<'m>, memory: Memory<'m, E, VOXELS>) -> Self {
-        let _forgotten = memory.estimator.finish();
+    pub fn new(config: Config<'m, R::Description>, memory: Memory<'m, R, VOXELS>) -> Self {
+        let _forgotten = R::finish(memory.estimator);
         memory.map.clear();
+        let radio = R::new(&config.radio);
         Self {
-            arrays: config.radio.uav_arrays(),
-            codebook: config.radio.codebook(),
             memory,
             imu: Imu::new(config.imu),
             rest: Some(RestAlignment::new(config.rest)),
             last_heading_ns: 0,
             surfaces: config.no_surfaces(),
             stand: None,
-            localizer: Localizer::new(&config),
+            localizer: Localizer::new(&config.localization, radio.model()),
+            radio,
             open: None,
             last_beacon: None,
             clock: TwoWayClock::default(),
@@ -231,17 +232,17 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         }
         if self.open.is_some() {
             count(&mut self.counters.abandoned);
-            let _forgotten = self.memory.estimator.finish();
+            let _forgotten = R::finish(self.memory.estimator);
         }
         self.open = Some(Open::new(sweep, time_ns));
     }
 
     /// Samples of a transmit beam; the block is worked on in place. Nothing is reported of a stray block.
-    pub fn beam(&mut self, block: BeamBlock<'_, CHANNELS>) -> BeamReport {
+    pub fn beam(&mut self, block: R::Block<'_>) -> BeamReport {
         match &mut self.open {
             Some(open) if open.paths.is_none() => {
                 open.beams = open.beams.saturating_add(1);
-                self.memory.estimator.push_beam(block)
+                R::push_beam(self.memory.estimator, block)
             }
             _ => {
                 count(&mut self.counters.stray_blocks);
@@ -251,14 +252,13 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     }
 
     /// Samples of a squint symbol, after all beams of its sweep; `block.beam` is its place in the schedule.
-    pub fn squint(&mut self, block: BeamBlock<'_, CHANNELS>) {
+    pub fn squint(&mut self, block: R::Block<'_>) {
         self.close_beams();
         if self.open.is_none() {
             count(&mut self.counters.stray_blocks);
             return;
         }
-        let (correlator, work) = self.memory.estimator.front_end();
-        self.memory.squint.push(block, correlator, work);
+        R::push_symbol(self.memory.squint, self.memory.estimator, block);
     }
 
     /// What the GMT says about the sweep in hand.
@@ -305,7 +305,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         let offset_m = pose.clock.offset_m;
         let beyond_m = self.clock.offset_m(pose.time_ns)? - offset_m;
         // What is left beside a whole number of periods is the timing's error.
-        Some(offset_m + beyond_m - self.config.radio.waveform.delay_period().wrap_m(beyond_m))
+        Some(offset_m + beyond_m - self.delay_period().wrap_m(beyond_m))
     }
 
     /// The clock by which a sweep's delays are lengths, m, beside whole delay periods: the filter's, which knows strays from steps, and before it
@@ -333,6 +333,11 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     /// What happened so far.
     pub fn counters(&self) -> Counters {
         self.counters
+    }
+
+    /// Period of the delays.
+    fn delay_period(&self) -> DelayPeriod {
+        self.radio.model().waveform.delay_period()
     }
 
     /// Tells the time to a sensor that may have fallen silent.

@@ -2,19 +2,19 @@
 
 use heapless::Vec;
 
+use super::PATHS;
 use super::bend::Bend;
 use super::config::LinkStates;
 use super::localizer::left;
 use super::receive::{ends, length_m, to_world};
-use super::{CHANNELS, PATHS};
 use crate::array::GmtArrays;
 use crate::estimator::{FaceDirection, GMT_PACE_M_PER_S, PathMeasurement, Pose, Transmitter};
 use crate::geometry::{Direction, Gmt, Matrix3, Rotation, Vector3, World};
 use crate::link_state::{LinkGeometry, Probabilities, Received};
 use crate::numeric::gather;
 use crate::path::Path;
-use crate::paths::{EstimatedPath, PathEstimator};
-use crate::receiver::Receiver;
+use crate::paths::EstimatedPath;
+use crate::receiver::{Radio, Receiver};
 
 /// A path as it was measured, before there is a pose: the estimate, its departure turned into world axes, and its gain.
 #[derive(Clone, Copy, Debug)]
@@ -81,9 +81,7 @@ const MIXED: f64 = 0.5;
 /// none beyond 0.5 m.
 const TOLD_APART_M: f64 = 0.235;
 
-impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
-    Receiver<'_, E, VOXELS, STATES>
-{
+impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS, STATES> {
     /// The estimated paths with their gains. The estimator knows departures in the axes of the GMT's arrays; the beacon says
     /// how these stand in the world.
     pub(super) fn with_gain(&self, paths: &[EstimatedPath]) -> Vec<MeasuredPath, PATHS> {
@@ -101,13 +99,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         };
         gather(paths.iter().map(to_world).map(|estimated| MeasuredPath {
             estimated,
-            gain_db: self.config.budget.path_gain_db(
-                &estimated,
-                &self.arrays,
-                &self.codebook,
-                &self.config.radio.waveform,
-                &mast,
-            ),
+            gain_db: self.radio.path_gain_db(&self.config.budget, &estimated, &mast),
         }))
     }
 
@@ -121,13 +113,14 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             position_m: beacon.position_m,
             sigma_m: libm::sqrt(beacon.sigma_m * beacon.sigma_m + moved_m * moved_m),
             attitude,
+            reach: self.radio.model().reach,
         };
         Some((transmitter, beacon.sweep / beacon.sweeps_per_stop.max(1)))
     }
 
     /// The paths in world axes with the clock taken out, as the networks take them.
     pub(super) fn received(&self, measured: &[MeasuredPath], pose: &Pose) -> Vec<Received, PATHS> {
-        let period = self.config.radio.waveform.delay_period();
+        let period = self.delay_period();
         gather(measured.iter().map(|path| Received {
             path: to_world(
                 &path.estimated,
@@ -157,7 +150,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         };
         match &self.config.link_states {
             LinkStates::Trees(_) | LinkStates::Geometric(_) => {
-                let link = LinkGeometry::new(&ends, &received, &self.config.radio.waveform).ok();
+                let link = LinkGeometry::new(&ends, &received, &self.radio.model().waveform).ok();
                 let probabilities = |path: &Received| match &self.config.link_states {
                     LinkStates::Trees(classifier) => classifier.path(link.as_ref()?, path).ok(),
                     LinkStates::Geometric(classifier) => classifier.path(link.as_ref()?, path).ok(),
@@ -217,14 +210,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let offset_m = self.offset_m(time_ns);
         if let (Some(ground_z_m), Some(offset_m), Some(departure)) =
             (ground_z_m, offset_m, measured.departure)
-            && let Some(left) = left(&GmtArrays::default(), &departure, gmt)
+            && let Some(left) = left(&self.radio.model().faces, &departure, gmt)
         {
-            let range_m = length_m(
-                path.estimated.path.c_tau_m,
-                offset_m,
-                &self.config.radio.waveform.delay_period(),
-            )
-            .max(1.0);
+            let range_m = length_m(path.estimated.path.c_tau_m, offset_m, &self.delay_period()).max(1.0);
             let uav_m = gmt.position_m + left.vector() * range_m;
             let image_m = beneath(&gmt.position_m, f64::from(ground_z_m));
             let longer_m = (image_m - uav_m).norm() - range_m;
@@ -241,8 +229,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let left = Direction::<World, f64>::from_vector(departure.direction.vector().map(f64::from)).ok()?;
         let left: Direction<Gmt, f64> = gmt.attitude.inverse().apply(left);
         let face = self.face(measured.estimated.beam);
-        let arrays = GmtArrays::<f64>::default();
-        let cosines = GmtArrays::<f64>::cosines(arrays.faces().get(face)?, &left);
+        let cosines = GmtArrays::<f64>::cosines(self.radio.model().faces.get(face)?, &left);
         Some(FaceDirection {
             face,
             cosines,
@@ -251,7 +238,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     }
 
     pub(super) fn face(&self, beam: u16) -> usize {
-        self.codebook.beam(usize::from(beam)).map_or(0, |beam| beam.face)
+        self.radio.face(beam).unwrap_or(0)
     }
 }
 

@@ -8,22 +8,20 @@
 //! The paper's calibration has a rule of its own ([`Localization::Hpc`]), which asks its network and not the pose: that pose
 //! does not know when it has drifted, and one that has drifted would refuse every fix that could bring it back.
 
+use super::PATHS;
 use super::bend::{Bend, UNREFLECTED_DB};
 use super::config::Localization;
 use super::localizer::left;
 use super::paths::{MeasuredPath, Straight};
 use super::receive::length_m;
-use super::{CHANNELS, PATHS};
-use crate::array::{GmtArrays, half_wave_dipole};
-use crate::association::leaves_in_beams;
+use crate::array::{GmtArrays, GmtFace, half_wave_dipole};
 use crate::beam_squint::{Expected, Sighting};
 use crate::estimator::{FaceDirection, Pose, Transmitter};
 use crate::geometry::{Direction, Gmt, Vector3, World};
 use crate::link_state::{LinkState, PaperClassifier};
 use crate::numeric::gather;
 use crate::path::{Departure, Path};
-use crate::paths::PathEstimator;
-use crate::receiver::Receiver;
+use crate::receiver::{Radio, Receiver};
 
 /// Paths within this of the first one are one with it: images that the arrays' errors make, the ground bounce, m. The
 /// strongest is taken.
@@ -44,9 +42,9 @@ const ANGLE: (f32, f32) = (0.05, 4.0);
 /// A path proves itself with an attitude and a departure of this standard deviation, when the two ends differ by no more, rad.
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const PROVEN_RAD: f32 = 0.01;
-/// How far from where the pose puts the line of sight beam squint looks for it, direction cosine. Half a beam is 0.125.
+/// How far from where the pose puts the line of sight beam squint looks for it, halves of a beam.
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
-const POSE_RADIUS: f32 = 0.1;
+const POSE_RADIUS: f32 = 0.8;
 
 /// The path that is the line of sight.
 #[derive(Clone, Copy, Debug)]
@@ -67,9 +65,7 @@ impl Sight {
     }
 }
 
-impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
-    Receiver<'_, E, VOXELS, STATES>
-{
+impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS, STATES> {
     /// The path that is the line of sight, or a wave that is bent into the shadow of what stands before it, if there is one.
     pub(super) fn line_of_sight(&self, measured: &[MeasuredPath], time_ns: u64) -> Option<Sight> {
         let pose = self.localizer.expected();
@@ -123,7 +119,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     /// Index of the first path, when it came as strong as through free space.
     fn first_unreflected(&self, measured: &[MeasuredPath], time_ns: u64) -> Option<usize> {
         let offset_m = self.offset_m(time_ns)?;
-        let period = self.config.radio.waveform.delay_period();
+        let period = self.delay_period();
         let length_m = |path: &MeasuredPath| length_m(path.estimated.path.c_tau_m, offset_m, &period);
         let first = first_of(measured.iter().map(length_m), measured)?;
         let path = measured.get(first)?;
@@ -147,10 +143,10 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     ) -> Option<Bend> {
         let range_m = f64::from(in_world.c_tau_m);
         let way = Direction::<World, f64>::from_vector(pose.position.vector() - gmt.position_m);
-        let in_beams = way.is_ok_and(|way| leaves_in_beams(&gmt.attitude, way.vector()));
+        let in_beams = way.is_ok_and(|way| gmt.leaves_in_beams(way.vector()));
         let known_db = self.over_free_space_db(path, range_m).filter(|_| in_beams);
         known_db.map_or(Some(Bend::default()), |over_db| {
-            Bend::of(over_db, range_m, self.config.radio.waveform.wavelength_m())
+            Bend::of(over_db, range_m, self.radio.model().waveform.wavelength_m())
         })
     }
 
@@ -159,7 +155,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let (departure, gain_db) = path.estimated.path.aod.zip(path.gain_db)?;
         let dipoles = half_wave_dipole(departure.direction.vector())
             * half_wave_dipole(path.estimated.path.aoa.vector());
-        let spread = self.config.radio.waveform.wavelength_m() as f32
+        let spread = self.radio.model().waveform.wavelength_m() as f32
             / (4.0 * core::f32::consts::PI * (length_m as f32).max(1.0));
         let free_space_db = 20.0 * libm::log10f((spread * dipoles).max(f32::MIN_POSITIVE));
         Some(gain_db - free_space_db)
@@ -178,7 +174,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let (Some(pose), Some(offset_m), Some(left)) = (
             self.localizer.expected(),
             self.offset_m(time_ns),
-            left(&GmtArrays::default(), departure, gmt),
+            left(&self.radio.model().faces, departure, gmt),
         ) else {
             return false;
         };
@@ -190,7 +186,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             direction,
             sigma_rad: x.max(z) as f32,
         };
-        let period = self.config.radio.waveform.delay_period();
+        let period = self.delay_period();
         let sure = |sigma_rad: f32| sigma_rad < PROVEN_RAD;
         sure(sigma(&pose.attitude_covariance_rad2))
             && sure(left.sigma_rad)
@@ -201,8 +197,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
     /// What beam squint needs to know of the line of sight, path number `index`.
     pub(super) fn sighting(&self, measured: &[MeasuredPath], index: usize, time_ns: u64) -> Option<Sighting> {
         let paths: heapless::Vec<_, PATHS> = gather(measured.iter().map(|path| path.estimated));
-        let period = self.config.radio.waveform.delay_period();
-        let mut sighting = Sighting::new(true, &paths, index, &self.codebook, &period)?;
+        let period = self.delay_period();
+        let face = self.radio.face(measured.get(index)?.estimated.beam)?;
+        let mut sighting = Sighting::new(true, &paths, index, face, &period)?;
         // Without a pose it may be anywhere: of a GMT that stands low or high the sweep's beams know only the sidelobes.
         let Some((pose, (gmt, _))) = self.localizer.expected().zip(self.transmitter(time_ns)) else {
             return Some(sighting);
@@ -221,10 +218,14 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
             && sigma(&pose.position_covariance_m2) < PLACED_M
             && let Ok(left) = Direction::<World, f64>::from_vector(from_gmt)
         {
+            let radio = self.radio.model();
             let left = gmt.attitude.inverse().apply(left);
-            sighting.face = face_towards(&left);
+            sighting.face = face_towards(&radio.faces, &left);
             let across = 4.0 * sigma(&pose.position_covariance_m2) / range_m;
-            sighting.expected = expected(sighting.face, &left, POSE_RADIUS + across);
+            let [row, column] = radio.half_beam;
+            let radius = POSE_RADIUS * row.max(column) as f32;
+            let face = radio.faces.get(sighting.face);
+            sighting.expected = face.map(|face| expected(face, &left, radius + across));
         }
         if let Some(ground_z_m) = self.config.accept.point.ground_z_m
             && let Ok(down) = Direction::<World>::from_vector(-Vector3::z())
@@ -279,25 +280,17 @@ fn is_straight(path: &MeasuredPath, left: &Departure, pose: &Pose, within_rad: f
 }
 
 /// Where a direction is, as a face has it.
-fn expected(face: usize, u: &Direction<Gmt, f64>, radius: f32) -> Option<Expected> {
-    let arrays = GmtArrays::<f64>::default();
-    let cosines = GmtArrays::<f64>::cosines(arrays.faces().get(face)?, u);
-    Some(Expected {
-        cosines: cosines.map(|c| c as f32),
+fn expected(face: &GmtFace<f64>, u: &Direction<Gmt, f64>, radius: f32) -> Expected {
+    Expected {
+        cosines: GmtArrays::<f64>::cosines(face, u).map(|c| c as f32),
         radius,
-    })
+    }
 }
 
 /// The face whose normal is nearest to a direction.
-fn face_towards(u: &Direction<Gmt, f64>) -> usize {
-    let arrays = GmtArrays::<f64>::default();
-    let ahead = |face: usize| {
-        arrays
-            .faces()
-            .get(face)
-            .map_or(-1.0, |face| face.normal.dot(u.vector()))
-    };
-    (0..arrays.faces().len())
+fn face_towards(faces: &[GmtFace<f64>], u: &Direction<Gmt, f64>) -> usize {
+    let ahead = |face: usize| faces.get(face).map_or(-1.0, |face| face.normal.dot(u.vector()));
+    (0..faces.len())
         .max_by(|a, b| ahead(*a).total_cmp(&ahead(*b)))
         .unwrap_or(0)
 }
@@ -362,16 +355,6 @@ mod tests {
             },
             gain_db: Some(-92.0),
         }
-    }
-
-    #[test]
-    fn a_wave_is_judged_by_its_loss_only_within_the_beams() {
-        let in_beams = |upwards: f64| {
-            let along = libm::sqrt(1.0 - upwards * upwards);
-            leaves_in_beams(&Rotation::identity(), &Vector3::new(along, 0.0, upwards))
-        };
-        // Steeply upwards the GMT is heard through sidelobes.
-        assert!(in_beams(0.1) && !in_beams(0.8));
     }
 
     #[test]

@@ -12,13 +12,13 @@ use super::paths::{ClassifiedPath, MeasuredPath};
 use super::receive::ends;
 use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
 use super::sight::Sight;
-use super::{CHANNELS, LinkStates, PATHS, count};
+use super::{LinkStates, PATHS, count};
 use crate::beam_squint::{Bearing, Refusal};
 use crate::estimator::{Counters, FaceDirection, SweepMeasurement, SweepVerdict, Transmitter};
 use crate::link_state::LinkState;
 use crate::numeric::gather;
-use crate::paths::{EstimatedPath, PathEstimator};
-use crate::receiver::Receiver;
+use crate::paths::EstimatedPath;
+use crate::receiver::{Radio, Receiver};
 
 /// What the localizer made of a sweep.
 #[derive(Clone, Debug)]
@@ -68,16 +68,14 @@ impl Open {
     }
 }
 
-impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize>
-    Receiver<'_, E, VOXELS, STATES>
-{
+impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS, STATES> {
     /// Ends the beams of the sweep in hand: its paths are estimated, and one of them may be listened to by beam squint. The first squint
     /// symbol, or the end of the sweep, does so too.
     pub fn close_beams(&mut self) {
         if self.open.as_ref().is_none_or(|open| open.paths.is_some()) {
             return;
         }
-        let paths = self.memory.estimator.finish();
+        let paths = R::finish(self.memory.estimator);
         self.close_with(paths);
     }
 
@@ -88,7 +86,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         let sighted = self.line_of_sight(&measured, time_ns).map(|sight| sight.index);
         let squint = match sighted.map(|index| self.sighting(&measured, index, time_ns)) {
             Some(Some(sighting)) if self.config.departures != Departures::Beams => {
-                self.memory.squint.begin(&sighting).map(|()| None)
+                R::listen(self.memory.squint, &sighting).map(|()| None)
             }
             Some(_) => Err(Refusal::NotBegun),
             None => Err(Refusal::NotLineOfSight),
@@ -107,9 +105,9 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         self.count_sweep(&open);
 
         let measured = self.with_gain(open.paths.as_deref().unwrap_or(&[]));
-        let bearing = open
-            .squint
-            .and_then(|given| given.map_or_else(|| self.read_squint(), Ok));
+        let bearing = open.squint.and_then(|given| {
+            given.map_or_else(|| R::bearing(self.memory.squint, self.config.departures), Ok)
+        });
         let beacon = self.transmitter(open.time_ns);
         let localized = match &beacon {
             Some((gmt, stop)) => self.localize(&open, &measured, gmt, *stop, bearing.ok().as_ref()),
@@ -157,15 +155,6 @@ impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize
         count(&mut self.counters.sweeps);
         if !open.beacon_heard {
             count(&mut self.counters.beacons_missing);
-        }
-    }
-
-    fn read_squint(&self) -> Result<Bearing, Refusal> {
-        match self.config.departures {
-            Departures::SquintFit => self.memory.squint.fit(),
-            Departures::SquintParabola => self.memory.squint.parabola(),
-            Departures::SquintPick => self.memory.squint.pick(),
-            Departures::Beams => Err(Refusal::NotBegun),
         }
     }
 

@@ -2,7 +2,8 @@
 
 use cslam_core::beam_squint::{Bearing, Refusal};
 use cslam_core::paths::{EstimatedPath, PathEstimator};
-use cslam_core::receiver::{CHANNELS, PATHS};
+use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
+use cslam_core::receiver::PATHS;
 
 use super::{Application, Observer, Stage, counters};
 use crate::front_end::Checksum;

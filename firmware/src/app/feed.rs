@@ -1,7 +1,8 @@
 //! Records of the sensor stream into the application.
 
 use cslam_core::paths::PathEstimator;
-use cslam_core::receiver::{CHANNELS, PATHS};
+use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
+use cslam_core::receiver::PATHS;
 
 use super::{Application, Observer, counters};
 use crate::front_end::Checksum;

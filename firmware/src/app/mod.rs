@@ -28,7 +28,8 @@ mod uplink;
 use cslam_core::geometry::Vector3;
 use cslam_core::inertial::ImuSample;
 use cslam_core::paths::PathEstimator;
-use cslam_core::receiver::{Beacon, CHANNELS, PATHS, Receiver};
+use cslam_core::profile::quad_4x8_gmt_72::{CHANNELS, Radio};
+use cslam_core::receiver::{Beacon, PATHS, Receiver};
 use cslam_core::signal::BeamBlock;
 use cslam_core::telemetry::{ConfigReport, Decoder, ResetCause, Uplink};
 
@@ -135,10 +136,16 @@ struct Open {
 
 /// The receiver of a board, see the module. The large parts of [`Receiver`] lie where its owner has put them.
 #[derive(Debug)]
-pub struct Application<'m, E, const VOXELS: usize, const STATES: usize, C = SoftwareCrc> {
+pub struct Application<
+    'm,
+    E: PathEstimator<CHANNELS, PATHS>,
+    const VOXELS: usize,
+    const STATES: usize,
+    C = SoftwareCrc,
+> {
     config: AppConfig,
     front_end: FrontEnd<C>,
-    cslam: Receiver<'m, E, VOXELS, STATES>,
+    cslam: Receiver<'m, Radio<E>, VOXELS, STATES>,
     downlink: Downlink,
     uplink: Decoder<Uplink>,
     schedule: Schedule,
@@ -163,7 +170,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         config: AppConfig,
         front_end: FrontEnd<C>,
         ground: Ground,
-        cslam: Receiver<'m, E, VOXELS, STATES>,
+        cslam: Receiver<'m, Radio<E>, VOXELS, STATES>,
     ) -> Self {
         Self {
             config,
@@ -185,7 +192,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     }
 
     /// The receiver.
-    pub fn cslam(&self) -> &Receiver<'m, E, VOXELS, STATES> {
+    pub fn cslam(&self) -> &Receiver<'m, Radio<E>, VOXELS, STATES> {
         &self.cslam
     }
 

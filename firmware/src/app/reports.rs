@@ -2,7 +2,8 @@
 
 use cslam_core::estimator::SweepVerdict;
 use cslam_core::paths::PathEstimator;
-use cslam_core::receiver::{CHANNELS, Outcome, PATHS, SweepReport};
+use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
+use cslam_core::receiver::{Outcome, PATHS, SweepReport};
 use cslam_core::telemetry::{
     DownlinkRates, Event, EventReport, HealthCounters, HealthReport, LinkReport, Message, PointReport,
     PoseReport,

@@ -2,7 +2,8 @@
 //! counted and forgotten.
 
 use cslam_core::paths::PathEstimator;
-use cslam_core::receiver::{CHANNELS, PATHS};
+use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
+use cslam_core::receiver::PATHS;
 use cslam_core::telemetry::{Command, Event, TelemetryError, Uplink};
 
 use super::counters::count;

@@ -90,7 +90,7 @@ mod tests {
     use super::*;
     use crate::front_end::{SAMPLE_BYTES, write_samples};
     use crate::random::Random;
-    use cslam_core::receiver::CHANNELS;
+    use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
     use cslam_core::signal::SAMPLES;
 
     #[test]

@@ -36,7 +36,7 @@ pub use powers::{POWER_BYTES, Powers, powers_checksum, write_powers};
 pub use receive::{Content, Frame, FrontEnd, read_samples, write_samples};
 pub use sequence::{Arrival, WINDOW};
 
-use cslam_core::receiver::CHANNELS;
+use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
 use cslam_core::signal::{Iq, SAMPLES};
 
 /// Samples of a frame, channel after channel: 8 j + i is element i of array j.

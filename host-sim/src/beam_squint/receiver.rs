@@ -1,8 +1,9 @@
 //! What hears the symbols of a trial: path estimation and beam squint as they fly, one set for each thread.
 
-use cslam_core::array::{GmtArrays, SquintConfig, SquintScheme, UavArrays};
+use cslam_core::array::{GmtArrays, SquintScheme};
 use cslam_core::beam_squint::{BeamSquint, BeamSquintConfig, Bearing, Joined, Refusal, Sighting};
 use cslam_core::paths::{ElementErrors, Estimator, EstimatorConfig, PathEstimator};
+use cslam_core::radio::RadioConfig;
 use cslam_core::signal::{Correlator, Waveform, Workspace};
 
 use super::case::Case;
@@ -32,18 +33,17 @@ impl Receiver {
         if !case.uav_errors {
             squint.delay_sigma_m = 0.0;
         }
-        let (sweeps, waveform) = (SquintConfig::default(), Waveform::default());
-        let arrays = UavArrays::default();
+        let radio = |squint_scheme| RadioConfig {
+            squint_scheme,
+            ..RadioConfig::default()
+        };
+        let waveform = Waveform::default();
         Self {
             estimator: Box::new(Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&config)),
             sequential: Box::new(
-                BeamSquint::new(squint, SquintScheme::Sequential, &sweeps, arrays, &waveform)
-                    .expect("11 symbols"),
+                BeamSquint::new(squint, &radio(SquintScheme::Sequential), 3).expect("11 symbols"),
             ),
-            raster: Box::new(
-                BeamSquint::new(squint, SquintScheme::Raster, &sweeps, arrays, &waveform)
-                    .expect("one symbol"),
-            ),
+            raster: Box::new(BeamSquint::new(squint, &radio(SquintScheme::Raster), 3).expect("one symbol")),
             correlator: Correlator::new(&waveform),
             work: Box::new(Workspace::new()),
         }

@@ -182,13 +182,9 @@ fn sight(paths: &[EstimatedPath], null: bool, down: &Direction<Body>) -> Option<
         .enumerate()
         .filter(|(_, p)| p.energy > 0.05 * strongest);
     let (los, _) = strong.min_by(|a, b| a.1.path.c_tau_m.total_cmp(&b.1.path.c_tau_m))?;
-    let mut sighting = Sighting::new(
-        true,
-        paths,
-        los,
-        &Codebook::<f32>::default(),
-        &Waveform::default().delay_period(),
-    )?;
+    let beam = usize::from(paths.get(los)?.beam);
+    let face = Codebook::<f32>::default().beam(beam)?.face;
+    let mut sighting = Sighting::new(true, paths, los, face, &Waveform::default().delay_period())?;
     if null {
         let range_m = sighting.c_tau_m;
         let up = unit::<Gmt>(Vector3::z());

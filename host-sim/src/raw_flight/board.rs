@@ -4,6 +4,7 @@ use cslam_core::beam_squint::BeamSquint;
 use cslam_core::estimator::states;
 use cslam_core::link_state::models;
 use cslam_core::paths::EstimatorConfig;
+use cslam_core::profile::Radio;
 use cslam_core::receiver::{Config, LinkStates, Memory, Receiver};
 use cslam_core::telemetry::{Decoder, Key};
 use cslam_firmware::app::{AppConfig, Application, Best, Downlink, Ground, Map, VOXELS};
@@ -67,7 +68,7 @@ impl BoardMemory {
     pub fn new(config: &Config<'_>) -> anyhow::Result<Self> {
         Ok(Self {
             estimator: Box::new(Best::new(&EstimatorConfig::default())),
-            squint: Box::new(config.beam_squint()?),
+            squint: Box::new(config.beam_squint::<Radio>()?),
             map: Box::new(Map::new()),
         })
     }
@@ -76,8 +77,8 @@ impl BoardMemory {
     pub fn receiver<'m>(&'m mut self, config: Config<'m>, ground: Ground) -> BoardReceiver<'m> {
         let memory = Memory {
             estimator: &mut *self.estimator,
-            squint: &mut self.squint,
-            map: &mut self.map,
+            squint: &mut *self.squint,
+            map: &mut *self.map,
         };
         let front_end = FrontEnd::new(SoftwareCrc, SESSION);
         Application::new(

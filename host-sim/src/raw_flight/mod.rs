@@ -21,7 +21,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use cslam_core::paths::{EstimatedPath, PathEstimator};
-use cslam_core::receiver::{CHANNELS, PATHS, SweepReport};
+use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
+use cslam_core::receiver::{PATHS, SweepReport};
 use cslam_firmware::app::{Application, Capture, Downlink, Observer, Symbol, VOXELS};
 
 use crate::flight_log::{FlightLog, Header};

@@ -2,8 +2,9 @@
 
 use cslam_core::association::{PoseEstimate, ReceivedPath, SweepPaths, associate};
 use cslam_core::estimator::{Model, Transmitter};
+use cslam_core::profile;
 use cslam_core::receiver::{
-    Config, Localization, MOST_GMT_SIGMA_M, Outcome, PATHS, SURFACES, SweepReport, map_learned,
+    Config, Localization, MOST_GMT_SIGMA_M, Outcome, PATHS, Radio as _, SURFACES, SweepReport, map_learned,
 };
 use cslam_core::surfaces::Surfaces;
 use cslam_firmware::app::Map;
@@ -28,7 +29,12 @@ impl<'a> Mapper<'a> {
         };
         Some(Self {
             config,
-            model: Model::new(&config.radio, filter.radio),
+            model: Model::new(
+                profile::Radio::<profile::FlightEstimator>::new(&config.radio)
+                    .model()
+                    .clone(),
+                filter.radio,
+            ),
             lost_m: filter.gates.lost_m,
             surfaces: config.no_surfaces(),
             map: Box::new(Map::new()),

@@ -1,8 +1,11 @@
-//! Another radio than the default, `profile::quad_4x16_gmt_48`: its receiver over samples that are made here from docs/signal-model.md,
-//! and a simulated world that has its antennas.
+//! Other radios than the default (docs/radio.md): one path over its Cramer-Rao bound, the whole receiver in a small scene, and a simulated world
+//! that has another radio's antennas.
 //!
-//! What is measured is printed: `cargo test -p cslam-host-sim --test other_radio -- --nocapture`; docs/radio.md has the tables.
+//! The samples of the first two are made here, from docs/signal-model.md, by no code of the receiver; those of the world are held against such. What is
+//! measured is printed: `cargo test -p cslam-host-sim --test other_radio -- --nocapture`; docs/radio.md has the tables.
 
 mod model;
-mod single_path;
+mod paths;
+mod signal;
+mod whole_receiver;
 mod world;

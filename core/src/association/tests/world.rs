@@ -85,6 +85,7 @@ impl Link {
             position_m: self.transmitter_m,
             sigma_m: 0.0,
             attitude: Rotation::<Gmt, World, f64>::identity(),
+            reach: crate::array::BeamReach::default(),
         }
     }
 

@@ -1,7 +1,7 @@
 use super::super::layout::VELOCITY;
 use super::super::{Filter49, FilterConfig};
 use super::*;
-use crate::radio::RadioConfig;
+use crate::radio::RadioModel;
 
 const DT_NS: u64 = 500_000_000;
 
@@ -20,13 +20,13 @@ fn between(moved_m: Vector3<f64>, shifted_m: Vector3<f64>) -> Between {
         moved_m,
         shifted_m,
         drift_m: 0.0,
-        delay_period: RadioConfig::default().waveform.delay_period(),
+        delay_period: RadioModel::default().waveform.delay_period(),
     }
 }
 
 /// A running filter that has gone east by 2.5 m since the last sweep, its clock drift known, its velocity to 1 m/s.
 fn flying() -> Filter49 {
-    let mut filter = Filter49::new(&RadioConfig::default(), FilterConfig::default(), DT_NS);
+    let mut filter = Filter49::new(&RadioModel::default(), FilterConfig::default(), DT_NS);
     filter.running = true;
     filter.nominal.velocity_m_per_s = Vector3::new(5.0, 0.0, 0.0);
     filter.covariance.reset(CLOCK_DRIFT, 1e-6);

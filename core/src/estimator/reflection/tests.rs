@@ -6,7 +6,7 @@ use super::*;
 use crate::estimator::layout::{ATTITUDE, CLOCK_OFFSET, POSITION};
 use crate::estimator::{Bounces, Filter61, FilterConfig, PathMeasurement};
 use crate::geometry::{Direction, Gmt, Plane, Position, Rotation, World};
-use crate::radio::RadioConfig;
+use crate::radio::RadioModel;
 
 fn wall(id: u32, x_m: f32, normal: Vector3<f32>) -> MappedPlane {
     MappedPlane {
@@ -24,12 +24,13 @@ fn gmt() -> Transmitter {
         position_m: Vector3::new(0.0, 0.0, 1.5),
         sigma_m: 0.02,
         attitude: Rotation::<Gmt, World, f64>::identity(),
+        reach: crate::array::BeamReach::default(),
     }
 }
 
 /// A filter at a place that it knows to 0.1 m an axis, and the path that these walls make there, longer by `late_m`.
 fn flight(walls: &[MappedPlane], late_m: f64) -> (Filter61, ReflectedPath) {
-    let mut filter = Filter61::new(&RadioConfig::default(), FilterConfig::default(), 0);
+    let mut filter = Filter61::new(&RadioModel::default(), FilterConfig::default(), 0);
     filter.nominal.position_m = Vector3::new(4.0, 12.0, 6.0);
     for axis in 0..3 {
         filter.covariance.reset(POSITION + axis, 0.01);

@@ -29,7 +29,7 @@ fn exchanged(
     sight: impl Fn(u64) -> bool,
     mut seen: impl FnMut(u64, &Filter49),
 ) -> Filter49 {
-    let mut filter = Filter49::new(&RadioConfig::default(), FilterConfig::default(), 0);
+    let mut filter = Filter49::new(&RadioModel::default(), FilterConfig::default(), 0);
     for now in (STEP_NS..=end_ns).step_by(STEP_NS as usize) {
         filter.increment(&increment(now - STEP_NS));
         if now % SWEEP_NS == SWEEP_NS / 2
@@ -216,7 +216,7 @@ fn a_beacon_that_is_wrong_from_the_start_is_seen_by_whoever_set_the_gmt_up() {
             position_m: Vector3::new(1.3, -2.2, 1.5),
             within_m,
         });
-        let mut filter = Filter49::new(&RadioConfig::default(), config, 0);
+        let mut filter = Filter49::new(&RadioModel::default(), config, 0);
         let (mut worst, mut flagged) = (0.0_f64, 0);
         fly(&mut filter, 60 * SECOND_NS, 0, |_, filter, sweep| {
             sweep.gmt.position_m += lie;

@@ -46,7 +46,7 @@ fn feel(filter: &mut Filter49, time_ns: u64) {
 
 /// A filter that has flown on a path of its own for so long.
 fn started(end_ns: u64, mut sight: impl FnMut(u64) -> PathMeasurement) -> Filter49 {
-    let mut filter = Filter49::new(&RadioConfig::default(), FilterConfig::default(), 0);
+    let mut filter = Filter49::new(&RadioModel::default(), FilterConfig::default(), 0);
     fly(&mut filter, end_ns, 0, |now, _, sweep| {
         sweep.line_of_sight = Some(sight(now));
     });
@@ -103,14 +103,14 @@ fn early_paths_that_do_not_agree_set_no_pose() {
 
 #[test]
 fn the_magnetic_heading_refuses_an_image_and_lets_the_true_place_pass() {
-    let mut filter = Filter49::new(&RadioConfig::default(), FilterConfig::default(), 0);
+    let mut filter = Filter49::new(&RadioModel::default(), FilterConfig::default(), 0);
     fly(&mut filter, 4 * SECOND_NS, 0, |now, filter, sweep| {
         feel(filter, now);
         sweep.line_of_sight = Some(off_the_wall(now));
     });
     assert!(!filter.is_running() && filter.pose().is_none());
     assert!(filter.counters().starts_refused >= 3);
-    let mut filter = Filter49::new(&RadioConfig::default(), FilterConfig::default(), 0);
+    let mut filter = Filter49::new(&RadioModel::default(), FilterConfig::default(), 0);
     fly(&mut filter, 4 * SECOND_NS, 0, |now, filter, _| feel(filter, now));
     assert!(filter.is_running() && error_m(&filter) < 0.1);
     assert_eq!(filter.counters().starts_refused, 0);
@@ -118,7 +118,7 @@ fn the_magnetic_heading_refuses_an_image_and_lets_the_true_place_pass() {
 
 #[test]
 fn a_magnetic_field_of_long_ago_says_nothing() {
-    let mut filter = Filter49::new(&RadioConfig::default(), FilterConfig::default(), 0);
+    let mut filter = Filter49::new(&RadioModel::default(), FilterConfig::default(), 0);
     feel(&mut filter, SECOND_NS);
     fly(&mut filter, 4 * SECOND_NS, 0, |now, _, sweep| {
         sweep.line_of_sight = Some(off_the_wall(now));

@@ -14,7 +14,7 @@ pub(super) const SWEEP_NS: u64 = 500_000_000;
 /// A hovering UAV that turns, 30 m from the GMT, its clock 40 m off and running off at 3 m/s.
 pub(super) fn truth(time_ns: u64) -> Nominal {
     let t = time_ns as f64 * 1e-9;
-    let mut state = Nominal::origin(time_ns, RadioConfig::default().waveform.delay_period());
+    let mut state = Nominal::origin(time_ns, RadioModel::default().waveform.delay_period());
     state.position_m = Vector3::new(20.0, 18.0, 11.0);
     state.attitude = rotation(&Vector3::new(0.0, 0.0, 0.5 * t));
     state.clock_offset_m = state.delay_period.wrap_m(40.0 + 3.0 * t);
@@ -26,6 +26,7 @@ fn gmt() -> Transmitter {
         position_m: Vector3::new(1.0, -2.0, 1.5),
         sigma_m: 0.02,
         attitude: Rotation::<Gmt, World, f64>::identity(),
+        reach: crate::array::BeamReach::default(),
     }
 }
 
@@ -79,7 +80,7 @@ pub(super) fn flown(
     late_ns: u64,
     change: impl FnMut(u64, &mut Filter49, &mut SweepMeasurement<'static>),
 ) -> Filter49 {
-    let mut filter = Filter49::new(&RadioConfig::default(), FilterConfig::default(), 0);
+    let mut filter = Filter49::new(&RadioModel::default(), FilterConfig::default(), 0);
     fly(&mut filter, end_ns, late_ns, change);
     filter
 }
@@ -140,7 +141,7 @@ pub(super) fn seen_from(aside: Vector3<f64>, time_ns: u64) -> PathMeasurement {
 #[test]
 fn it_starts_from_nothing_within_five_sweeps() {
     let mut verdicts = heapless::Vec::<SweepVerdict, 8>::new();
-    let mut filter = Filter49::new(&RadioConfig::default(), FilterConfig::default(), 0);
+    let mut filter = Filter49::new(&RadioModel::default(), FilterConfig::default(), 0);
     assert!(filter.pose().is_none() && filter.health().starting);
     for now in (STEP_NS..=4_000_000_000).step_by(STEP_NS as usize) {
         filter.increment(&increment(now - STEP_NS));
@@ -231,7 +232,7 @@ fn a_single_wrong_path_is_rejected_and_a_run_of_five_is_ridden_out() {
 fn a_clock_step_is_taken_over_and_flagged() {
     for late in [0u64, 260_000_000] {
         let mut flagged_ns = None;
-        let mut filter = Filter49::new(&RadioConfig::default(), FilterConfig::default(), 0);
+        let mut filter = Filter49::new(&RadioModel::default(), FilterConfig::default(), 0);
         let stepped = |now: u64| if now > 10_100_000_000 { 29.98 } else { 0.0 };
         for now in (STEP_NS..=14_000_000_000).step_by(STEP_NS as usize) {
             filter.increment(&increment(now - STEP_NS));
@@ -262,7 +263,7 @@ fn a_clock_step_is_taken_over_and_flagged() {
 fn a_clock_that_runs_at_another_rate_is_caught() {
     // From 10 s on the clock gains 1.5 m/s more, out of sight of the GMT: a change that no ramp explains.
     let gained = |now: u64| 1.5e-9 * now.saturating_sub(10_000_000_000) as f64;
-    let mut filter = Filter49::new(&RadioConfig::default(), FilterConfig::default(), 0);
+    let mut filter = Filter49::new(&RadioModel::default(), FilterConfig::default(), 0);
     for now in (STEP_NS..=16_000_000_000).step_by(STEP_NS as usize) {
         filter.increment(&increment(now - STEP_NS));
         if now % SWEEP_NS == SWEEP_NS / 2 {
@@ -290,7 +291,7 @@ fn a_clock_that_runs_at_another_rate_is_caught() {
 
 #[test]
 fn missing_inertial_data_are_bridged_and_flagged() {
-    let mut filter = Filter49::new(&RadioConfig::default(), FilterConfig::default(), 0);
+    let mut filter = Filter49::new(&RadioModel::default(), FilterConfig::default(), 0);
     let mut flagged = false;
     for now in (STEP_NS..=20_000_000_000).step_by(STEP_NS as usize) {
         let stopped = (10_000_000_000..13_000_000_000).contains(&now);
@@ -478,7 +479,7 @@ fn what_the_sensor_is_turned_by_is_taken_out() {
     let mounting = Vector3::new(0.008, -0.006, 0.007);
     let to_sensor = rotation(&mounting).transpose().map(|c| c as f32);
     let flown = |known: bool| {
-        let mut filter = Filter49::new(&RadioConfig::default(), FilterConfig::default(), 0);
+        let mut filter = Filter49::new(&RadioModel::default(), FilterConfig::default(), 0);
         for now in (STEP_NS..=15_000_000_000).step_by(STEP_NS as usize) {
             let mut step = increment(now - STEP_NS);
             step.delta_angle_rad = to_sensor * step.delta_angle_rad;

@@ -20,6 +20,7 @@ fn gmt() -> Transmitter {
         position_m: Vector3::new(1.0, -2.0, 1.5),
         sigma_m: 0.02,
         attitude: Rotation::<Gmt, World, f64>::identity(),
+        reach: crate::array::BeamReach::default(),
     }
 }
 
@@ -85,7 +86,7 @@ fn rest(filter: &mut Filter49, from_ns: u64, until_ns: u64) {
 
 /// A filter that has rested for three seconds and may start at the fourth.
 fn rested() -> Filter49 {
-    let mut filter = Filter49::new(&RadioConfig::default(), FilterConfig::default(), 0);
+    let mut filter = Filter49::new(&RadioModel::default(), FilterConfig::default(), 0);
     rest(&mut filter, 0, 3_000_000_000);
     let up = Vector3::new(0.0, 0.0, STANDARD_GRAVITY_M_PER_S2 as f32) + Vector3::from(BIAS);
     filter.aligned(&Alignment {

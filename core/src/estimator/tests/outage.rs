@@ -68,7 +68,7 @@ fn a_pose_that_would_be_lost_at_once_is_not_taken() {
 fn a_longer_patience_ends_as_well() {
     let mut config = FilterConfig::default();
     config.gates.refix_after = 9;
-    let mut filter = Filter49::new(&RadioConfig::default(), config, 0);
+    let mut filter = Filter49::new(&RadioModel::default(), config, 0);
     fly(&mut filter, 20_000_000_000, 0, |time_ns, filter, _| {
         if time_ns == 20 * SWEEP_NS {
             filter.nominal.position_m += Vector3::new(8.0, -5.0, 3.0);
@@ -108,7 +108,7 @@ fn an_attitude_that_is_wrong_is_found_anew() {
 /// Out of sight from some time on, and at 12 s in sight again, with the filter as far aside of what it believes; the first verdict after that.
 fn seen_again(proven: bool, aside_m: f64, hidden_from_ns: u64, heard: bool) -> (SweepVerdict, f64) {
     let (mut filter, mut first) = (
-        Filter49::new(&RadioConfig::default(), FilterConfig::default(), 0),
+        Filter49::new(&RadioModel::default(), FilterConfig::default(), 0),
         None,
     );
     for now in (STEP_NS..=12_000_000_000).step_by(STEP_NS as usize) {
@@ -191,7 +191,7 @@ fn a_filter_that_is_not_sure_believes_a_path_that_proves_itself() {
 fn after_an_outage_one_sweep_is_no_proof() {
     // Blind from 10 s to 20 s; the first sweep after that sees the GMT from 3 m above, and nothing in it contradicts.
     let mut verdicts = heapless::Vec::<SweepVerdict, 4>::new();
-    let mut filter = Filter49::new(&RadioConfig::default(), FilterConfig::default(), 0);
+    let mut filter = Filter49::new(&RadioModel::default(), FilterConfig::default(), 0);
     let aside = Vector3::new(0.0, 0.0, 3.0);
     for now in (STEP_NS..=22_000_000_000).step_by(STEP_NS as usize) {
         filter.increment(&increment(now - STEP_NS));

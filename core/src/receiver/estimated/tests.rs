@@ -12,18 +12,19 @@ use crate::paths::{Estimator, EstimatorConfig};
 use crate::receiver::{Beacon, Config, Departures, LinkStates, Memory, Rules};
 
 type Best = Estimator<4, 8, 32, 72, 3, 8, 8, 360, 9>;
-type Small<'m> = Receiver<'m, Best, 64>;
+type Radio = crate::receiver::Antennas<Best, 4, 8, 32, 3, 8, 8, 3, 3, 8, 11, 416>;
+type Small<'m> = Receiver<'m, Radio, 64>;
 
 /// Calls `with` with a receiver that knows the clock and the GMT, with sweep 1 in hand.
 fn with_receiver(departures: Departures, with: impl FnOnce(&mut Small<'_>)) {
     let mut config = Config::best(LinkStates::Rules(Rules::default()));
     config.departures = departures;
     let mut estimator = Box::new(Best::new(&EstimatorConfig::default()));
-    let mut squint = Box::new(config.beam_squint().expect("the default"));
+    let mut squint = Box::new(config.beam_squint::<Radio>().expect("the default"));
     let mut map = Box::new(PointCloud::new());
     let memory = Memory {
         estimator: &mut *estimator,
-        squint: &mut squint,
+        squint: &mut *squint,
         map: &mut map,
     };
     let mut receiver = Receiver::new(config, memory);

@@ -7,6 +7,7 @@ use cslam_core::beam_squint::BeamSquint;
 use cslam_core::estimator::states;
 use cslam_core::link_state::models;
 use cslam_core::paths::EstimatorConfig;
+use cslam_core::profile::Radio;
 use cslam_core::receiver::{Config, LinkStates, Memory, PATHS, Receiver, SweepReport};
 use cslam_core::telemetry::{Decoder, Event, FaultRecord, Key, ResetCause};
 use cslam_firmware::app::{
@@ -100,7 +101,7 @@ fn estimator() -> Option<&'static mut Best> {
 #[inline(never)]
 fn squint(config: &Config<'_>) -> Option<&'static mut BeamSquint> {
     let place = cortex_m::singleton!(: Option<BeamSquint> = None)?;
-    Some(place.insert(config.beam_squint().ok()?))
+    Some(place.insert(config.beam_squint::<Radio>().ok()?))
 }
 
 #[inline(never)]

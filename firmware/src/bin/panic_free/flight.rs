@@ -6,6 +6,7 @@ use cortex_m::singleton;
 use cslam_core::estimator::states;
 use cslam_core::link_state::models;
 use cslam_core::paths::EstimatorConfig;
+use cslam_core::profile::Radio;
 use cslam_core::receiver::{Config, LinkStates, Memory, Receiver};
 use cslam_core::telemetry::{Decoder, Key};
 use cslam_firmware::app::{AppConfig, Application, Best, BoardStatus, Downlink, Ground, Map, VOXELS};
@@ -17,7 +18,7 @@ use cslam_firmware::sensor_stream;
 pub(crate) fn fly(block: &mut Block) -> Option<()> {
     let config = black_box(Config::best(LinkStates::Trees(models::trees().ok()?)));
     let estimator = singleton!(: Best = Best::new(&black_box(EstimatorConfig::default())))?;
-    let squint = config.beam_squint().ok()?;
+    let squint = config.beam_squint::<Radio>().ok()?;
     let squint = singleton!(: cslam_core::beam_squint::BeamSquint = squint)?;
     let map = singleton!(: Map = Map::new())?;
     let memory = Memory {
@@ -25,7 +26,7 @@ pub(crate) fn fly(block: &mut Block) -> Option<()> {
         squint,
         map,
     };
-    let cslam: Receiver<'_, Best, VOXELS, { states(2) }> = Receiver::new(config, memory);
+    let cslam: Receiver<'_, Radio<Best>, VOXELS, { states(2) }> = Receiver::new(config, memory);
     let mut app = Application::new(
         black_box(AppConfig::default()),
         FrontEnd::new(SoftwareCrc, black_box(1)),

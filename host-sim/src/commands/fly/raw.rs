@@ -6,7 +6,8 @@ use std::sync::atomic::AtomicBool;
 
 use cslam_core::estimator::{Watch, states};
 use cslam_core::paths::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays};
-use cslam_core::receiver::{CHANNELS, Config as CoreConfig, Localization, Memory, PATHS, Receiver};
+use cslam_core::profile::quad_4x8_gmt_72::{CHANNELS, Radio};
+use cslam_core::receiver::{Config as CoreConfig, Localization, Memory, PATHS, Receiver};
 
 use cslam_firmware::app::{AppConfig, Application, Map, VOXELS};
 use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
@@ -374,14 +375,14 @@ fn once<E: PathEstimator<CHANNELS, PATHS>>(
     swept: impl FnMut(&Swept<'_>),
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<(FlightLog, Vec<u8>)> {
-    let mut squint = Box::new(config.beam_squint()?);
+    let mut squint = Box::new(config.beam_squint::<Radio<E>>()?);
     let mut map = Box::new(Map::new());
     let memory = Memory {
         estimator,
-        squint: &mut squint,
+        squint: &mut *squint,
         map: &mut map,
     };
-    let cslam: Receiver<'_, E, VOXELS> = Receiver::new(config.clone(), memory);
+    let cslam: Receiver<'_, Radio<E>, VOXELS> = Receiver::new(config.clone(), memory);
     let mut receiver = Application::new(
         AppConfig::default(),
         FrontEnd::new(SoftwareCrc, SESSION),

@@ -1,50 +1,30 @@
 //! One path, over its Cramer-Rao bound.
 
-use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+use std::f64::consts::TAU;
 
 use cslam_core::geometry::{Body, Direction};
 use cslam_core::paths::{ElementErrors, EstimatedPath, PathEstimator, WorkLimit};
 use cslam_core::profile::quad_4x16_gmt_48::{
-    ARRAYS, BEAMS, BeamSquint, Block, CHANNELS, Config, ELEMENTS, FlightEstimator, Samples, radio,
+    ARRAYS, BEAMS, CHANNELS, Config, ELEMENTS, FlightEstimator, Radio, radio,
 };
-use cslam_core::signal::{Iq, SAMPLES};
+use cslam_core::receiver;
+use cslam_core::signal::SAMPLES;
 use cslam_host_sim::crlb::{Arrival, Receiver, single};
 use cslam_host_sim::random::Stream;
 use rayon::prelude::*;
 
-use crate::model::{C64, CARRIER_HZ, delay_s, heard_by_array, polar};
+use crate::signal::{Captured, Signal, Wave, tilted_rows};
 
 const TRIALS: u64 = 300;
 const SNRS_DB: [f64; 3] = [0.0, 10.0, 20.0];
 
-/// The block of one path in noise of variance one a sample, its carrier phase free at each array.
-fn heard(path: &Arrival, stream: &mut Stream) -> Box<Samples> {
-    let u = path.aoa.vector();
-    let mut samples = vec![[C64::new(0.0, 0.0); SAMPLES]; CHANNELS];
-    for j in 0..ARRAYS {
-        let turns = stream.uniform() - CARRIER_HZ * delay_s(j, path.c_tau_m, u);
-        let clean = heard_by_array(j, path.c_tau_m, u, polar(turns) * path.snr.sqrt());
-        for (channel, clean) in samples[ELEMENTS * j..].iter_mut().zip(&clean) {
-            for (sample, clean) in channel.iter_mut().zip(clean) {
-                let noise = C64::new(stream.normal(), stream.normal()) * FRAC_1_SQRT_2;
-                *sample = clean + noise;
-            }
-        }
+pub(crate) fn signal() -> Signal {
+    Signal {
+        carrier_hz: 28e9,
+        root: 136.0,
+        rows: tilted_rows(),
+        elements: ELEMENTS,
     }
-    let power = |channel: &[C64; SAMPLES]| channel.iter().map(|x| x.norm_sqr()).sum::<f64>();
-    let strongest = samples.iter().map(power).fold(0.0, f64::max);
-    // 12 dB under full scale at the strongest channel.
-    let scale = 0.25 * 32768.0 / (strongest / SAMPLES as f64).sqrt();
-    let whole = |x: f64| (x * scale).round().clamp(-32768.0, 32767.0) as i16;
-    let mut block: Box<Samples> = vec![[Iq::ZERO; SAMPLES]; CHANNELS]
-        .try_into()
-        .expect("64 channels");
-    for (row, channel) in block.iter_mut().zip(&samples) {
-        for (iq, x) in row.iter_mut().zip(channel) {
-            *iq = Iq::new(whole(x.re), whole(x.im));
-        }
-    }
-    block
 }
 
 fn estimator() -> Box<FlightEstimator> {
@@ -74,12 +54,17 @@ fn trial(
         snr: 10_f64.powf(snr_db / 10.0),
         phase_rad: 0.0,
     };
-    let mut samples = heard(&path, &mut stream);
-    estimator.push_beam(Block {
-        samples: &mut samples,
-        beam: 8,
-        exponent: 0,
-    });
+    let signal = signal();
+    let wave = Wave {
+        from: *path.aoa.vector(),
+        c_tau_m: path.c_tau_m,
+    };
+    // A transform that keeps power: the SNR of a subcarrier is that of its amplitude.
+    let amplitude = path.snr.sqrt() / (SAMPLES as f64).sqrt();
+    let phases = signal.phases(&mut stream);
+    let at_rows = signal.waves(&wave, &phases, |_| amplitude);
+    let channels = signal.channels(&[(&wave, &at_rows, 1.0)], 1.0, &mut stream);
+    estimator.push_beam(Captured::<CHANNELS>::of(&channels).block(8));
     let found: EstimatedPath = *estimator.finish().first()?;
     let bound = single(receiver, &path).expect("observable");
     let (e1, e2) = path.aoa.tangents();
@@ -134,21 +119,9 @@ fn a_path_of_another_radio_is_as_good_as_its_bound() {
 
 #[test]
 fn beam_squint_listens_to_it() {
-    let (radio, config) = (radio(), cslam_core::beam_squint::BeamSquintConfig::default());
-    let listener = |waveform| {
-        BeamSquint::new(
-            config,
-            radio.squint_scheme,
-            &radio.squint,
-            radio.uav_arrays(),
-            &waveform,
-        )
-    };
-    assert!(listener(radio.waveform).is_some());
+    let (mut radio, errors) = (radio(), cslam_core::beam_squint::BeamSquintConfig::default());
+    assert!(<Radio as receiver::Radio>::beam_squint(&radio, errors).is_some());
     // Its type has room for 416 subcarriers.
-    let fewer = cslam_core::signal::Waveform {
-        active: 400,
-        ..radio.waveform
-    };
-    assert!(listener(fewer).is_none());
+    radio.waveform.active = 400;
+    assert!(<Radio as receiver::Radio>::beam_squint(&radio, errors).is_none());
 }
