@@ -16,12 +16,13 @@ use nalgebra::Vector3;
 use crate::paths;
 use crate::signal::{Captured, SPEED_OF_LIGHT_M_PER_S, Signal, Wave, beam_field, squint_field};
 
-const GMT_M: Vector3<f64> = Vector3::new(0.0, 0.0, 1.5);
-/// The wall is the plane y = 12 m, and reflects half of the amplitude.
+/// The wall is the plane y = 12 m, and reflects so much of the amplitude.
 const WALL_Y_M: f64 = 12.0;
-const REFLECTED: f64 = 0.5;
-const SWEEPS: u32 = 44;
+const REFLECTED: f64 = 0.6;
+const SWEEPS: u32 = 64;
 const SWEEP_S: f64 = 0.5;
+/// The GMT moves on after so many sweeps: a surface is believed when it shows the GMT at several places.
+const SWEEPS_PER_STOP: u32 = 16;
 /// The UAV stands until then.
 const REST_S: f64 = 8.0;
 /// 30 dBm less 3 dB of losses.
@@ -31,6 +32,11 @@ const SYMBOLS: usize = 11;
 /// Thermal noise of a sample: 7 dB of noise figure over the sample rate.
 fn noise_w() -> f64 {
     10_f64.powf((-174.0 + 7.0 - 30.0) / 10.0) * 245.76e6
+}
+
+/// Where the GMT is during a sweep, m.
+fn gmt_m(sweep: u32) -> Vector3<f64> {
+    Vector3::new(0.0, 1.5 * f64::from(sweep / SWEEPS_PER_STOP), 1.5)
 }
 
 /// Where the UAV is, m, and its acceleration, m/s^2.
@@ -46,7 +52,7 @@ fn motion(time_s: f64) -> [Vector3<f64>; 2] {
         };
         [amplitude_m * (1.0 - (w * t).cos()), acceleration]
     };
-    let (x, y, z) = (swing(4.0, 14.0), swing(3.0, 10.0), swing(1.0, 8.0));
+    let (x, y, z) = (swing(7.0, 20.0), swing(3.0, 13.0), swing(1.0, 8.0));
     [0, 1].map(|i| Vector3::new(x[i], y[i], z[i]) + if i == 0 { start_m } else { Vector3::zeros() })
 }
 
@@ -59,7 +65,7 @@ struct Way {
     amplitude: f64,
 }
 
-fn ways(signal: &Signal, uav_m: &Vector3<f64>, yaw_rad: f64) -> [Way; 2] {
+fn ways(signal: &Signal, gmt_m: &Vector3<f64>, uav_m: &Vector3<f64>, yaw_rad: f64) -> [Way; 2] {
     let image = |v: &Vector3<f64>| Vector3::new(v.x, 2.0 * WALL_Y_M - v.y, v.z);
     let to_body = nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), -yaw_rad);
     let way = |source_m: Vector3<f64>, left_for_m: Vector3<f64>, share: f64| {
@@ -71,13 +77,13 @@ fn ways(signal: &Signal, uav_m: &Vector3<f64>, yaw_rad: f64) -> [Way; 2] {
                 from: to_body * (towards / length_m),
                 c_tau_m: length_m,
             },
-            left: (left_for_m - GMT_M).normalize(),
+            left: (left_for_m - gmt_m).normalize(),
             amplitude: share * (TRANSMITTED_W / 416.0).sqrt() * wavelength_m / (4.0 * PI * length_m),
         }
     };
     [
-        way(GMT_M, *uav_m, 1.0),
-        way(image(&GMT_M), image(uav_m), REFLECTED),
+        way(*gmt_m, *uav_m, 1.0),
+        way(image(gmt_m), image(uav_m), REFLECTED),
     ]
 }
 
@@ -145,7 +151,7 @@ where
         receiver.timing(time_ns, 0.3e-9 * stream.normal());
         receiver.sweep(time_ns, sweep);
         let [uav_m, _] = motion(time_s);
-        let ways = ways(signal, &uav_m, yaw_rad);
+        let ways = ways(signal, &gmt_m(sweep), &uav_m, yaw_rad);
         let phases = signal.phases(&mut stream);
         let at_rows = ways
             .each_ref()
@@ -177,10 +183,10 @@ where
             time_ns + 1_000_000,
             &Beacon {
                 sweep,
-                position_m: GMT_M,
+                position_m: gmt_m(sweep),
                 sigma_m: 0.02,
                 attitude: Rotation::identity(),
-                sweeps_per_stop: 1000,
+                sweeps_per_stop: SWEEPS_PER_STOP,
             },
         );
         let report = receiver.end_sweep().expect("it was in hand");
