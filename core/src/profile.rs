@@ -166,3 +166,91 @@ pub mod quad_4x16_gmt_48 {
         }
     }
 }
+
+/// A planar array on the UAV: 8 x 8 elements on its nose at 60 GHz, and the default's faces and 72 beams at the GMT. It hears what is before it.
+pub mod planar_8x8_gmt_72 {
+    use crate::array::{UavArrayConfig, UavElement, UavLayout};
+    use crate::paths::{Estimator, EstimatorConfig};
+    use crate::radio::RadioConfig;
+    use crate::receiver::{self, Antennas, Memory};
+    use crate::signal::{BeamBlock, Iq, SAMPLES, Waveform};
+
+    /// Rows of the UAV's array.
+    pub const ARRAYS: usize = 8;
+    /// Elements of a row.
+    pub const ELEMENTS: usize = 8;
+    /// Receive channels, row after row: channel = 8 j + i.
+    pub const CHANNELS: usize = ARRAYS * ELEMENTS;
+    /// Faces of the GMT.
+    pub const FACES: usize = 3;
+    /// Columns of elements of a face.
+    pub const COLUMNS: usize = 8;
+    /// Rows of elements of a face.
+    pub const ROWS: usize = 8;
+    /// Elevations of the codebook.
+    pub const ELEVATIONS: usize = 3;
+    /// Transmit beams of a sweep.
+    pub const BEAMS: usize = 72;
+    /// Azimuth sweeps and elevation sweeps of the squint symbols of a face.
+    pub const SQUINT_SWEEPS: [usize; 2] = [3, 8];
+    /// Squint symbols of a face.
+    pub const SYMBOLS: usize = 11;
+    /// Active subcarriers.
+    pub const ACTIVE: usize = 416;
+    /// Detections that are kept in a sweep.
+    pub const DETECTIONS: usize = 360;
+    /// Paths that are reported of a sweep.
+    pub const PATHS: usize = receiver::PATHS;
+
+    /// Description of the radio.
+    pub type Description = RadioConfig<ELEVATIONS>;
+    /// Configuration of [`FlightEstimator`].
+    pub type Config = EstimatorConfig<ARRAYS, ELEMENTS, FACES, COLUMNS, ROWS, ELEVATIONS>;
+    /// The path estimator.
+    pub type FlightEstimator =
+        Estimator<ARRAYS, ELEMENTS, CHANNELS, BEAMS, FACES, COLUMNS, ROWS, DETECTIONS, PATHS>;
+    /// Samples of a beam, by channel and sample: 128 KiB.
+    pub type Samples = [[Iq; SAMPLES]; CHANNELS];
+    /// What the estimator takes for one beam; its exponent is its own.
+    pub type Block<'a> = BeamBlock<'a, CHANNELS>;
+    /// The radio as a receiver takes it.
+    pub type Radio = Antennas<
+        FlightEstimator,
+        ARRAYS,
+        ELEMENTS,
+        CHANNELS,
+        FACES,
+        COLUMNS,
+        ROWS,
+        ELEVATIONS,
+        { SQUINT_SWEEPS[0] },
+        { SQUINT_SWEEPS[1] },
+        SYMBOLS,
+        ACTIVE,
+    >;
+    /// The whole receiver, with a map of `VOXELS` voxels.
+    pub type Receiver<'m, const VOXELS: usize> = receiver::Receiver<'m, Radio, VOXELS>;
+    /// Its large parts.
+    pub type ReceiverMemory<'m, const VOXELS: usize> = Memory<'m, Radio, VOXELS>;
+
+    /// The radio: 60 GHz, an array that looks ahead and whose elements fall by 200 dB from the side to the rear; all else as by default.
+    #[must_use]
+    pub fn radio() -> Description {
+        RadioConfig {
+            waveform: Waveform {
+                carrier_hz: 60e9,
+                ..Waveform::default()
+            },
+            uav_arrays: UavArrayConfig {
+                layout: UavLayout::Planar { azimuth_rad: 0.0 },
+                tilt_rad: 0.0,
+                element: UavElement {
+                    rear_attenuation_db: 200.0,
+                    ..UavElement::default()
+                },
+                ..UavArrayConfig::default()
+            },
+            ..RadioConfig::default()
+        }
+    }
+}

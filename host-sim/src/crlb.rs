@@ -2,7 +2,8 @@
 //!
 //! The model of one beam: path p gives channel (j, i) on subcarrier k the mean
 //! `g_pj exp(+j pi n_i axis_j . u_p) exp(-j 2 pi f_k (c tau_p - p_j . u_p) / c)` in white noise. The gain `g_pj` of every
-//! path and array is free and unknown (arrays share no oscillator, and the pattern of an element is not used). Parameters
+//! path and array is free and unknown (arrays share no oscillator, and the pattern of an element is not used); rows of a planar array
+//! share one. Parameters
 //! of a path are (c tau in m, angle along e1, angle along e2 in rad), with the tangents of its direction.
 //!
 //! [`single`] is the closed form for one path (docs/signal-model.md, "Path estimation", `H` at the truth), [`joint`] the numerical Fisher
@@ -63,6 +64,12 @@ pub fn single<const ARRAYS: usize, const ELEMENTS: usize>(
         let dw = Vector3::new(0.0, turn * array.axis.dot(&e1), turn * array.axis.dot(&e2));
         let dd = Vector3::new(1.0, -array.centre_m.dot(&e1), -array.centre_m.dot(&e2));
         fisher += (dw * dw.transpose() * places2 + dd * dd.transpose() * (elements * kappa2)) * energy;
+        // Rows of one oscillator tell by their phases what rows of free gains do not.
+        if let Some(column) = receiver.arrays.column() {
+            let dv = Vector3::new(0.0, turn * column.dot(&e1), turn * column.dot(&e2));
+            let rows = ARRAYS as f64;
+            fisher += dv * dv.transpose() * (elements * (rows * rows - 1.0) / 12.0) * energy;
+        }
     }
     fisher.try_inverse()
 }

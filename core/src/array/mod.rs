@@ -21,7 +21,7 @@ pub use element::{GmtElement, UavElement, half_wave_dipole};
 pub use gmt::{GmtArrayConfig, GmtArrays, GmtFace, planar_factor};
 pub use reach::BeamReach;
 pub use squint::{SquintConfig, SquintScheme, SquintSymbol};
-pub use uav::{UavArrayConfig, UavArrays, Ula};
+pub use uav::{MOST_ARRAYS, UavArrayConfig, UavArrays, UavLayout, Ula};
 
 use crate::geometry::{Complex, Real, Vector3};
 

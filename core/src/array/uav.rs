@@ -1,13 +1,33 @@
-//! The UAV's receive arrays: tilted linear arrays around the body.
+//! The UAV's receive arrays: tilted linear arrays around the body, or one planar array of rows.
 
 use super::element::UavElement;
 use super::{centred, face_axes, phasor};
 use crate::geometry::{Body, Complex, Direction, Real, Vector3};
 
+/// Linear arrays around the body at most, each with calibration states in the filter; a planar array has more rows.
+/// Capacity: states of the filter.
+pub const MOST_ARRAYS: usize = 4;
+
+/// How the linear arrays stand to each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum UavLayout {
+    /// Faces all around the body, an array on each, at most [`MOST_ARRAYS`]. Each has an oscillator of its own.
+    #[default]
+    Around,
+    /// One planar array: rows on a face that looks at this azimuth, rad, as far apart as the elements of a row, more than [`MOST_ARRAYS`] of them.
+    /// All have one oscillator. It hears what is before the face; what comes from behind looks as if it came from before.
+    Planar {
+        /// Azimuth of the face's outward normal, body axes, rad.
+        azimuth_rad: f64,
+    },
+}
+
 /// Description of the UAV's arrays. All else is computed from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UavArrayConfig {
-    /// Distance of an array's centre from the body origin, m.
+    /// How the arrays stand to each other.
+    pub layout: UavLayout,
+    /// Distance of an array's centre from the body origin, of a planar one from the middle of all rows, m.
     pub radius_m: f64,
     /// Tilt of the array axis out of the horizontal, in the plane of its face, rad.
     pub tilt_rad: f64,
@@ -22,6 +42,7 @@ impl Default for UavArrayConfig {
     /// diagonals of a cube: their angular information is then isotropic (docs/signal-model.md, "Arrays").
     fn default() -> Self {
         Self {
+            layout: UavLayout::Around,
             radius_m: 0.2,
             tilt_rad: libm::atan(core::f64::consts::FRAC_1_SQRT_2),
             spacing_wavelengths: 0.5,
@@ -41,11 +62,13 @@ pub struct Ula<T: Real = f32> {
     pub centre_m: Vector3<T>,
 }
 
-/// `ARRAYS` linear arrays of `ELEMENTS` elements, faces at equal azimuth steps from the nose on. Channel order is
+/// `ARRAYS` linear arrays of `ELEMENTS` elements: faces at equal azimuth steps from the nose on, or the rows of a planar array. Channel order is
 /// array-major: channel = `ELEMENTS` j + i.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UavArrays<T: Real = f32, const ARRAYS: usize = 4, const ELEMENTS: usize = 8> {
     arrays: [Ula<T>; ARRAYS],
+    /// From row to row of a planar array, unit vector.
+    column: Option<Vector3<T>>,
     /// Phase between neighbours per unit of `axis . u`, rad.
     phase_per_element_rad: T,
     element: UavElement,
@@ -60,16 +83,28 @@ impl<T: Real, const ARRAYS: usize, const ELEMENTS: usize> UavArrays<T, ARRAYS, E
     #[inline(never)]
     pub fn new(config: &UavArrayConfig) -> Self {
         let (sin_tilt, cos_tilt) = T::of(config.tilt_rad).sin_cos_libm();
+        let array = |azimuth_rad| {
+            let (normal, tangent) = face_axes(azimuth_rad);
+            Ula {
+                normal,
+                axis: tangent * cos_tilt + Vector3::z() * sin_tilt,
+                centre_m: normal * T::of(config.radius_m),
+            }
+        };
+        let (arrays, column) = match config.layout {
+            UavLayout::Around => (
+                core::array::from_fn(|j| array(T::two_pi() * T::of(j as f64 / ARRAYS as f64))),
+                None,
+            ),
+            UavLayout::Planar { azimuth_rad } => {
+                let row = array(T::of(azimuth_rad));
+                // All rows have the centre of the whole: a delay does not tell them apart.
+                ([row; ARRAYS], Some(row.normal.cross(&row.axis)))
+            }
+        };
         Self {
-            arrays: core::array::from_fn(|j| {
-                let azimuth_rad = T::two_pi() * T::of(j as f64 / ARRAYS as f64);
-                let (normal, tangent) = face_axes(azimuth_rad);
-                Ula {
-                    normal,
-                    axis: tangent * cos_tilt + Vector3::z() * sin_tilt,
-                    centre_m: normal * T::of(config.radius_m),
-                }
-            }),
+            arrays,
+            column,
             phase_per_element_rad: T::two_pi() * T::of(config.spacing_wavelengths),
             element: config.element,
         }
@@ -78,6 +113,12 @@ impl<T: Real, const ARRAYS: usize, const ELEMENTS: usize> UavArrays<T, ARRAYS, E
     /// The arrays, in channel order.
     pub fn arrays(&self) -> &[Ula<T>; ARRAYS] {
         &self.arrays
+    }
+
+    /// Unit vector from row to row where the arrays are the rows of a planar one, with one oscillator: element i of row j then has the phase
+    /// `(n_i axis + n_j column) . u` times [`Self::phase_per_element_rad`].
+    pub fn column(&self) -> Option<&Vector3<T>> {
+        self.column.as_ref()
     }
 
     /// The arrays, for a simulation or a calibration that moves them.
@@ -180,5 +221,23 @@ mod tests {
                 assert!((f64::from(*a) - b).abs() < 2e-6);
             }
         }
+    }
+
+    #[test]
+    fn rows_of_a_planar_array_are_parallel_on_one_face() {
+        let config = UavArrayConfig {
+            layout: UavLayout::Planar {
+                azimuth_rad: core::f64::consts::FRAC_PI_2,
+            },
+            tilt_rad: 0.0,
+            ..UavArrayConfig::default()
+        };
+        let planar = UavArrays::<f64, 8, 8>::new(&config);
+        for row in planar.arrays() {
+            assert!((row.normal - Vector3::y()).norm() < 1e-15 && (row.axis + Vector3::x()).norm() < 1e-15);
+            assert!((row.centre_m - Vector3::y() * 0.2).norm() < 1e-15);
+        }
+        assert!((planar.column().expect("planar") - Vector3::z()).norm() < 1e-15);
+        assert!(UavArrays::<f64>::default().column().is_none());
     }
 }

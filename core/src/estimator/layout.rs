@@ -5,7 +5,8 @@
 //!
 //! Given: numbers here are the order of the states.
 
-pub(super) use crate::radio::{MOST_ARRAYS as ARRAYS, MOST_FACES as FACES};
+pub(super) use crate::array::MOST_ARRAYS as ARRAYS;
+pub(super) use crate::radio::MOST_FACES as FACES;
 
 /// Position, m, world axes.
 pub const POSITION: usize = 0;

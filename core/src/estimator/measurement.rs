@@ -10,9 +10,9 @@ use super::config::RadioNoise;
 use super::layout::{ARRAY_AXIS, ARRAY_SLOPE, ATTITUDE, CLOCK_OFFSET, FACE_BIAS, POSITION};
 use super::nominal::Nominal;
 use super::row::Row;
-use crate::array::BeamReach;
+use crate::array::{BeamReach, MOST_ARRAYS};
 use crate::geometry::{Body, Direction, Gmt, Plane, Real, Rotation, World};
-use crate::radio::{MOST_ARRAYS, RadioModel};
+use crate::radio::RadioModel;
 
 /// Direction in which a path left, by a face of the GMT.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,6 +5,7 @@
 use core::fmt;
 
 use super::{Estimator, EstimatorConfig};
+use crate::array::MOST_ARRAYS;
 use crate::signal::WaveformError;
 
 /// Weaker paths than this under the strongest one lie under the rounding of 16 bit, dB.
@@ -29,6 +30,8 @@ pub enum EstimatorConfigError {
     Waveform(WaveformError),
     /// `arrays`: an axis or a normal is no unit vector, a centre not finite or 10 m and more off.
     Arrays,
+    /// `arrays`: a planar one has no more rows than arrays stand around a body.
+    Layout,
     /// `arrays`: elements are more than half a wavelength apart, so that two directions look alike.
     Aliasing,
     /// `codebook` has no beam, or one without a direction.
@@ -52,6 +55,7 @@ impl EstimatorConfigError {
         match self {
             Self::Waveform(error) => error.field(),
             Self::Arrays => "arrays",
+            Self::Layout => "arrays.layout",
             Self::Aliasing => "arrays.spacing_wavelengths",
             Self::Codebook | Self::Beams => "codebook",
             Self::FalseAlarms => "false_alarms_per_sweep",
@@ -67,6 +71,7 @@ impl EstimatorConfigError {
         match self {
             Self::Waveform(error) => error.expected(),
             Self::Arrays => "unit vectors, and centres within 10 m",
+            Self::Layout => "a planar array of five rows or more",
             Self::Aliasing => "elements at most half a wavelength apart",
             Self::Codebook => "beams with a direction",
             Self::Beams => "as many beams as the estimator's type says",
@@ -125,6 +130,7 @@ impl<
                     .all(|a| unit(&a.axis) && unit(&a.normal) && placed(&a.centre_m)),
                 Error::Arrays,
             ),
+            (self.arrays.column().is_none() || A > MOST_ARRAYS, Error::Layout),
             (
                 phase_step_rad > 0.0 && phase_step_rad < core::f32::consts::PI * HALF_WAVELENGTH_WITHIN,
                 Error::Aliasing,

@@ -10,6 +10,8 @@
 //! Elements lie symmetrically about their array's centre and the kernel is real, so the Gram matrix is real: only the
 //! correlations with the taps are complex.
 
+mod planar;
+
 use nalgebra::Complex;
 
 use super::cholesky::solve;
@@ -134,6 +136,17 @@ pub(super) fn fit<
     }
 }
 
+impl<const L: usize, const D: usize, const A: usize> Normal<L, D, A> {
+    fn zero() -> Self {
+        Self {
+            energy: 0.0,
+            gains: [[Complex::new(0.0, 0.0); A]; L],
+            hessian: [[0.0; D]; D],
+            gradient: [0.0; D],
+        }
+    }
+}
+
 fn normal_equations<
     const L: usize,
     const D: usize,
@@ -147,13 +160,11 @@ fn normal_equations<
     window: &Window<C, W>,
     places: &[Place; L],
 ) -> Normal<L, D, A> {
+    if let Some(planar) = model.planar() {
+        return planar::normal_equations::<L, D, A, E, C, W>(model, planar, template, window, places);
+    }
     let tangents = places.map(|place| place.tangents());
-    let mut normal = Normal {
-        energy: 0.0,
-        gains: [[Complex::new(0.0, 0.0); A]; L],
-        hessian: [[0.0; D]; D],
-        gradient: [0.0; D],
-    };
+    let mut normal = Normal::zero();
     let rows = window.rows().as_chunks::<E>().0;
     for (j, ((step, lead), rows)) in model.arrays().zip(rows).enumerate() {
         let slopes = tangents.map(|(e1, e2)| {
@@ -221,14 +232,7 @@ fn gram<const L: usize, const D: usize, const E: usize, const W: usize>(
     let mut gram = [[0.0; D]; D];
     for p in 0..L {
         for q in p..L {
-            // Temporal sums of kernels and slopes.
-            let (mut t00, mut t01, mut t10, mut t11) = (0.0, 0.0, 0.0, 0.0);
-            for ([a, da], [b, db]) in kernel[p].iter().zip(&kernel[q]) {
-                t00 += a * b;
-                t01 += a * db;
-                t10 += da * b;
-                t11 += da * db;
-            }
+            let [t00, t01, t10, t11] = taps(&kernel[p], &kernel[q]);
             let [s0, s1, s2] = spatial(&steering[p], &steering[q]);
             let products = [
                 [s0 * t00, -s1 * t00, -s0 * t01],
@@ -245,6 +249,18 @@ fn gram<const L: usize, const D: usize, const E: usize, const W: usize>(
         }
     }
     gram
+}
+
+/// Sums over the taps of two paths' kernels and slopes: both kernels, the second's slope, the first's, both slopes.
+fn taps<const W: usize>(first: &[[f32; 2]; W], second: &[[f32; 2]; W]) -> [f32; 4] {
+    let (mut t00, mut t01, mut t10, mut t11) = (0.0, 0.0, 0.0, 0.0);
+    for ([a, da], [b, db]) in first.iter().zip(second) {
+        t00 += a * b;
+        t01 += a * db;
+        t10 += da * b;
+        t11 += da * db;
+    }
+    [t00, t01, t10, t11]
 }
 
 /// Sums over the elements of `cos`, `n sin` and `n^2 cos` of the phase `n w` between two paths, `n` the element's place: what

@@ -4,9 +4,12 @@
 //! of a 32-point transform over the elements; their powers add up without phases between arrays (docs/signal-model.md, "Path estimation").
 //! Directions themselves are computed when one is asked for: the table is all that the grid keeps.
 
+mod planar;
+
 use nalgebra::{Complex, Vector3};
 
 use super::model::{ArrayModel, steering};
+use crate::array::MOST_ARRAYS;
 use crate::signal::{phasor, round_half_up};
 
 /// Bins over one turn per element.
@@ -52,6 +55,8 @@ const LEAST_LEFT: f32 = 0.1;
 #[derive(Clone, Debug)]
 pub(super) struct AngleGrid<const A: usize> {
     bins: [[u8; A]; DIRECTIONS],
+    /// Whether the arrays are the rows of a planar one.
+    planar: bool,
     /// `exp(-j 2 pi b / 32)`.
     roots: [Complex<f32>; BINS],
 }
@@ -61,12 +66,16 @@ impl<const A: usize> AngleGrid<A> {
         let mut bins = [[0; A]; DIRECTIONS];
         let places = (0..RINGS).flat_map(|ring| (0..on_ring(ring)).map(move |i| direction_of(ring, i)));
         for (row, u) in bins.iter_mut().zip(places) {
-            *row = model
-                .steps()
-                .map(|step| (round_half_up(BINS as f32 * step.dot(&u)) & (BINS as i32 - 1)) as u8);
+            *row = match (model.planar(), model.steps().first()) {
+                (Some(planar), Some(step)) => planar::bins_of(step, planar, &u),
+                _ => model
+                    .steps()
+                    .map(|step| (round_half_up(BINS as f32 * step.dot(&u)) & (BINS as i32 - 1)) as u8),
+            };
         }
         Self {
             bins,
+            planar: model.planar().is_some(),
             roots: core::array::from_fn(|b| phasor(-(b as f32) / BINS as f32)),
         }
     }
@@ -76,6 +85,9 @@ impl<const A: usize> AngleGrid<A> {
         &self,
         snapshot: &[Complex<f32>; C],
     ) -> Vector3<f32> {
+        if self.is_planar() {
+            return self.scan_plane(&self.spectrum_of_plane::<E, C>(snapshot)).0;
+        }
         self.scan(&self.spectra::<E, C>(snapshot)).0
     }
 
@@ -85,8 +97,12 @@ impl<const A: usize> AngleGrid<A> {
         snapshot: &[Complex<f32>; C],
         least: f32,
     ) -> Option<Vector3<f32>> {
-        let powers = self.spectra::<E, C>(snapshot);
         let least = E as f32 * least;
+        if self.is_planar() {
+            let (u, power) = self.scan_plane(&self.spectrum_of_plane::<E, C>(snapshot));
+            return (power >= least).then_some(u);
+        }
+        let powers = self.spectra::<E, C>(snapshot);
         // Each array by itself, whatever direction that asks for.
         let most: f32 = powers
             .iter()
@@ -97,6 +113,11 @@ impl<const A: usize> AngleGrid<A> {
         }
         let (u, sum) = self.scan(&powers);
         (sum >= least).then_some(u)
+    }
+
+    /// Whether the arrays are the rows of a planar one, of which there are more than arrays stand around a body.
+    fn is_planar(&self) -> bool {
+        A > MOST_ARRAYS && self.planar
     }
 
     /// Powers of each array's transform over its elements.
@@ -156,6 +177,11 @@ impl<const A: usize> AngleGrid<A> {
         other: &Vector3<f32>,
     ) -> Vector3<f32> {
         const { assert!(C == A * E) };
+        if let Some(planar) = model.planar() {
+            return self
+                .scan_plane(&self.spectrum_beside(model, planar, snapshot, other))
+                .0;
+        }
         let mut powers = [[0.0; BINS]; A];
         let arrays = model.steps().iter().zip(snapshot.as_chunks::<E>().0);
         for (powers, (step, elements)) in powers.iter_mut().zip(arrays) {

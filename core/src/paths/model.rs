@@ -6,8 +6,17 @@
 
 use nalgebra::{Complex, Vector3};
 
-use crate::array::UavArrays;
+use crate::array::{MOST_ARRAYS, UavArrays};
 use crate::signal::{SAMPLES, Waveform, phasor};
+
+/// Rows of a planar array: one oscillator, and so one free gain.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Planar {
+    /// Turns from a row to the next = step . u.
+    pub(super) row_turns: Vector3<f32>,
+    /// Outward normal: what is behind is not heard.
+    pub(super) normal: Vector3<f32>,
+}
 
 /// Steering and lever arms of `A` linear arrays of `E` elements.
 #[derive(Clone, Debug)]
@@ -16,6 +25,7 @@ pub(super) struct ArrayModel<const A: usize, const E: usize> {
     step_turns: [Vector3<f32>; A],
     /// Taps by which a wave from u leads at the array = lead . u.
     lead_taps: [Vector3<f32>; A],
+    planar: Option<Planar>,
     metres_per_tap: f64,
     /// Share of a path's energy that errors of the arrays' calibration leave beside it.
     calibration_share: f32,
@@ -30,6 +40,13 @@ impl<const A: usize, const E: usize> ArrayModel<A, E> {
             lead_taps: arrays
                 .arrays()
                 .map(|array| array.centre_m / metres_per_tap as f32),
+            planar: arrays
+                .column()
+                .zip(arrays.arrays().first())
+                .map(|(column, row)| Planar {
+                    row_turns: column * turns,
+                    normal: row.normal,
+                }),
             metres_per_tap,
             calibration_share: 0.0,
         }
@@ -71,17 +88,35 @@ impl<const A: usize, const E: usize> ArrayModel<A, E> {
         self.step_turns.iter().zip(&self.lead_taps)
     }
 
+    /// Where the arrays are the rows of a planar one. What it takes is no part of a receiver whose arrays stand around the body.
+    pub(super) fn planar(&self) -> Option<&Planar> {
+        self.planar.as_ref().filter(|_| A > MOST_ARRAYS)
+    }
+
     /// Energy of `snapshot`, one amplitude per channel, that a path from `u` explains.
     pub(super) fn explained<const C: usize>(&self, snapshot: &[Complex<f32>; C], u: &Vector3<f32>) -> f32 {
-        let mut energy = 0.0;
-        for (step, elements) in self.step_turns.iter().zip(snapshot.as_chunks::<E>().0) {
+        let (mut energy, mut whole) = (0.0, Complex::new(0.0, 0.0));
+        let columns = self.planar().map(|planar| steering::<A>(planar.row_turns.dot(u)));
+        for (j, (step, elements)) in self
+            .step_turns
+            .iter()
+            .zip(snapshot.as_chunks::<E>().0)
+            .enumerate()
+        {
             let mut sum = Complex::new(0.0, 0.0);
             for (z, s) in elements.iter().zip(steering::<E>(step.dot(u))) {
                 sum += s.conj() * z;
             }
             energy += sum.norm_sqr() / E as f32;
+            if let Some(columns) = &columns {
+                whole += columns[j].conj() * sum;
+            }
         }
-        energy
+        if columns.is_some() {
+            whole.norm_sqr() / (A * E) as f32
+        } else {
+            energy
+        }
     }
 
     /// Turns per element of each array, as vectors to be multiplied by `u`.

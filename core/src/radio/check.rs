@@ -2,10 +2,11 @@
 //!
 //! Given: every number here is a bound of what is accepted.
 
-use core::f64::consts::FRAC_PI_2;
+use core::f64::consts::{FRAC_PI_2, TAU};
 use core::fmt;
 
 use super::RadioConfig;
+use crate::array::UavLayout;
 use crate::signal::WaveformError;
 
 /// An array further than this from the body's centre is none of a UAV's, m.
@@ -20,6 +21,8 @@ const MOST_SPACING: f64 = 0.5;
 pub enum RadioConfigError {
     /// A field of the waveform.
     Waveform(WaveformError),
+    /// `uav_arrays.layout` is a planar array that looks at no azimuth.
+    Layout,
     /// `uav_arrays.radius_m` is negative, 10 m or more, or no number.
     Radius,
     /// `uav_arrays.tilt_rad` is steeper than vertical.
@@ -48,6 +51,7 @@ impl RadioConfigError {
     pub fn field(self) -> &'static str {
         match self {
             Self::Waveform(error) => error.field(),
+            Self::Layout => "uav_arrays.layout",
             Self::Radius => "uav_arrays.radius_m",
             Self::Tilt => "uav_arrays.tilt_rad",
             Self::Aliasing => "uav_arrays.spacing_wavelengths",
@@ -66,6 +70,7 @@ impl RadioConfigError {
     pub fn expected(self) -> &'static str {
         match self {
             Self::Waveform(error) => error.expected(),
+            Self::Layout => "an azimuth of at most a turn",
             Self::Radius => "0 to 10 m",
             Self::Tilt | Self::Elevations => "at most a quarter of a turn up or down",
             Self::Aliasing | Self::GratingLobes => "above 0 and at most 0.5",
@@ -112,7 +117,12 @@ impl<const ELEVATIONS: usize, const AZIMUTH_SWEEPS: usize, const ELEVATION_SWEEP
         let gmt_element = [sent.least_cosine, sent.rear_amplitude];
         let spaced = |wavelengths: f64| wavelengths > 0.0 && wavelengths <= MOST_SPACING;
         let angle = |rad: &f64| rad.abs() <= FRAC_PI_2;
+        let looks_somewhere = match uav.layout {
+            UavLayout::Around => true,
+            UavLayout::Planar { azimuth_rad } => azimuth_rad.abs() <= TAU,
+        };
         let sound = [
+            (looks_somewhere, Error::Layout),
             ((0.0..MOST_RADIUS_M).contains(&uav.radius_m), Error::Radius),
             (angle(&uav.tilt_rad), Error::Tilt),
             (spaced(uav.spacing_wavelengths), Error::Aliasing),
@@ -171,6 +181,15 @@ mod tests {
         for root in [0, 409, 818] {
             assert_eq!(refused(|r| r.waveform.root = root), Some("waveform.root"));
         }
+        for azimuth_rad in [7.0, f64::NAN] {
+            let layout = UavLayout::Planar { azimuth_rad };
+            assert_eq!(
+                refused(|r| r.uav_arrays.layout = layout),
+                Some("uav_arrays.layout")
+            );
+        }
+        let ahead = UavLayout::Planar { azimuth_rad: 0.0 };
+        assert_eq!(refused(|r| r.uav_arrays.layout = ahead), None);
         for radius_m in [-0.1, 10.0, f64::NAN] {
             assert_eq!(
                 refused(|r| r.uav_arrays.radius_m = radius_m),

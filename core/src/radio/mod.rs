@@ -21,7 +21,7 @@ mod check;
 mod model;
 
 pub use check::RadioConfigError;
-pub use model::{MOST_ARRAYS, MOST_FACES, RadioModel};
+pub use model::{MOST_FACES, RadioModel};
 
 use crate::array::{
     Codebook, CodebookConfig, GmtArrayConfig, GmtArrays, SquintConfig, SquintScheme, UavArrayConfig,

@@ -3,12 +3,10 @@
 use heapless::Vec;
 
 use super::RadioConfig;
-use crate::array::{BeamReach, GmtArrays, GmtFace, UavArrays, UavElement, Ula};
+use crate::array::{BeamReach, GmtArrays, GmtFace, MOST_ARRAYS, UavArrays, UavElement, Ula};
+use crate::numeric::gather;
 use crate::signal::Waveform;
 
-/// Receive arrays at most: each has calibration states in the filter.
-/// Capacity: states of the filter.
-pub const MOST_ARRAYS: usize = 4;
 /// Faces of the transmitter at most: each has calibration states in the filter.
 /// Capacity: states of the filter.
 pub const MOST_FACES: usize = 3;
@@ -19,7 +17,8 @@ pub const MOST_FACES: usize = 3;
 pub struct RadioModel {
     /// Waveform.
     pub waveform: Waveform,
-    /// Receive arrays whose errors are calibrated in flight.
+    /// Receive arrays whose errors are calibrated in flight: those around the body, of which more than [`MOST_ARRAYS`] are left out, or a row and a
+    /// column of a planar one.
     pub arrays: Vec<Ula<f64>, MOST_ARRAYS>,
     /// Pattern of their elements.
     pub element: UavElement,
@@ -41,7 +40,7 @@ impl Default for RadioModel {
 impl<const ELEVATIONS: usize, const AZIMUTH_SWEEPS: usize, const ELEVATION_SWEEPS: usize>
     RadioConfig<ELEVATIONS, AZIMUTH_SWEEPS, ELEVATION_SWEEPS>
 {
-    /// What the stages behind path estimation ask of it: of `ARRAYS` receive arrays of `ELEMENTS` elements and `FACES` transmit faces of `COLUMNS` x `ROWS` elements. More arrays or
+    /// What the stages behind path estimation ask of it: of `ARRAYS` receive arrays of `ELEMENTS` elements and `FACES` transmit faces of `COLUMNS` x `ROWS` elements. More
     /// faces than the filter has states for do not compile.
     #[must_use]
     pub fn model<
@@ -53,15 +52,27 @@ impl<const ELEVATIONS: usize, const AZIMUTH_SWEEPS: usize, const ELEVATION_SWEEP
     >(
         &self,
     ) -> RadioModel {
-        const { assert!(ARRAYS <= MOST_ARRAYS && FACES <= MOST_FACES) };
+        const { assert!(FACES <= MOST_FACES) };
         let arrays: UavArrays<f64, ARRAYS, ELEMENTS> = self.uav_arrays();
         let faces = GmtArrays::<f64, FACES, COLUMNS, ROWS>::new(&self.gmt_arrays);
         let spacing_wavelengths = self.gmt_arrays.spacing_wavelengths;
         RadioModel {
             waveform: self.waveform,
-            arrays: arrays.arrays().iter().copied().collect(),
+            arrays: match (arrays.column(), arrays.arrays().first()) {
+                (Some(column), Some(row)) => gather(
+                    [
+                        *row,
+                        Ula {
+                            axis: *column,
+                            ..*row
+                        },
+                    ]
+                    .into_iter(),
+                ),
+                _ => gather(arrays.arrays().iter().copied()),
+            },
             element: self.uav_arrays.element,
-            faces: faces.faces().iter().copied().collect(),
+            faces: gather(faces.faces().iter().copied()),
             half_beam: [COLUMNS, ROWS].map(|count| 0.5 / (count as f64 * spacing_wavelengths)),
             reach: BeamReach::of(&self.codebook.elevations_rad, ROWS, spacing_wavelengths),
         }

@@ -2,59 +2,78 @@
 
 use std::f64::consts::TAU;
 
+use cslam_core::beam_squint::BeamSquintConfig;
 use cslam_core::geometry::{Body, Direction};
 use cslam_core::paths::{ElementErrors, EstimatedPath, PathEstimator, WorkLimit};
-use cslam_core::profile::quad_4x16_gmt_48::{
-    ARRAYS, BEAMS, CHANNELS, Config, ELEMENTS, FlightEstimator, Radio, radio,
-};
+use cslam_core::profile::{planar_8x8_gmt_72 as planar, quad_4x16_gmt_48 as quad};
 use cslam_core::receiver;
 use cslam_core::signal::SAMPLES;
 use cslam_host_sim::crlb::{Arrival, Receiver, single};
 use cslam_host_sim::random::Stream;
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::signal::{Captured, Signal, Wave, tilted_rows};
+use crate::signal::{Captured, Signal, Wave, planar_rows, tilted_rows};
 
 const TRIALS: u64 = 300;
 const SNRS_DB: [f64; 3] = [0.0, 10.0, 20.0];
 
-pub(crate) fn signal() -> Signal {
+/// What `profile::quad_4x16_gmt_48` hears.
+pub(crate) fn quad_signal() -> Signal {
     Signal {
         carrier_hz: 28e9,
         root: 136.0,
         rows: tilted_rows(),
-        elements: ELEMENTS,
+        elements: 16,
+        column: None,
+        rear_db: 12.0,
     }
 }
 
-fn estimator() -> Box<FlightEstimator> {
-    let config = Config {
-        gating: false,
-        element_errors: ElementErrors::Known(0.0),
-        work_limit: WorkLimit::NONE,
-        ..Config::of(&radio())
-    };
-    Box::new(FlightEstimator::checked(&config).expect("a sound radio"))
+/// What `profile::planar_8x8_gmt_72` hears.
+pub(crate) fn planar_signal() -> Signal {
+    Signal {
+        carrier_hz: 60e9,
+        root: 273.0,
+        rows: planar_rows(),
+        elements: 8,
+        column: Some(Vector3::z()),
+        rear_db: 200.0,
+    }
+}
+
+/// A direction over the sphere between these elevations, or of it those within 60 degrees of the nose.
+fn direction(stream: &mut Stream, ahead: bool) -> Direction<Body, f64> {
+    let sine = |deg: f64| deg.to_radians().sin();
+    loop {
+        let z = sine(-60.0) + (sine(75.0) - sine(-60.0)) * stream.uniform();
+        let azimuth_rad = TAU * (stream.uniform() - 0.5);
+        let u = Direction::<Body, f64>::from_zenith_azimuth(z.acos(), azimuth_rad).expect("angles");
+        if !ahead || u.vector().x > 0.5 {
+            return u;
+        }
+    }
 }
 
 /// Errors of one path in units of its bound; `None` when nothing was found.
-fn trial(
-    estimator: &mut FlightEstimator,
-    receiver: &Receiver<ARRAYS, ELEMENTS>,
+fn trial<E, const C: usize, const A: usize, const ELEMENTS: usize>(
+    estimator: &mut E,
+    signal: &Signal,
+    receiver: &Receiver<A, ELEMENTS>,
     snr_db: f64,
     trial: u64,
-) -> Option<[f64; 3]> {
+) -> Option<[f64; 3]>
+where
+    E: PathEstimator<C, { receiver::PATHS }>,
+{
     let mut stream = Stream::new(28, trial);
-    let sine = |deg: f64| deg.to_radians().sin();
-    let z = sine(-60.0) + (sine(75.0) - sine(-60.0)) * stream.uniform();
-    let azimuth_rad = TAU * (stream.uniform() - 0.5);
+    let aoa = direction(&mut stream, signal.column.is_some());
     let path = Arrival {
         c_tau_m: 5.0 + 400.0 * stream.uniform(),
-        aoa: Direction::<Body, f64>::from_zenith_azimuth(z.acos(), azimuth_rad).expect("angles"),
+        aoa,
         snr: 10_f64.powf(snr_db / 10.0),
         phase_rad: 0.0,
     };
-    let signal = signal();
     let wave = Wave {
         from: *path.aoa.vector(),
         c_tau_m: path.c_tau_m,
@@ -64,7 +83,7 @@ fn trial(
     let phases = signal.phases(&mut stream);
     let at_rows = signal.waves(&wave, &phases, |_| amplitude);
     let channels = signal.channels(&[(&wave, &at_rows, 1.0)], 1.0, &mut stream);
-    estimator.push_beam(Captured::<CHANNELS>::of(&channels).block(8));
+    estimator.push_beam(Captured::<C>::of(&channels).block(8));
     let found: EstimatedPath = *estimator.finish().first()?;
     let bound = single(receiver, &path).expect("observable");
     let (e1, e2) = path.aoa.tangents();
@@ -77,21 +96,21 @@ fn trial(
     Some(std::array::from_fn(|i| errors[i] / bound[(i, i)].sqrt()))
 }
 
-#[test]
-fn a_path_of_another_radio_is_as_good_as_its_bound() {
-    let radio = radio();
-    assert_eq!(radio.check(), Ok(()));
-    assert_eq!(radio.codebook::<f32, 3, 8, 8>().len(), BEAMS);
-    let receiver = Receiver {
-        arrays: radio.uav_arrays(),
-        waveform: radio.waveform,
-    };
-    println!("| SNR, dB | found, of {TRIALS} | beyond ten bounds | range | angles |");
+/// Prints the errors of a radio's paths over their bounds, and holds them against 1.10.
+fn check<E, const C: usize, const A: usize, const ELEMENTS: usize>(
+    name: &str,
+    signal: &Signal,
+    receiver: &Receiver<A, ELEMENTS>,
+    estimator: impl Fn() -> Box<E> + Sync + Send,
+) where
+    E: PathEstimator<C, { receiver::PATHS }>,
+{
+    println!("{name}\n| SNR, dB | found, of {TRIALS} | beyond ten bounds | range | angles |");
     for snr_db in SNRS_DB {
         let trials: Vec<_> = (0..TRIALS)
             .into_par_iter()
-            .map_init(estimator, |estimator, index| {
-                trial(estimator, &receiver, snr_db, index)
+            .map_init(&estimator, |estimator, index| {
+                trial::<E, C, A, ELEMENTS>(estimator, signal, receiver, snr_db, index)
             })
             .collect();
         let found: Vec<[f64; 3]> = trials.into_iter().flatten().collect();
@@ -118,10 +137,56 @@ fn a_path_of_another_radio_is_as_good_as_its_bound() {
 }
 
 #[test]
+fn a_path_of_another_radio_is_as_good_as_its_bound() {
+    let radio = quad::radio();
+    assert_eq!(radio.check(), Ok(()));
+    assert_eq!(radio.codebook::<f32, 3, 8, 8>().len(), quad::BEAMS);
+    let receiver = Receiver::<{ quad::ARRAYS }, { quad::ELEMENTS }> {
+        arrays: radio.uav_arrays(),
+        waveform: radio.waveform,
+    };
+    let config = quad::Config {
+        gating: false,
+        element_errors: ElementErrors::Known(0.0),
+        work_limit: WorkLimit::NONE,
+        ..quad::Config::of(&radio)
+    };
+    check::<_, { quad::CHANNELS }, { quad::ARRAYS }, { quad::ELEMENTS }>(
+        "quad_4x16_gmt_48",
+        &quad_signal(),
+        &receiver,
+        || Box::new(quad::FlightEstimator::checked(&config).expect("a sound radio")),
+    );
+}
+
+#[test]
+fn a_path_at_a_planar_array_is_as_good_as_its_bound() {
+    let radio = planar::radio();
+    assert_eq!(radio.check(), Ok(()));
+    assert_eq!(radio.codebook::<f32, 3, 8, 8>().len(), planar::BEAMS);
+    let receiver = Receiver::<{ planar::ARRAYS }, { planar::ELEMENTS }> {
+        arrays: radio.uav_arrays(),
+        waveform: radio.waveform,
+    };
+    let config = planar::Config {
+        gating: false,
+        element_errors: ElementErrors::Known(0.0),
+        work_limit: WorkLimit::NONE,
+        ..planar::Config::of(&radio)
+    };
+    check::<_, { planar::CHANNELS }, { planar::ARRAYS }, { planar::ELEMENTS }>(
+        "planar_8x8_gmt_72",
+        &planar_signal(),
+        &receiver,
+        || Box::new(planar::FlightEstimator::checked(&config).expect("a sound radio")),
+    );
+}
+
+#[test]
 fn beam_squint_listens_to_it() {
-    let (mut radio, errors) = (radio(), cslam_core::beam_squint::BeamSquintConfig::default());
-    assert!(<Radio as receiver::Radio>::beam_squint(&radio, errors).is_some());
+    let (mut radio, errors) = (quad::radio(), BeamSquintConfig::default());
+    assert!(<quad::Radio as receiver::Radio>::beam_squint(&radio, errors).is_some());
     // Its type has room for 416 subcarriers.
     radio.waveform.active = 400;
-    assert!(<Radio as receiver::Radio>::beam_squint(&radio, errors).is_none());
+    assert!(<quad::Radio as receiver::Radio>::beam_squint(&radio, errors).is_none());
 }

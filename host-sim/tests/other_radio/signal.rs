@@ -30,7 +30,7 @@ pub(crate) struct Row {
     pub(crate) centre_m: Vector3<f64>,
 }
 
-/// A radio: its carrier, the root of its waveform and the rows of its receive elements.
+/// A radio: its carrier, the root of its waveform and its receive elements.
 #[derive(Clone, Debug)]
 pub(crate) struct Signal {
     pub(crate) carrier_hz: f64,
@@ -38,6 +38,10 @@ pub(crate) struct Signal {
     pub(crate) rows: Vec<Row>,
     /// Elements of a row.
     pub(crate) elements: usize,
+    /// From row to row, half a wavelength, where all have one oscillator.
+    pub(crate) column: Option<Vector3<f64>>,
+    /// Attenuation of an element from its side to its rear, dB.
+    pub(crate) rear_db: f64,
 }
 
 /// Four tilted rows around the body.
@@ -56,18 +60,28 @@ pub(crate) fn tilted_rows() -> Vec<Row> {
     (0..4).map(row).collect()
 }
 
+/// Eight rows along y, on a face that looks along x.
+pub(crate) fn planar_rows() -> Vec<Row> {
+    let row = Row {
+        normal: Vector3::x(),
+        axis: Vector3::y(),
+        centre_m: Vector3::x() * 0.2,
+    };
+    vec![row; 8]
+}
+
 /// Amplitude of a half-wave dipole.
 pub(crate) fn dipole(u: &Vector3<f64>) -> f64 {
     1.643_f64.sqrt() * (FRAC_PI_2 * u.z).cos() / (1.0 - u.z * u.z).sqrt()
 }
 
 /// Amplitude of a receive element on a face.
-fn receive_amplitude(u: &Vector3<f64>, normal: &Vector3<f64>) -> f64 {
+fn receive_amplitude(u: &Vector3<f64>, normal: &Vector3<f64>, rear_db: f64) -> f64 {
     let off = u.dot(normal).clamp(-1.0, 1.0).acos() / FRAC_PI_2;
     let attenuation_db = if off <= 1.0 {
         6.0 * off * off
     } else {
-        6.0 + 12.0 * (off - 1.0)
+        6.0 + rear_db * (off - 1.0)
     };
     dipole(u) * 2_f64.sqrt() * 10_f64.powf(-attenuation_db / 20.0)
 }
@@ -90,7 +104,8 @@ impl Signal {
     ) -> Vec<[C64; SAMPLES]> {
         let at_row = |(row, phase): (&Row, &f64)| {
             let delay_s = (wave.c_tau_m - row.centre_m.dot(&wave.from)) / SPEED_OF_LIGHT_M_PER_S;
-            let gain = polar(phase - self.carrier_hz * delay_s) * receive_amplitude(&wave.from, &row.normal);
+            let gain = polar(phase - self.carrier_hz * delay_s)
+                * receive_amplitude(&wave.from, &row.normal, self.rear_db);
             let mut samples = [C64::new(0.0, 0.0); SAMPLES];
             for index in 0..ACTIVE {
                 let n = (index % 409) as f64;
@@ -109,7 +124,9 @@ impl Signal {
 
     /// A phase for the oscillator of each row.
     pub(crate) fn phases(&self, stream: &mut Stream) -> Vec<f64> {
-        self.rows.iter().map(|_| stream.uniform()).collect()
+        let common = self.column.map(|_| stream.uniform());
+        let phase = |_: &Row| common.unwrap_or_else(|| stream.uniform());
+        self.rows.iter().map(phase).collect()
     }
 
     /// Channels of what comes in, in noise of this variance a sample: waves at each row, each with a factor.
@@ -129,7 +146,12 @@ impl Signal {
                     *sample = C64::new(stream.normal(), stream.normal()) * sigma;
                 }
                 for (wave, at_rows, factor) in heard {
-                    let steering = polar(0.5 * place * row.axis.dot(&wave.from)) * *factor;
+                    let row_place = j as f64 - (self.rows.len() as f64 - 1.0) / 2.0;
+                    let across = self
+                        .column
+                        .map_or(0.0, |column| row_place * column.dot(&wave.from));
+                    let along = place * row.axis.dot(&wave.from);
+                    let steering = polar(0.5 * (along + across)) * *factor;
                     for (sample, wave) in channel.iter_mut().zip(&at_rows[j]) {
                         *sample += wave * steering;
                     }

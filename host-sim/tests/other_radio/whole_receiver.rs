@@ -6,7 +6,7 @@ use cslam_core::geometry::Rotation;
 use cslam_core::inertial::ImuSample;
 use cslam_core::link_state::models;
 use cslam_core::map::PointCloud;
-use cslam_core::profile::quad_4x16_gmt_48 as quad;
+use cslam_core::profile::{planar_8x8_gmt_72 as planar, quad_4x16_gmt_48 as quad};
 use cslam_core::radio::RadioConfig;
 use cslam_core::receiver::{Beacon, Config, LinkStates, Memory, Radio, Receiver};
 use cslam_core::signal::BeamBlock;
@@ -234,10 +234,24 @@ fn the_whole_receiver_of_another_radio_finds_its_pose_and_maps_the_wall() {
     let mut estimator =
         Box::new(quad::FlightEstimator::checked(&quad::Config::of(&radio)).expect("a sound radio"));
     let flown = fly::<quad::Radio, { quad::CHANNELS }, { quad::ELEVATIONS }>(
-        &paths::signal(),
+        &paths::quad_signal(),
         radio,
         &mut estimator,
         PI - 0.3,
     );
     check("quad_4x16_gmt_48", &flown);
+}
+
+#[test]
+fn the_whole_receiver_of_a_planar_array_finds_its_pose_and_maps_the_wall() {
+    let radio = planar::radio();
+    let mut estimator =
+        Box::new(planar::FlightEstimator::checked(&planar::Config::of(&radio)).expect("a sound radio"));
+    let flown = fly::<planar::Radio, { planar::CHANNELS }, { planar::ELEVATIONS }>(
+        &paths::planar_signal(),
+        radio,
+        &mut estimator,
+        PI - 0.3,
+    );
+    check("planar_8x8_gmt_72", &flown);
 }
