@@ -185,7 +185,7 @@ impl<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::array::{Codebook, CodebookConfig, GmtArrays, UavArrayConfig, UavArrays};
+    use crate::array::{Codebook, CodebookConfig, GmtArrays, UavArrayConfig, UavArrays, UavLayout};
     use crate::paths::ElementErrors;
     use crate::profile::quad_4x8_gmt_72::{BEAMS, Config};
 
@@ -217,6 +217,12 @@ mod tests {
             field(|c| c.arrays = UavArrays::new(&wide)),
             Err("arrays.spacing_wavelengths")
         );
+        // Four arrays are too few rows for a planar one.
+        let flat = UavArrayConfig {
+            layout: UavLayout::Planar { azimuth_rad: 0.0 },
+            ..UavArrayConfig::default()
+        };
+        assert_eq!(field(|c| c.arrays = UavArrays::new(&flat)), Err("arrays.layout"));
         for azimuths in [0, 7] {
             let fewer = CodebookConfig {
                 azimuths,
