@@ -40,8 +40,8 @@ impl Default for RadioModel {
 impl<const ELEVATIONS: usize, const AZIMUTH_SWEEPS: usize, const ELEVATION_SWEEPS: usize>
     RadioConfig<ELEVATIONS, AZIMUTH_SWEEPS, ELEVATION_SWEEPS>
 {
-    /// What the stages behind path estimation ask of it: of `ARRAYS` receive arrays of `ELEMENTS` elements and `FACES` transmit faces of `COLUMNS` x `ROWS` elements. More
-    /// faces than the filter has states for do not compile.
+    /// What the stages behind path estimation ask of it: of `ARRAYS` receive arrays of `ELEMENTS` elements and `FACES` transmit faces of
+    /// `COLUMNS` x `ROWS` elements. More faces than the filter has states for do not compile.
     #[must_use]
     pub fn model<
         const ARRAYS: usize,
@@ -82,6 +82,7 @@ impl<const ELEVATIONS: usize, const AZIMUTH_SWEEPS: usize, const ELEVATION_SWEEP
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::array::UavLayout;
 
     #[test]
     fn the_default_has_four_arrays_three_faces_and_beams_a_quarter_apart() {
@@ -97,5 +98,20 @@ mod tests {
         assert_eq!(radio.model::<3, 6, 2, 16, 4>().half_beam, [0.0625, 0.25]);
         radio.gmt_arrays.spacing_wavelengths = 0.25;
         assert_eq!(radio.model::<3, 6, 2, 16, 4>().half_beam, [0.125, 0.5]);
+    }
+
+    #[test]
+    fn a_planar_array_is_calibrated_by_a_row_and_a_column() {
+        let model = {
+            let mut radio = RadioConfig::default();
+            radio.uav_arrays.layout = UavLayout::Planar { azimuth_rad: 0.0 };
+            radio.model::<8, 8, 3, 8, 8>()
+        };
+        let [row, column] = model.arrays.as_slice() else {
+            panic!("{:?}", model.arrays);
+        };
+        assert!(row.axis.dot(&column.axis).abs() < 1e-15 && row.normal == column.normal);
+        // More arrays around the body than there are states for are not calibrated.
+        assert_eq!(RadioConfig::default().model::<6, 8, 3, 8, 8>().arrays.len(), 4);
     }
 }

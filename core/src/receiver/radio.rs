@@ -84,6 +84,7 @@ impl<Description> Config<'_, Description> {
 /// The antennas of both ends, and by their type the counts of a radio and the path estimator `Estimator`: `A` receive arrays of `E` elements
 /// (`C` channels), `FACES` transmit faces of `X` x `Z` elements, `ELEVATIONS` of the codebook, azimuth and elevation sweeps of the squint
 /// symbols, `SYMBOLS` of those a face, `ACTIVE` subcarriers.
+#[derive(Debug)]
 pub struct Antennas<
     Estimator,
     const A: usize,
@@ -193,39 +194,5 @@ impl<
             Departures::SquintPick => squint.pick(),
             Departures::Beams => Err(Refusal::NotBegun),
         }
-    }
-}
-
-impl<
-    Estimator,
-    const A: usize,
-    const E: usize,
-    const C: usize,
-    const FACES: usize,
-    const X: usize,
-    const Z: usize,
-    const ELEVATIONS: usize,
-    const AZIMUTH_SWEEPS: usize,
-    const ELEVATION_SWEEPS: usize,
-    const SYMBOLS: usize,
-    const ACTIVE: usize,
-> fmt::Debug
-    for Antennas<
-        Estimator,
-        A,
-        E,
-        C,
-        FACES,
-        X,
-        Z,
-        ELEVATIONS,
-        AZIMUTH_SWEEPS,
-        ELEVATION_SWEEPS,
-        SYMBOLS,
-        ACTIVE,
-    >
-{
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Antennas").field(&self.model).finish()
     }
 }
