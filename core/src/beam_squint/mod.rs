@@ -1,7 +1,7 @@
 //! Beam squint localization (BSM): where the UAV stands in the GMT's array frame, from which subcarriers are strong.
 //!
 //! After its beams the GMT sends symbols whose beam looks in another direction at every subcarrier
-//! ([`SquintConfig`]); what the UAV hears over frequency is the transmit pattern along the sweep, a function of its
+//! ([`SquintConfig`](crate::array::SquintConfig)); what the UAV hears over frequency is the transmit pattern along the sweep, a function of its
 //! direction cosines (s_x, s_z) on the face. No attitude of the UAV is in it. Three ways to read it, one listening:
 //!
 //! - [`BeamSquint::pick`]: the strongest subcarrier, the paper's rule;
