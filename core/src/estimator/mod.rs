@@ -279,7 +279,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         );
         let since_s = since_ns as f64 * if later { 1e-9 } else { -1e-9 };
         self.running
-            .then(|| self.nominal.clock_offset_m + self.nominal.clock_drift_m_per_s * since_s)
+            .then_some(self.nominal.clock_offset_m + self.nominal.clock_drift_m_per_s * since_s)
     }
 
     fn pose_of(&self, state: &Nominal) -> Option<Pose> {
