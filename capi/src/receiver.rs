@@ -8,7 +8,7 @@ use cslam_core::geometry::{Gmt, Rotation, Vector3, World};
 use cslam_core::inertial::{ImuSample, MagneticField};
 use cslam_core::link_state::models;
 use cslam_core::profile::quad_4x8_gmt_72::BEAMS;
-use cslam_core::profile::{FlightConfig, FlightEstimator, Radio};
+use cslam_core::profile::{Block, FlightConfig, FlightEstimator, Radio};
 use cslam_core::receiver::{Beacon, Config, LinkStates, Memory, Receiver};
 use cslam_core::telemetry::{Decoder, Key};
 use cslam_firmware::app::{AppConfig, Application, Capture, Downlink, Ground, Map, Symbol, VOXELS};
@@ -32,7 +32,7 @@ pub struct CslamReceiver {
     _private: [u8; 0],
 }
 
-pub(crate) type App = Application<'static, FlightEstimator, VOXELS, { states(2) }>;
+pub(crate) type App = Application<'static, Radio, VOXELS, { states(2) }>;
 type ReceiverSlot = Slot<Parts>;
 
 /// All of a receiver. `application` refers to the parts before it, so none of them is touched once it is there, and the whole does not
@@ -341,7 +341,7 @@ unsafe fn capture(
     receiver: *mut CslamReceiver,
     sweep: u32,
     sweep_ns: u64,
-    symbol: Symbol<'_>,
+    symbol: Symbol<Block<'_>>,
 ) -> Result<(), CslamStatus> {
     let capture = Capture {
         sweep,

@@ -46,6 +46,9 @@ pub trait Radio {
         gmt_attitude: &Rotation<Gmt, World>,
     ) -> Option<f32>;
 
+    /// Number of the beam or of the squint symbol that a block holds.
+    fn number(block: &Self::Block<'_>) -> u16;
+
     /// Takes a transmit beam into the sweep.
     fn push_beam(estimator: &mut Self::Estimator, block: Self::Block<'_>) -> BeamReport;
 
@@ -164,6 +167,10 @@ impl<
     ) -> Option<f32> {
         let waveform = &self.model.waveform;
         budget.path_gain_db(path, &self.arrays, &self.codebook, waveform, gmt_attitude)
+    }
+
+    fn number(block: &BeamBlock<'_, C>) -> u16 {
+        block.beam
     }
 
     fn push_beam(estimator: &mut Estimator, block: BeamBlock<'_, C>) -> BeamReport {

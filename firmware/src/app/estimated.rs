@@ -1,9 +1,8 @@
 //! Sweeps whose paths were estimated elsewhere: a flight that is flown again without its samples.
 
 use cslam_core::beam_squint::{Bearing, Refusal};
-use cslam_core::paths::{EstimatedPath, PathEstimator};
-use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
-use cslam_core::receiver::PATHS;
+use cslam_core::paths::EstimatedPath;
+use cslam_core::receiver::{PATHS, Radio};
 
 use super::{Application, Observer, Stage, counters};
 use crate::front_end::Checksum;
@@ -23,9 +22,7 @@ pub struct Estimated {
     pub sighted: Option<(usize, Result<Bearing, Refusal>)>,
 }
 
-impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize, C: Checksum>
-    Application<'_, E, VOXELS, STATES, C>
-{
+impl<R: Radio, const VOXELS: usize, const STATES: usize, C: Checksum> Application<'_, R, VOXELS, STATES, C> {
     /// Takes all blocks of a sweep, as [`Self::capture`] takes one. `false` when the sweep has ended: they are counted and not used.
     pub fn estimated(
         &mut self,

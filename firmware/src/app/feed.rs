@@ -1,8 +1,6 @@
 //! Records of the sensor stream into the application.
 
-use cslam_core::paths::PathEstimator;
-use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
-use cslam_core::receiver::PATHS;
+use cslam_core::receiver::Radio;
 
 use super::{Application, Observer, counters};
 use crate::front_end::Checksum;
@@ -20,9 +18,7 @@ pub enum Fed {
     End,
 }
 
-impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize, C: Checksum>
-    Application<'_, E, VOXELS, STATES, C>
-{
+impl<R: Radio, const VOXELS: usize, const STATES: usize, C: Checksum> Application<'_, R, VOXELS, STATES, C> {
     /// Takes a record.
     ///
     /// # Errors

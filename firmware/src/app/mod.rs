@@ -19,6 +19,7 @@ mod counters;
 mod downlink;
 mod estimated;
 mod feed;
+mod frames;
 mod lines;
 mod observer;
 mod reports;
@@ -27,18 +28,13 @@ mod uplink;
 
 use cslam_core::geometry::Vector3;
 use cslam_core::inertial::ImuSample;
-use cslam_core::paths::PathEstimator;
-use cslam_core::profile::quad_4x8_gmt_72::{CHANNELS, Radio};
-use cslam_core::receiver::{Beacon, PATHS, Receiver};
-use cslam_core::signal::BeamBlock;
+use cslam_core::receiver::{Beacon, Radio, Receiver};
 use cslam_core::telemetry::{ConfigReport, Decoder, ResetCause, Uplink};
 
 use announced::Announced;
 use reports::Schedule;
 
-use crate::front_end::{
-    Block, Checksum, Content, Exchange, FrameError, FrontEnd, HEADER_LENGTH, Powers, SoftwareCrc,
-};
+use crate::front_end::{Checksum, FrontEnd, Powers, SoftwareCrc};
 
 pub use board::{Best, BoardEstimatorConfig, Map, VOXELS};
 pub use counters::Counters;
@@ -95,24 +91,24 @@ impl Default for AppConfig {
     }
 }
 
-/// A block of samples as the front end captured it.
+/// A block of samples as the front end captured it: `B` is the [`Radio::Block`] of the receiver's radio.
 #[derive(Debug)]
-pub struct Capture<'a> {
+pub struct Capture<B> {
     /// Number of the sweep.
     pub sweep: u32,
     /// Start of the sweep, UAV clock, ns.
     pub sweep_ns: u64,
     /// The samples: of a beam, or of a squint symbol.
-    pub symbol: Symbol<'a>,
+    pub symbol: Symbol<B>,
 }
 
 /// What was sent.
 #[derive(Debug)]
-pub enum Symbol<'a> {
+pub enum Symbol<B> {
     /// A transmit beam; `beam` is its number in the codebook.
-    Beam(BeamBlock<'a, CHANNELS>),
+    Beam(B),
     /// A squint symbol; `beam` is its place in the schedule.
-    Squint(BeamBlock<'a, CHANNELS>),
+    Squint(B),
 }
 
 /// The link to the ground.
@@ -134,18 +130,12 @@ struct Open {
     beacon: bool,
 }
 
-/// The receiver of a board, see the module. The large parts of [`Receiver`] lie where its owner has put them.
+/// The receiver of a board with the radio `R`, see the module. The large parts of [`Receiver`] lie where its owner has put them.
 #[derive(Debug)]
-pub struct Application<
-    'm,
-    E: PathEstimator<CHANNELS, PATHS>,
-    const VOXELS: usize,
-    const STATES: usize,
-    C = SoftwareCrc,
-> {
+pub struct Application<'m, R: Radio, const VOXELS: usize, const STATES: usize, C = SoftwareCrc> {
     config: AppConfig,
     front_end: FrontEnd<C>,
-    cslam: Receiver<'m, Radio<E>, VOXELS, STATES>,
+    cslam: Receiver<'m, R, VOXELS, STATES>,
     downlink: Downlink,
     uplink: Decoder<Uplink>,
     schedule: Schedule,
@@ -162,15 +152,16 @@ pub struct Application<
     counters: Counters,
 }
 
-impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize, C: Checksum>
-    Application<'m, E, VOXELS, STATES, C>
+impl<'m, R: Radio, const VOXELS: usize, const STATES: usize, C: Checksum>
+    Application<'m, R, VOXELS, STATES, C>
 {
-    /// An application around a receiver that knows nothing yet, on a link of the front end that has been opened.
+    /// An application around a receiver that knows nothing yet, on a link of the front end that has been opened. Of a radio whose samples come
+    /// by [`Self::capture`] that link stays silent.
     pub fn new(
         config: AppConfig,
         front_end: FrontEnd<C>,
         ground: Ground,
-        cslam: Receiver<'m, Radio<E>, VOXELS, STATES>,
+        cslam: Receiver<'m, R, VOXELS, STATES>,
     ) -> Self {
         Self {
             config,
@@ -192,7 +183,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     }
 
     /// The receiver.
-    pub fn cslam(&self) -> &Receiver<'m, Radio<E>, VOXELS, STATES> {
+    pub fn cslam(&self) -> &Receiver<'m, R, VOXELS, STATES> {
         &self.cslam
     }
 
@@ -238,49 +229,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         observer.stage(Stage::Timing, || self.cslam.timing(time_ns, clock_offset_s));
     }
 
-    /// A frame of the front end, as it lies in memory; its samples are worked on in place.
-    ///
-    /// # Errors
-    /// [`FrameError`]: nothing was used. The link's counters know.
-    pub fn frame(
-        &mut self,
-        header: &[u8; HEADER_LENGTH],
-        samples: &mut Block,
-        observer: &mut impl Observer,
-    ) -> Result<(), FrameError> {
-        let front_end = &mut self.front_end;
-        let frame = observer.stage(Stage::Frame, || front_end.receive(header, samples))?;
-        let (sweep, sweep_ns) = (frame.header.sweep, frame.header.sweep_ns);
-        // Every frame tells when its sweep began, so none of them is indispensable.
-        let symbol = match frame.content {
-            Content::Begin { powers, .. } => {
-                match powers {
-                    Some(powers) => self.powers(sweep, sweep_ns, &powers, observer),
-                    None => {
-                        let _new = self.enter(sweep, sweep_ns, observer);
-                    }
-                }
-                // It comes again with every sweep until there is a newer one.
-                let exchange = Exchange::of(header).filter(|it| it.number != self.last_exchange);
-                if let Some(exchange) = exchange {
-                    self.last_exchange = exchange.number;
-                    self.timing(sweep_ns, exchange.clock_offset_s(), observer);
-                }
-                return Ok(());
-            }
-            Content::Beam(block) => Symbol::Beam(block),
-            Content::Squint(block) => Symbol::Squint(block),
-        };
-        let capture = Capture {
-            sweep,
-            sweep_ns,
-            symbol,
-        };
-        let _counted = self.capture(capture, observer);
-        Ok(())
-    }
-
-    /// How strong the beams of a sweep are, by the front end's word.
+    /// How strong the beams of a sweep are, by the front end's word; 0 for each that the codebook does not have.
     pub fn powers(&mut self, sweep: u32, sweep_ns: u64, powers: &Powers, observer: &mut impl Observer) {
         if self.enter(sweep, sweep_ns, observer) {
             self.announced.take(powers);
@@ -288,7 +237,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
     }
 
     /// A block of samples. `false` when it belongs to a sweep that has ended: it is counted and not used.
-    pub fn capture(&mut self, capture: Capture<'_>, observer: &mut impl Observer) -> bool {
+    pub fn capture(&mut self, capture: Capture<R::Block<'_>>, observer: &mut impl Observer) -> bool {
         if !self.enter(capture.sweep, capture.sweep_ns, observer) {
             counters::count(&mut self.counters.late_blocks);
             return false;
@@ -296,7 +245,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
         counters::count(&mut self.counters.blocks);
         match capture.symbol {
             Symbol::Beam(block) => {
-                let beam = block.beam;
+                let beam = R::number(&block);
                 let report = observer.stage(Stage::Beam, || self.cslam.beam(block));
                 self.announced.heard(beam, report.power, &mut self.counters);
                 if report.left_out {
@@ -305,7 +254,7 @@ impl<'m, E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: u
             }
             Symbol::Squint(block) => {
                 // The first one ends the beams: their paths are estimated.
-                let last = block.beam.saturating_add(1) >= self.config.squint_symbols;
+                let last = R::number(&block).saturating_add(1) >= self.config.squint_symbols;
                 observer.stage(Stage::Paths, || self.cslam.close_beams());
                 observer.stage(Stage::Squint, || self.cslam.squint(block));
                 if let Some(open) = &mut self.open {

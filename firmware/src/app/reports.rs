@@ -1,9 +1,7 @@
 //! What the ground is told, and how often.
 
 use cslam_core::estimator::SweepVerdict;
-use cslam_core::paths::PathEstimator;
-use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
-use cslam_core::receiver::{Outcome, PATHS, SweepReport};
+use cslam_core::receiver::{Outcome, PATHS, Radio, SweepReport};
 use cslam_core::telemetry::{
     DownlinkRates, Event, EventReport, HealthCounters, HealthReport, LinkReport, Message, PointReport,
     PoseReport,
@@ -46,9 +44,7 @@ fn next_ns(due_ns: u64, now_ns: u64, interval_ns: u64) -> u64 {
     due_ns.saturating_add((behind / interval_ns + 1).saturating_mul(interval_ns))
 }
 
-impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize, C: Checksum>
-    Application<'_, E, VOXELS, STATES, C>
-{
+impl<R: Radio, const VOXELS: usize, const STATES: usize, C: Checksum> Application<'_, R, VOXELS, STATES, C> {
     /// How the board is, for the next health report.
     pub fn set_status(&mut self, status: BoardStatus) {
         self.status = status;

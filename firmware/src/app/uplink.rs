@@ -1,9 +1,7 @@
 //! What the ground says: frames to beacons, timing and commands. What is not signed by the key of this link, or was heard before, is
 //! counted and forgotten.
 
-use cslam_core::paths::PathEstimator;
-use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
-use cslam_core::receiver::PATHS;
+use cslam_core::receiver::Radio;
 use cslam_core::telemetry::{Command, Event, TelemetryError, Uplink};
 
 use super::counters::count;
@@ -18,9 +16,7 @@ pub enum Request {
     Reboot,
 }
 
-impl<E: PathEstimator<CHANNELS, PATHS>, const VOXELS: usize, const STATES: usize, C: Checksum>
-    Application<'_, E, VOXELS, STATES, C>
-{
+impl<R: Radio, const VOXELS: usize, const STATES: usize, C: Checksum> Application<'_, R, VOXELS, STATES, C> {
     /// Bytes that the radio has received by `time_ns`. `reserve` sets counters aside when the opener has come to its limit
     /// ([`Opener::open_reserving`](cslam_core::telemetry::Opener::open_reserving)); an opener without a limit never asks.
     pub fn uplink(

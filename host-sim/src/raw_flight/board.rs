@@ -12,7 +12,7 @@ use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
 use cslam_firmware::sensor_stream::{SESSION, UAV};
 
 /// Our methods, with the capacities of a board.
-pub type BoardReceiver<'m> = Application<'m, Best, VOXELS, { states(2) }>;
+pub type BoardReceiver<'m> = Application<'m, Radio, VOXELS, { states(2) }>;
 
 /// The link of a simulated UAV, with the published key.
 #[must_use]

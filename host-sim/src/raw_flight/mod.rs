@@ -5,8 +5,7 @@
 //! a [`FlightLog`]. The sweeps are made, or read, ahead on threads of their own while the receiver works; the log does not depend on
 //! them.
 //!
-//! Sources give samples of any number of channels, and so many make them ahead. What flies is the default radio's: `hear`, `receive` and
-//! `fly` hand blocks to an [`Application`], whose receiver, powers of beams and frames have that radio's counts.
+//! Source and application are of the same radio, whichever that is. Frames as bytes ([`FrontEndLink`]) are the default radio's alone.
 
 mod ahead;
 mod board;
@@ -20,9 +19,9 @@ mod source;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use cslam_core::paths::{EstimatedPath, PathEstimator};
-use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
-use cslam_core::receiver::{PATHS, SweepReport};
+use cslam_core::paths::EstimatedPath;
+use cslam_core::receiver::{PATHS, Radio, SweepReport};
+use cslam_core::signal::BeamBlock;
 use cslam_firmware::app::{Application, Capture, Downlink, Observer, Symbol, VOXELS};
 
 use crate::flight_log::{FlightLog, Header};
@@ -82,14 +81,17 @@ impl Observer for Reports {
 /// [`InputError`] naming a sweep that cannot be synthesised.
 ///
 /// Returns the log and every byte that went to the ground.
-pub fn fly<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
-    source: &impl Source,
-    receiver: &mut Application<'_, E, VOXELS, STATES>,
+pub fn fly<R, const CHANNELS: usize, const STATES: usize>(
+    source: &impl Source<CHANNELS>,
+    receiver: &mut Application<'_, R, VOXELS, STATES>,
     header: Header,
     interrupted: &AtomicBool,
     mut swept: impl FnMut(&Swept<'_>),
     sent: impl FnMut(u64, &[u8]),
-) -> Result<(FlightLog, Vec<u8>), InputError> {
+) -> Result<(FlightLog, Vec<u8>), InputError>
+where
+    R: for<'b> Radio<Block<'b> = BeamBlock<'b, CHANNELS>>,
+{
     let sweeps = u32::try_from(header.planned_sweeps)
         .unwrap_or(u32::MAX)
         .min(source.sweeps());
@@ -109,24 +111,27 @@ pub fn fly<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
 }
 
 /// Hands events to the receiver in their order. `go_on` is asked after each sweep.
-fn receive<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
-    source: &impl Source,
-    receiver: &mut Application<'_, E, VOXELS, STATES>,
+fn receive<R, const CHANNELS: usize, const STATES: usize>(
+    source: &impl Source<CHANNELS>,
+    receiver: &mut Application<'_, R, VOXELS, STATES>,
     header: Header,
     sweeps: u32,
     ready: &Ahead<CHANNELS>,
     mut go_on: impl FnMut(&Swept<'_>) -> bool,
     mut sent: impl FnMut(u64, &[u8]),
-) -> Result<(FlightLog, Vec<u8>), InputError> {
+) -> Result<(FlightLog, Vec<u8>), InputError>
+where
+    R: for<'b> Radio<Block<'b> = BeamBlock<'b, CHANNELS>>,
+{
     let mut logbook = Logbook::new(header, receiver.cslam().map().edge_m());
-    let mut hand: Option<Given> = None;
+    let mut hand: Option<Given<CHANNELS>> = None;
     let mut reports = Reports::default();
     let mut pose_due_ns = 0;
     let mut now_ns = 0;
     // The first whose samples have not been taken.
     let mut next_sweep = 0;
     // Enters a sweep that has ended; whether to go on.
-    let mut enter = |reports: &mut Reports, hand: &mut Option<Given>, logbook: &mut Logbook| {
+    let mut enter = |reports: &mut Reports, hand: &mut Option<Given<CHANNELS>>, logbook: &mut Logbook| {
         let Some(report) = reports.report.take() else {
             return true;
         };
@@ -206,13 +211,16 @@ pub fn drain<'a>(downlink: &mut Downlink, packets: &'a mut Vec<u8>) -> &'a [u8] 
 }
 
 /// Hands over all blocks of a sweep, or what was made of them; whether the receiver took them: of a sweep that has ended it takes none.
-pub fn hear<E: PathEstimator<CHANNELS, PATHS>, const STATES: usize>(
-    receiver: &mut Application<'_, E, VOXELS, STATES>,
-    heard: &mut Given,
+pub fn hear<R, const CHANNELS: usize, const STATES: usize>(
+    receiver: &mut Application<'_, R, VOXELS, STATES>,
+    heard: &mut Given<CHANNELS>,
     sweep: u32,
     sweep_ns: u64,
     observer: &mut impl Observer,
-) -> bool {
+) -> bool
+where
+    R: for<'b> Radio<Block<'b> = BeamBlock<'b, CHANNELS>>,
+{
     let mut used = true;
     // A sweep of which no block was there has not begun.
     if let Some(estimated) = heard

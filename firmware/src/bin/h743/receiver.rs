@@ -27,7 +27,7 @@ use crate::uav_clock::UavClock;
 use crate::{clocks, fault, inertial, magnetic, radio, stack, supervise};
 
 /// The application of this board.
-pub(crate) type App = Application<'static, Best, VOXELS, { states(2) }, CrcUnit>;
+pub(crate) type App = Application<'static, Radio<Best>, VOXELS, { states(2) }, CrcUnit>;
 
 /// Inertial samples wait this long for a sweep that may have begun before them, ns: a frame takes 1.64 ms to come.
 const HOLD_NS: u64 = 20_000_000;

@@ -54,7 +54,7 @@ use stages::Stages;
 use words::words;
 
 type Best = cslam_firmware::app::Best<&'static Stages>;
-type App = Application<'static, Best, VOXELS, { states(2) }>;
+type App = Application<'static, Radio<Best>, VOXELS, { states(2) }>;
 type Frames = Consumer<Psram, FRAME_LENGTH>;
 type Records = Consumer<Psram, { sensor_stream::LENGTH }>;
 
