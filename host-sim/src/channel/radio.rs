@@ -1,6 +1,6 @@
 //! The radio of a simulated world: what the GMT sends, and with which arrays the two ends send and hear.
 
-use cslam_core::array::{GmtArrayConfig, SquintConfig, SquintScheme, UavArrayConfig};
+use cslam_core::array::{GmtArrayConfig, SquintConfig, SquintScheme, UavArrayConfig, UavLayout};
 use cslam_core::radio::RadioConfig;
 use cslam_core::signal::Waveform;
 
@@ -112,7 +112,8 @@ impl Radio {
     /// The radio of a description and of the counts that it does not say.
     ///
     /// # Errors
-    /// [`InputError`] naming the field that cannot work ([`RadioConfig::check`]), or counts that there is no room for.
+    /// [`InputError`] naming the field that cannot work ([`RadioConfig::check`]), a planar array on the UAV, which has no true antennas here, or
+    /// counts that there is no room for.
     pub fn new<const ELEVATIONS: usize, const AZIMUTH_SWEEPS: usize, const ELEVATION_SWEEPS: usize>(
         config: &RadioConfig<ELEVATIONS, AZIMUTH_SWEEPS, ELEVATION_SWEEPS>,
         gmt: GmtCounts,
@@ -122,6 +123,10 @@ impl Radio {
         config
             .check()
             .map_err(|error| refused(error.field(), error.expected().to_owned()))?;
+        // Errors and oscillators are drawn for each array by itself, as rows of one board do not have them.
+        if config.uav_arrays.layout != UavLayout::Around {
+            return Err(refused("uav_arrays.layout", "arrays around the body".to_owned()));
+        }
         if gmt.faces == 0 || gmt.elements() == 0 {
             return Err(refused(
                 "gmt_arrays",
@@ -215,6 +220,13 @@ mod tests {
         assert_eq!(
             refused(|r| r.uav_arrays.spacing_wavelengths = 0.7, default),
             "uav_arrays.spacing_wavelengths expected above 0 and at most 0.5"
+        );
+        assert_eq!(
+            refused(
+                |r| r.uav_arrays.layout = UavLayout::Planar { azimuth_rad: 0.0 },
+                default
+            ),
+            "uav_arrays.layout expected arrays around the body"
         );
         assert_eq!(
             refused(|_| (), GmtCounts { rows: 0, ..default }),
