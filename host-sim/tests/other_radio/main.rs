@@ -4,6 +4,7 @@
 //! The samples of the first two are made here, from docs/signal-model.md, by no code of the receiver; those of the world are held against such. What is
 //! measured is printed: `cargo test -p cslam-host-sim --test other_radio -- --nocapture`; docs/radio.md has the tables.
 
+mod flight;
 mod model;
 mod paths;
 mod signal;
