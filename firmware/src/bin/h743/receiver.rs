@@ -73,6 +73,19 @@ pub(crate) fn application(
         squint: squint(&config)?,
         map: map()?,
     };
+    assembled(unit, ledger, key, reset, (config, memory))
+}
+
+/// The application of these parts.
+#[inline(never)]
+fn assembled(
+    unit: CrcUnit,
+    ledger: &Ledger<SettingsFlash>,
+    key: &Key,
+    reset: ResetCause,
+    (config, memory): (Config<'static>, Memory<'static, Radio<Best>, VOXELS>),
+) -> Option<&'static mut App> {
+    let settings = ledger.settings();
     let front_end = FrontEnd::new(unit, settings.session);
     let mut downlink = Downlink::new(settings.uav, key, ledger.first_downlink());
     downlink.sender().allow(settings.downlink_counter);

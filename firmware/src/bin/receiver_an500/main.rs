@@ -95,6 +95,14 @@ fn receiver(stages: &'static Stages) -> Option<&'static mut App> {
         squint: squint(&config)?,
         map: map()?,
     };
+    application(config, memory)
+}
+
+#[inline(never)]
+fn application(
+    config: Config<'static>,
+    memory: Memory<'static, Radio<Best>, VOXELS>,
+) -> Option<&'static mut App> {
     // The world's own key: whatever flies in earnest brings one from its storage and refuses this one.
     let ground = Ground {
         downlink: Downlink::new(UAV, &Key::TEST, 0),
