@@ -5,7 +5,6 @@
 //! measured is printed: `cargo test -p cslam-host-sim --test other_radio -- --nocapture`; docs/radio.md has the tables.
 
 mod flight;
-mod model;
 mod paths;
 mod signal;
 mod whole_receiver;

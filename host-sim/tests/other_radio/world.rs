@@ -1,18 +1,21 @@
-//! A simulated world that has the antennas of this radio.
+//! A simulated world that has the antennas of `profile::quad_4x16_gmt_48`.
+
+use std::f64::consts::TAU;
 
 use cslam_core::geometry::Direction;
 use cslam_core::paths::{EstimatedPath, PathEstimator};
 use cslam_core::profile::quad_4x16_gmt_48::{
     ACTIVE, ARRAYS, BEAMS, CHANNELS, Config, ELEMENTS, FlightEstimator, SYMBOLS, radio,
 };
-use cslam_core::signal::SAMPLES;
 use cslam_host_sim::channel::{ChannelConfig, GmtCounts, Impairments, Instant, Radio, Ray, Simulator};
 use cslam_host_sim::flight::FlightConfig;
 use cslam_host_sim::paths::LinkPath;
+use cslam_host_sim::random::Stream;
 use cslam_host_sim::raw_flight::{Given, Source};
 use cslam_host_sim::world::{HeardSweep, Profile, World, WorldConfig, instant};
 
-use crate::model::{self, C64, CARRIER_HZ, SPEED_OF_LIGHT_M_PER_S, field, heard_by_array, polar};
+use crate::paths::quad_signal;
+use crate::signal::{C64, SPEED_OF_LIGHT_M_PER_S, Wave, beam_field};
 
 type Scene = cslam_host_sim::scene::Scene;
 type OwnWorld<'s> = World<'s, ARRAYS, ELEMENTS, CHANNELS>;
@@ -33,6 +36,7 @@ fn its_samples_are_those_of_the_signal_model_to_rounding() {
     config.front_end.noise = false;
     config.front_end.adc_bits = 16;
     let simulator = Simulator::<ARRAYS, ELEMENTS, CHANNELS>::with_radio(description(), config, 1);
+    let signal = quad_signal();
     // 30 dBm less 3 dB.
     let sent = 10_f64.powf(-3.0 / 20.0);
     for (length_m, arrival, departure) in [
@@ -50,18 +54,17 @@ fn its_samples_are_those_of_the_signal_model_to_rounding() {
         };
         let sweep = simulator.sweep_rays(&[ray], &Instant::at_rest(), 0);
         assert_eq!(sweep.blocks.len(), BEAMS);
-        let u = ray.arrival.vector();
-        // A wave of mean power one; the model's is that of a subcarrier.
-        let one = (SAMPLES as f64 / ACTIVE as f64).sqrt();
-        let unit: Vec<_> = (0..ARRAYS)
-            .flat_map(|j| {
-                let lead_s = ray.delay_s - model::delay_s(j, length_m, u);
-                let gain = ray.amplitude * polar(CARRIER_HZ * lead_s) * (sent * one);
-                heard_by_array(j, length_m, u, gain)
-            })
-            .collect();
+        // The amplitude is that of a wave of mean power one at the body's origin, the model's that of a subcarrier.
+        let amplitude = ray.amplitude.norm() * sent / (ACTIVE as f64).sqrt();
+        let wave = Wave {
+            from: *ray.arrival.vector(),
+            c_tau_m: length_m,
+        };
+        let phase_turns = ray.amplitude.arg() / TAU + signal.carrier_hz * ray.delay_s;
+        let waves = signal.waves(&wave, &[phase_turns; ARRAYS], |_| amplitude);
+        let unit = signal.channels(&[(&wave, &waves, 1.0)], 0.0, &mut Stream::new(28, 1));
         for block in &sweep.blocks {
-            let field = field(block.beam.into(), ray.departure.vector());
+            let field = beam_field(block.beam.into(), &[0.0, 14.0], ray.departure.vector());
             let step = 2_f64.powi(block.exponent);
             for (channel, (ours, model)) in block.samples.iter().zip(&unit).enumerate() {
                 for (iq, model) in ours.iter().zip(model) {
@@ -78,7 +81,10 @@ fn its_samples_are_those_of_the_signal_model_to_rounding() {
 }
 
 fn scene(config: &WorldConfig, name: &str) -> Scene {
-    config.scene(name).expect("built in").at_frequency(CARRIER_HZ)
+    config
+        .scene(name)
+        .expect("built in")
+        .at_frequency(radio().waveform.carrier_hz)
 }
 
 fn short(profile: Profile) -> WorldConfig {
@@ -176,7 +182,7 @@ fn a_scene_at_another_frequency_is_refused() {
     let scene = config.scene("outdoor").expect("built in");
     let expected = "scene outdoor is at 30 GHz, the radio at 28";
     assert_eq!(refused(&scene, &config).as_deref(), Some(expected));
-    let scene = scene.at_frequency(CARRIER_HZ);
+    let scene = scene.at_frequency(radio().waveform.carrier_hz);
     let mut deaf = config.clone();
     deaf.channel.impairments.dead_channels = vec![64];
     let expected = "channel.impairments.dead_channels holds 64, expected 0 to 63";
