@@ -84,10 +84,6 @@ fn main() -> ! {
 /// The application with every part in its place. Each large part is built by a function of its own, never inlined: what it needs on
 /// the stack on the way to its place is given back before the next one is built, and is not there in flight.
 #[inline(never)]
-#[expect(
-    clippy::mut_from_ref,
-    reason = "it lies in static memory, apart from the meter"
-)]
 fn receiver(stages: &'static Stages) -> Option<&'static mut App> {
     let config = Config::best(LinkStates::Trees(models::trees().ok()?));
     let memory = Memory {
