@@ -71,6 +71,7 @@ use self::scalar::{Pending, Suspect};
 use self::window::Window;
 use crate::geometry::{Body, Direction, Position, Real, Rotation};
 use crate::inertial::{ImuErrors, ImuStep};
+use crate::numeric::elapsed_s;
 use crate::radio::RadioModel;
 use nalgebra::{Matrix3, Vector3};
 
@@ -273,11 +274,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
 
     /// UAV clock less GMT clock at a time that is near the horizon's, m, beside whole delay periods; `None` before the start.
     pub fn clock_offset_m(&self, time_ns: u64) -> Option<f64> {
-        let (later, since_ns) = (
-            time_ns >= self.nominal.time_ns,
-            time_ns.abs_diff(self.nominal.time_ns),
-        );
-        let since_s = since_ns as f64 * if later { 1e-9 } else { -1e-9 };
+        let since_s = elapsed_s(self.nominal.time_ns, time_ns);
         self.running
             .then_some(self.nominal.clock_offset_m + self.nominal.clock_drift_m_per_s * since_s)
     }

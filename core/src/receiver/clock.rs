@@ -3,6 +3,8 @@
 //! A crystal that is off by one part per million runs away by 150 m of delay between two exchanges, so the last offset is
 //! not enough: its rate, from the last two, carries it on.
 
+use crate::numeric::elapsed_s;
+
 /// Exchanges further apart than this tell no rate, ns.
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const LONGEST_GAP_NS: u64 = 5_000_000_000;
@@ -40,7 +42,10 @@ impl Line {
 
     /// The line with one exchange more; `None` when that is not on it.
     fn with(&self, now: (u64, f64)) -> Option<Self> {
-        let dt_s = since_s(self.last.0, now.0)?;
+        let dt_s = elapsed_s(self.last.0, now.0);
+        if dt_s <= 0.0 {
+            return None;
+        }
         let rate = (now.1 - self.last.1) / dt_s;
         let tells_rate = now.0 - self.last.0 <= LONGEST_GAP_NS && rate.abs() <= MOST_DRIFT_M_PER_S;
         let on_it = match self.drift_m_per_s {
@@ -121,19 +126,8 @@ impl TwoWayClock {
     pub(super) fn offset_m(&self, time_ns: u64) -> Option<f64> {
         let line = self.line?;
         let (last_ns, last_m) = line.last;
-        let since_s = if time_ns >= last_ns {
-            (time_ns - last_ns) as f64 * 1e-9
-        } else {
-            (last_ns - time_ns) as f64 * -1e-9
-        };
-        Some(last_m + line.drift_m_per_s? * since_s)
+        Some(last_m + line.drift_m_per_s? * elapsed_s(last_ns, time_ns))
     }
-}
-
-/// Time from one stamp to a later one, s.
-fn since_s(before_ns: u64, time_ns: u64) -> Option<f64> {
-    let dt_ns = time_ns.checked_sub(before_ns).filter(|dt_ns| *dt_ns > 0)?;
-    Some(dt_ns as f64 * 1e-9)
 }
 
 #[cfg(test)]

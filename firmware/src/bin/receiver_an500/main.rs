@@ -94,6 +94,7 @@ fn receiver(stages: &'static Stages) -> Option<&'static mut App> {
     application(config, memory)
 }
 
+/// The application of these parts.
 #[inline(never)]
 fn application(
     config: Config<'static>,
