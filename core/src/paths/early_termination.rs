@@ -9,7 +9,7 @@
 
 use heapless::Vec;
 
-use crate::signal::{Detector, FOLDED_TAPS, Folded, quantile};
+use crate::signal::{Detector, FOLDED_CHANNELS, FOLDED_TAPS, Folded, quantile};
 
 /// Standard deviations by which a path at the floor may fall short of its mean.
 /// Derived: one in ten does, and one in forty 1 dB over the floor.
@@ -32,14 +32,29 @@ pub(super) struct Screen<const C: usize> {
 }
 
 impl<const C: usize> Screen<C> {
-    /// Screen that looks at two elements in each array of `E`, a quarter of its length from either end.
+    /// Screen that looks at two elements in each array of `E`, a quarter of its length from either end, where the cheap stage has room for
+    /// them; else at one of these two by turns in as many arrays as there is room for, evenly.
     pub(super) fn new<const E: usize>() -> Self {
         const { assert!(E > 0 && C <= 256) };
+        let arrays = C / E;
+        let [low, high] = [E / 4, E - 1 - E / 4];
         let mut channels = Vec::new();
-        for c in 0..C {
-            if c % E == E / 4 || c % E == E - 1 - E / 4 {
-                // At most C of them.
-                let _ = channels.push(c as u8);
+        // At most C of them.
+        let mut look = |array: usize, element: usize| {
+            let _ = channels.push((array * E + element) as u8);
+        };
+        if arrays * 2 <= FOLDED_CHANNELS {
+            for array in 0..arrays {
+                look(array, low);
+                if high != low {
+                    look(array, high);
+                }
+            }
+        } else {
+            let count = arrays.min(FOLDED_CHANNELS);
+            for nth in 0..count {
+                let element = if nth.is_multiple_of(2) { low } else { high };
+                look(nth * arrays / count, element);
             }
         }
         let count = channels.len();
@@ -88,4 +103,31 @@ impl<const C: usize> Screen<C> {
 pub(super) fn least_excess(peak: f32, noise: f32, channels: f32) -> f32 {
     let mean = PAIR_SHARE * peak;
     mean - MISS_SIGMAS * libm::sqrtf(noise * (2.0 * channels * noise + 2.0 * mean))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cheap_stage_has_room_for_what_is_looked_at() {
+        assert_eq!(
+            Screen::<32>::new::<8>().channels(),
+            [2, 5, 10, 13, 18, 21, 26, 29]
+        );
+        assert_eq!(
+            Screen::<64>::new::<16>().channels(),
+            [4, 11, 20, 27, 36, 43, 52, 59]
+        );
+        assert_eq!(Screen::<3>::new::<1>().channels(), [0, 1, 2]);
+        // A planar array of eight rows and one of sixteen: every row, and every other.
+        assert_eq!(
+            Screen::<64>::new::<8>().channels(),
+            [2, 13, 18, 29, 34, 45, 50, 61]
+        );
+        assert_eq!(
+            Screen::<64>::new::<4>().channels(),
+            [1, 10, 17, 26, 33, 42, 49, 58]
+        );
+    }
 }

@@ -172,12 +172,15 @@ impl KnownPaths {
         let Levels {
             floor, noise, to_lsb, ..
         } = *levels;
-        let each = (channels.len().min(FOLDED_CHANNELS) / A).max(1) as f32;
+        // Channels, and arrays that have one of them: each as many.
+        let count = channels.len().clamp(1, FOLDED_CHANNELS);
+        let arrays = count.min(A);
+        let each = (count / arrays) as f32;
         // Amplitudes are half as large in the folded taps, and only some channels add up.
-        let to_full = 4.0 * E as f32 / each;
+        let to_full = 4.0 * C as f32 / count as f32;
         let least = SHARE * floor / to_full;
         // Each array's gain has the noise of its channels' mean, half as strong as in full taps.
-        let of_noise = 0.5 * A as f32 * noise;
+        let of_noise = 0.5 * arrays as f32 * noise;
         let mut matches: Vec<Match<A, E>, FITTED> = Vec::new();
         for (index, known) in self.paths.iter().enumerate() {
             // A path half-way between two taps shows 0.4 of its power in each.

@@ -1,9 +1,10 @@
 //! Known paths in folded taps that are made by the definition of the signal.
 
 use super::*;
-use crate::array::UavArrays;
+use crate::array::{UavArrayConfig, UavArrays, UavLayout};
 use crate::kernels::Iq;
 use crate::kernels::stages::FoldedChannel;
+use crate::paths::early_termination::Screen;
 use crate::paths::effort::WorkLimit;
 use crate::signal::{SAMPLES, Waveform};
 
@@ -31,9 +32,18 @@ fn model() -> ArrayModel<ARRAYS, 8> {
 
 /// Folded taps of paths by the definition: half the amplitude, even subcarriers, rounded.
 fn folded(paths: &[Path]) -> ([FoldedChannel; FOLDED_CHANNELS], [u64; FOLDED_TAPS]) {
-    let (model, waveform) = (model(), Waveform::default());
+    folded_at(&model(), CHANNELS, paths)
+}
+
+/// The same at arrays of eight elements, of channels that are looked at.
+fn folded_at<const A: usize>(
+    model: &ArrayModel<A, 8>,
+    channels: [u8; FOLDED_CHANNELS],
+    paths: &[Path],
+) -> ([FoldedChannel; FOLDED_CHANNELS], [u64; FOLDED_TAPS]) {
+    let waveform = Waveform::default();
     let mut taps = [[Iq::ZERO; FOLDED_TAPS]; FOLDED_CHANNELS];
-    for (row, channel) in taps.iter_mut().zip(CHANNELS) {
+    for (row, channel) in taps.iter_mut().zip(channels) {
         let (j, i) = (usize::from(channel) / 8, usize::from(channel) % 8);
         let (step, lead) = model.arrays().nth(j).expect("array");
         for (n, tap) in row.iter_mut().enumerate() {
@@ -132,6 +142,55 @@ fn known_paths_are_measured_and_taken_out() {
         (after as f32) < at_floor && before as f32 > 1e3 * at_floor,
         "{before} {after} {at_floor}"
     );
+}
+
+#[test]
+fn a_path_at_eight_rows_is_measured_by_all_of_them() {
+    let config = UavArrayConfig {
+        layout: UavLayout::Planar { azimuth_rad: 0.0 },
+        tilt_rad: 0.0,
+        ..UavArrayConfig::default()
+    };
+    let model = ArrayModel::<8, 8>::new(&UavArrays::new(&config), &Waveform::default());
+    // As many as there is room for: what lies beyond is not looked at.
+    let screen = Screen::<64>::new::<8>();
+    let channels = *screen.channels().first_chunk().expect("eight channels or more");
+    let paths = [Path {
+        delay_taps: 100.3,
+        u: Vector3::new(0.8, 0.6, 0.0),
+        amplitude: 4000.0,
+    }];
+    let (mut taps, mut profile) = folded_at(&model, channels, &paths);
+    let mut folded = Folded {
+        taps: &mut taps,
+        profile: &mut profile,
+        strained: false,
+    };
+    // All channels: twice those of four arrays.
+    let energy = 2.0 * paths[0].energy();
+    let mut known = KnownPaths::default();
+    known.learn(100.3, paths[0].u, energy, 0);
+    let levels = Levels {
+        floor: energy / 1e4,
+        noise: 1.0,
+        to_lsb: 1.0,
+        threshold: 33.0,
+    };
+    let (template, effort) = (
+        Template::folded(&Waveform::default()),
+        Effort::new(WorkLimit::NONE),
+    );
+    let seen = known.recognise::<8, 8, 64>(
+        &model,
+        &template,
+        screen.channels(),
+        &mut folded,
+        &levels,
+        &effort,
+    );
+    let seen = seen.expect("not stronger than known");
+    let ratio = seen.first().expect("known").energy / energy;
+    assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
 }
 
 #[test]
