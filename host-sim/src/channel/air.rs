@@ -182,8 +182,11 @@ impl<'a, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
         let mut draws = Stream::new(simulator.seed, stream(self.index, slot, PER_BEAM));
         // Drawn whether used or not, so that one setting does not move another's.
         let lost = (draws.uniform() < impairments.dropped_beam_probability) || lost;
-        let array_phase: [C64; ARRAYS] =
+        let mut array_phase: [C64; ARRAYS] =
             std::array::from_fn(|_| phasor(std::f64::consts::TAU * draws.uniform()));
+        if simulator.arrays.have_one_oscillator() {
+            array_phase = [array_phase[0]; ARRAYS];
+        }
         let jammer_phase = phasor(std::f64::consts::TAU * draws.uniform());
         if lost {
             return false;
@@ -271,7 +274,7 @@ impl<'a, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
         true
     }
 
-    /// Turns the samples by the phases of the GMT's oscillator and of each array's. Delays, under a microsecond, count as
+    /// Turns the samples by the phases of the GMT's oscillator and of each array's, or of the one of a planar array. Delays, under a microsecond, count as
     /// none: it is noise of a megahertz and more that the rays would not share.
     fn add_phase_noise(&mut self, slot: usize) {
         let Self {
@@ -286,7 +289,12 @@ impl<'a, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
             phase_noise::block(gaussian, simulator.seed, stream)
         };
         let of_gmt = phase_rad(ARRAYS);
-        for (j, planes) in planes.chunks_exact_mut(ELEMENTS).enumerate() {
+        let channels = if simulator.arrays.have_one_oscillator() {
+            CHANNELS
+        } else {
+            ELEMENTS
+        };
+        for (j, planes) in planes.chunks_exact_mut(channels).enumerate() {
             let own = phase_rad(j);
             let turns: [[f32; 2]; SAMPLES] = std::array::from_fn(|n| {
                 let turn = phasor(own[n] + of_gmt[n]);

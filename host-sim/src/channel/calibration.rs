@@ -1,12 +1,13 @@
 //! The errors a device is built with: drawn once from a seed, the same in every sweep.
 
+use cslam_core::array::UavLayout;
 use nalgebra::Vector3;
 
 use super::C64;
 use super::antenna::phasor;
 use super::effects::Draw;
 use super::impairments::Impairments;
-use super::radio::GmtCounts;
+use super::radio::Radio;
 
 /// Errors of one UAV and one GMT.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +16,8 @@ pub struct Calibration<const ARRAYS: usize = 4, const ELEMENTS: usize = 8> {
     pub uav_element: [[C64; ELEMENTS]; ARRAYS],
     /// UAV: tilt of each axis along two tangents, rad.
     pub uav_axis_rad: [[f64; 2]; ARRAYS],
+    /// UAV: tilt of the columns of a planar array out of its face, rad.
+    pub uav_column_rad: f64,
     /// UAV: delay of each array, s.
     pub uav_delay_s: [f64; ARRAYS],
     /// UAV: error of each array's centre, m, body frame.
@@ -30,14 +33,17 @@ pub struct Calibration<const ARRAYS: usize = 4, const ELEMENTS: usize = 8> {
 }
 
 impl<const ARRAYS: usize, const ELEMENTS: usize> Calibration<ARRAYS, ELEMENTS> {
-    /// Draws a device. Each kind of error has its own stream, so setting one to zero leaves the others as they were.
-    pub fn draw(impairments: &Impairments, counts: &GmtCounts, seed: u64) -> Self {
+    /// Draws a device. Each kind of error has its own stream, so setting one to zero leaves the others as they were. The rows of a planar
+    /// array are one stiff board behind one oscillator: they turn, move and are late together.
+    pub fn draw(impairments: &Impairments, radio: &Radio, seed: u64) -> Self {
+        let counts = &radio.gmt;
+        let one_board = radio.uav_arrays.layout != UavLayout::Around;
         let normal = |draw: Draw, rms: f64| {
             let mut stream = draw.stream(seed);
             move || rms * stream.normal()
         };
         let mut uav_axis = normal(Draw::UavAxis, impairments.uav_axis_rms_deg.to_radians());
-        let mut uav_delay = normal(Draw::UavDelay, impairments.uav_array_delay_rms_ps * 1e-12);
+        let uav_delay = normal(Draw::UavDelay, impairments.uav_array_delay_rms_ps * 1e-12);
         let mut gmt_delay = normal(Draw::GmtDelay, impairments.gmt_element_delay_rms_ps * 1e-12);
         let mut uav_centre = normal(Draw::UavCentre, impairments.uav_arrays.centre_rms_mm * 1e-3);
         let gmt = &impairments.gmt_arrays;
@@ -56,17 +62,28 @@ impl<const ARRAYS: usize, const ELEMENTS: usize> Calibration<ARRAYS, ELEMENTS> {
             (Draw::GmtGain, gmt.gain_rms_db),
             (Draw::GmtPhase, impairments.gmt_element_phase_rms_deg),
         );
+        let uav_axis_rad = of_arrays(one_board, || std::array::from_fn(|_| uav_axis()));
         let faces = |draw: &mut dyn FnMut() -> Vector3<f64>| each(counts.faces, draw);
         Self {
             uav_element: std::array::from_fn(|_| std::array::from_fn(|_| uav_element())),
-            uav_axis_rad: std::array::from_fn(|_| std::array::from_fn(|_| uav_axis())),
-            uav_delay_s: std::array::from_fn(|_| uav_delay()),
-            uav_centre_m: std::array::from_fn(|_| Vector3::from_fn(|_, _| uav_centre())),
+            uav_axis_rad,
+            uav_column_rad: if one_board { uav_axis() } else { 0.0 },
+            uav_delay_s: of_arrays(one_board, uav_delay),
+            uav_centre_m: of_arrays(one_board, || Vector3::from_fn(|_, _| uav_centre())),
             gmt_axis_rad: faces(&mut || Vector3::from_fn(|_, _| gmt_axis())),
             gmt_centre_m: faces(&mut || Vector3::from_fn(|_, _| gmt_centre())),
             gmt_element: each(counts.faces, || each(counts.elements(), &mut gmt_element)),
             gmt_delay_s: each(counts.faces, || each(counts.elements(), &mut gmt_delay)),
         }
+    }
+}
+
+/// Drawn for each array one after the other, or once for all that are one board.
+fn of_arrays<T: Copy, const ARRAYS: usize>(one_board: bool, mut draw: impl FnMut() -> T) -> [T; ARRAYS] {
+    if one_board {
+        [draw(); ARRAYS]
+    } else {
+        std::array::from_fn(|_| draw())
     }
 }
 
@@ -77,11 +94,13 @@ fn each<T>(count: usize, mut draw: impl FnMut() -> T) -> Vec<T> {
 
 #[cfg(test)]
 mod tests {
+    use cslam_core::profile::planar_8x8_gmt_72;
+
     use super::*;
-    use crate::channel::{GmtArrayErrors, UavArrayErrors};
+    use crate::channel::{GmtArrayErrors, GmtCounts, UavArrayErrors};
 
     fn draw(impairments: &Impairments, seed: u64) -> Calibration {
-        Calibration::draw(impairments, &GmtCounts::default(), seed)
+        Calibration::draw(impairments, &Radio::default(), seed)
     }
 
     #[test]
@@ -145,6 +164,29 @@ mod tests {
             (face - 1.0).abs() < 0.08 && (turn - 0.1).abs() < 0.008,
             "{face} {turn}"
         );
+    }
+
+    #[test]
+    fn rows_of_one_board_turn_move_and_are_late_together() {
+        let radio = Radio::new(&planar_8x8_gmt_72::radio(), GmtCounts::default()).expect("sound");
+        let impairments = Impairments {
+            uav_arrays: UavArrayErrors {
+                centre_rms_mm: 1.0,
+                ..UavArrayErrors::default()
+            },
+            ..Impairments::budget()
+        };
+        let board = Calibration::<8, 8>::draw(&impairments, &radio, 3);
+        let of_rows = (board.uav_axis_rad, board.uav_delay_s, board.uav_centre_m);
+        let of_first = (of_rows.0[0], of_rows.1[0], of_rows.2[0]);
+        assert_eq!(of_rows, ([of_first.0; 8], [of_first.1; 8], [of_first.2; 8]));
+        assert!(of_first.1 != 0.0 && of_first.2.norm() > 0.0);
+        assert!(board.uav_column_rad != 0.0 && !of_first.0.contains(&board.uav_column_rad));
+        // Elements differ from row to row, and arrays around the body in all.
+        assert_ne!(board.uav_element[0], board.uav_element[1]);
+        let around = draw(&impairments, 3);
+        assert_eq!(around.uav_column_rad, 0.0);
+        assert!(around.uav_delay_s[0] != around.uav_delay_s[1]);
     }
 
     #[test]

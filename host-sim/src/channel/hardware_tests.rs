@@ -98,14 +98,15 @@ fn coupling_mixes_the_elements_of_an_array() {
         coupling_unknown_share: 0.2,
         ..UavArrayErrors::default()
     });
-    let coupling = Coupling::<4, 8>::draw(0.2, Draw::Coupling.stream(SEED));
+    let coupling = Coupling::<4, 8>::draw(0.2, false, Draw::Coupling.stream(SEED));
     let known = cslam_core::array::UavArrays::<f64>::default();
     let steering = known
         .phase_step_rad(&arrival())
         .map(cslam_core::array::UavArrays::<f64, 4, 8>::steering);
+    let coupled = coupling.of(&steering);
     assert_near(&factors(with, &Instant::at_rest()), 2e-3, |c, _| {
         let (j, i) = (c / 8, c % 8);
-        coupling.of(j, &steering[j])[i] / steering[j][i]
+        coupled[j][i] / steering[j][i]
     });
 }
 
@@ -169,7 +170,8 @@ fn ripple_multiplies_the_element_pattern() {
         ripple_rms_deg: 5.0,
         ..UavArrayErrors::default()
     });
-    let ripple = Ripple::<4, 8>::draw(1.0, 5.0, Draw::Ripple.stream(SEED)).factors(arrival().vector());
+    let ripple =
+        Ripple::<4, 8>::draw((1.0, 5.0), false, Draw::Ripple.stream(SEED)).factors(arrival().vector());
     assert_near(&factors(with, &Instant::at_rest()), 3e-3, |c, _| {
         ripple[c / 8][c % 8]
     });

@@ -1,6 +1,6 @@
 //! The radio of a simulated world: what the GMT sends, and with which arrays the two ends send and hear.
 
-use cslam_core::array::{GmtArrayConfig, SquintConfig, SquintScheme, UavArrayConfig, UavLayout};
+use cslam_core::array::{CodebookConfig, GmtArrayConfig, SquintConfig, SquintScheme, UavArrayConfig};
 use cslam_core::radio::RadioConfig;
 use cslam_core::signal::Waveform;
 
@@ -112,8 +112,7 @@ impl Radio {
     /// The radio of a description and of the counts that it does not say.
     ///
     /// # Errors
-    /// [`InputError`] naming the field that cannot work ([`RadioConfig::check`]), a planar array on the UAV, which has no true antennas here, or
-    /// counts that there is no room for.
+    /// [`InputError`] naming the field that cannot work ([`RadioConfig::check`]), or counts that there is no room for.
     pub fn new<const ELEVATIONS: usize, const AZIMUTH_SWEEPS: usize, const ELEVATION_SWEEPS: usize>(
         config: &RadioConfig<ELEVATIONS, AZIMUTH_SWEEPS, ELEVATION_SWEEPS>,
         gmt: GmtCounts,
@@ -123,10 +122,6 @@ impl Radio {
         config
             .check()
             .map_err(|error| refused(error.field(), error.expected().to_owned()))?;
-        // Errors and oscillators are drawn for each array by itself, as rows of one board do not have them.
-        if config.uav_arrays.layout != UavLayout::Around {
-            return Err(refused("uav_arrays.layout", "arrays around the body".to_owned()));
-        }
         if gmt.faces == 0 || gmt.elements() == 0 {
             return Err(refused(
                 "gmt_arrays",
@@ -158,6 +153,40 @@ impl Radio {
             squint_scheme: config.squint_scheme,
             squint: SquintSweeps::from(&config.squint),
         }
+    }
+
+    /// Its description for a receiver of so many elevations, azimuth and elevation sweeps; `None` where it has others.
+    #[must_use]
+    pub fn description<
+        const ELEVATIONS: usize,
+        const AZIMUTH_SWEEPS: usize,
+        const ELEVATION_SWEEPS: usize,
+    >(
+        &self,
+    ) -> Option<RadioConfig<ELEVATIONS, AZIMUTH_SWEEPS, ELEVATION_SWEEPS>> {
+        let Self { codebook, squint, .. } = self;
+        if squint.elevation_sweeps != ELEVATION_SWEEPS {
+            return None;
+        }
+        Some(RadioConfig {
+            waveform: self.waveform,
+            uav_arrays: self.uav_arrays,
+            gmt_arrays: self.gmt_arrays,
+            codebook: CodebookConfig {
+                azimuths: codebook.azimuths,
+                sector_rad: codebook.sector_rad,
+                elevations_rad: codebook.elevations_rad.as_slice().try_into().ok()?,
+            },
+            squint_scheme: self.squint_scheme,
+            squint: SquintConfig {
+                half_width: squint.half_width,
+                elevations: squint.elevations.as_slice().try_into().ok()?,
+                rise: squint.rise,
+                sector: squint.sector,
+                passes: squint.passes,
+                raster_rise: squint.raster_rise,
+            },
+        })
     }
 
     /// Beams of a sweep.
@@ -206,6 +235,9 @@ mod tests {
         assert_eq!(radio.beams(), 72);
         assert_eq!(radio.squint.of_face(SquintScheme::Sequential), 11);
         let checked = Radio::new(&RadioConfig::default(), GmtCounts::default());
+        assert_eq!(radio.description(), Some(RadioConfig::default()));
+        assert_eq!(radio.description::<2, 3, 8>(), None);
+        assert_eq!(radio.description::<3, 3, 7>(), None);
         assert_eq!(checked, Ok(radio));
     }
 
@@ -220,13 +252,6 @@ mod tests {
         assert_eq!(
             refused(|r| r.uav_arrays.spacing_wavelengths = 0.7, default),
             "uav_arrays.spacing_wavelengths expected above 0 and at most 0.5"
-        );
-        assert_eq!(
-            refused(
-                |r| r.uav_arrays.layout = UavLayout::Planar { azimuth_rad: 0.0 },
-                default
-            ),
-            "uav_arrays.layout expected arrays around the body"
         );
         assert_eq!(
             refused(|_| (), GmtCounts { rows: 0, ..default }),

@@ -5,8 +5,8 @@ use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction};
 use nalgebra::Vector3;
 
-use super::antenna::uav::{UavArrays, steering};
-use super::antenna::{phasor, place};
+use super::antenna::phasor;
+use super::antenna::uav::UavArrays;
 use super::effects::coupling::Coupling;
 use super::effects::cross_polarisation::CrossPolarisation;
 use super::effects::drift::Drift;
@@ -64,13 +64,22 @@ impl<const ARRAYS: usize, const ELEMENTS: usize> ReceiveArrays<ARRAYS, ELEMENTS>
             let tangent = array.normal.cross(&array.axis);
             array.axis = (array.axis + array.normal * along + tangent * across).normalize();
         }
+        if let (Some(column), Some(row)) = (&mut arrays.column, arrays.arrays.first()) {
+            // The board is stiff: its columns stay across its rows.
+            let tilted = *column + row.normal * device.uav_column_rad;
+            *column = (tilted - row.axis * row.axis.dot(&tilted)).normalize();
+        }
         for (array, error_m) in arrays.arrays.iter_mut().zip(device.uav_centre_m) {
             array.centre_m += error_m;
         }
         let set = &impairments.uav_arrays;
         let ripples = set.ripple_rms_db != 0.0 || set.ripple_rms_deg != 0.0;
-        let ripple = || Ripple::draw(set.ripple_rms_db, set.ripple_rms_deg, Draw::Ripple.stream(seed));
-        let coupling = || Coupling::draw(set.coupling_unknown_share, Draw::Coupling.stream(seed));
+        let one_board = arrays.are_one_board();
+        let ripple = || {
+            let rms = (set.ripple_rms_db, set.ripple_rms_deg);
+            Ripple::draw(rms, one_board, Draw::Ripple.stream(seed))
+        };
+        let coupling = || Coupling::draw(set.coupling_unknown_share, one_board, Draw::Coupling.stream(seed));
         Self {
             arrays,
             carrier_hz: radio.waveform.carrier_hz,
@@ -90,6 +99,11 @@ impl<const ARRAYS: usize, const ELEMENTS: usize> ReceiveArrays<ARRAYS, ELEMENTS>
     /// Whether elements of an array have delays of their own.
     pub(super) fn squints(&self) -> bool {
         self.squint
+    }
+
+    /// Whether all arrays have one oscillator.
+    pub(super) fn have_one_oscillator(&self) -> bool {
+        self.arrays.are_one_board()
     }
 
     #[cfg(test)]
@@ -134,7 +148,7 @@ impl<const ARRAYS: usize, const ELEMENTS: usize> ReceiveArrays<ARRAYS, ELEMENTS>
         across: C64,
         errors: &ElementErrors<ARRAYS, ELEMENTS>,
     ) -> Reception<ARRAYS, ELEMENTS> {
-        let steps = self.arrays.phase_step_rad(arrival);
+        let phases_rad = self.arrays.phase_rad::<ELEMENTS>(arrival);
         let mut amplitudes = self.arrays.amplitude(arrival);
         if self.shadow {
             let left = airframe::shadow(arrival.vector());
@@ -145,8 +159,8 @@ impl<const ARRAYS: usize, const ELEMENTS: usize> ReceiveArrays<ARRAYS, ELEMENTS>
             .as_ref()
             .map(|ripple| ripple.factors(arrival.vector()));
         let steering = std::array::from_fn(|j| {
-            let clean: [C64; ELEMENTS] = steering(steps[j]);
-            let mut steering = std::array::from_fn(|i| clean[i] * errors.factor[j][i] * amplitudes[j]);
+            let mut steering =
+                std::array::from_fn(|i| phasor(phases_rad[j][i]) * errors.factor[j][i] * amplitudes[j]);
             if let Some(factors) = &ripple {
                 for (s, factor) in steering.iter_mut().zip(&factors[j]) {
                     *s *= factor;
@@ -155,13 +169,14 @@ impl<const ARRAYS: usize, const ELEMENTS: usize> ReceiveArrays<ARRAYS, ELEMENTS>
             if let Some(cross) = &self.cross {
                 cross.apply(j, across, &mut steering);
             }
-            match &self.coupling {
-                None => steering,
-                Some(coupling) => coupling.of(j, &steering),
-            }
+            steering
         });
+        let steering = match &self.coupling {
+            None => steering,
+            Some(coupling) => coupling.of(&steering),
+        };
         // The phase n step (1 + f/fc) is that of the carrier and a delay.
-        let per_step_s = if self.squint {
+        let per_rad_s = if self.squint {
             -1.0 / (std::f64::consts::TAU * self.carrier_hz)
         } else {
             0.0
@@ -169,8 +184,7 @@ impl<const ARRAYS: usize, const ELEMENTS: usize> ReceiveArrays<ARRAYS, ELEMENTS>
         let lead_s = self.arrays.lead_m(arrival).map(|m| m / SPEED_OF_LIGHT_M_PER_S);
         Reception {
             steering,
-            element_delay_s: steps
-                .map(|step| std::array::from_fn(|i| place(i, ELEMENTS) * step * per_step_s)),
+            element_delay_s: phases_rad.map(|row| row.map(|phase_rad| phase_rad * per_rad_s)),
             delay_s: std::array::from_fn(|j| delay_s - lead_s[j] + errors.delay_s[j]),
             carrier: lead_s.map(|s| phasor(std::f64::consts::TAU * self.carrier_hz * s)),
         }

@@ -101,7 +101,7 @@ impl<const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
     pub fn with_radio(radio: Radio, config: ChannelConfig, seed: u64) -> Self {
         const { assert!(CHANNELS == ARRAYS * ELEMENTS && CHANNELS > 0 && ARRAYS <= MOST_ARRAYS) }
         let impairments = &config.impairments;
-        let device = Calibration::draw(impairments, &radio.gmt, seed);
+        let device = Calibration::draw(impairments, &radio, seed);
         let arrays = ReceiveArrays::new(&radio, impairments, &device, seed);
         let maker = WaveMaker::new(radio.waveform, impairments.amplifier.as_ref());
         let front_end = &config.front_end;

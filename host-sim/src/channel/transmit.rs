@@ -105,11 +105,11 @@ mod tests {
     use nalgebra::Vector3;
 
     use crate::channel::antenna::phasor;
-    use crate::channel::radio::GmtCounts;
+    use crate::channel::radio::Radio;
     use crate::channel::{GmtArrayErrors, Impairments};
 
     fn drawn(impairments: &Impairments, seed: u64) -> Calibration {
-        Calibration::draw(impairments, &GmtCounts::default(), seed)
+        Calibration::draw(impairments, &Radio::default(), seed)
     }
 
     fn transmitter(device: &Calibration) -> Transmitter {

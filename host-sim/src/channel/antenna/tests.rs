@@ -1,13 +1,12 @@
 //! Without errors the true antennas are those that the receiver assumes, of the default radio and of others.
 
-use cslam_core::array::{self, Codebook, CodebookConfig, GmtArrays, SquintConfig, UavArrayConfig};
+use cslam_core::array::{self, Codebook, CodebookConfig, GmtArrays, SquintConfig, UavArrayConfig, UavLayout};
 use cslam_core::geometry::{Body, Direction, Gmt};
-use cslam_core::profile::quad_4x16_gmt_48;
+use cslam_core::profile::{planar_8x8_gmt_72, quad_4x16_gmt_48};
 use cslam_core::radio::RadioConfig;
 
-use super::phasor;
-use super::uav::{UavArrays, steering};
-use super::{gmt, squint};
+use super::uav::UavArrays;
+use super::{gmt, phasor, place, squint};
 use crate::channel::radio::{GmtCounts, Radio};
 use crate::channel::{C64, SquintScheme};
 
@@ -52,11 +51,17 @@ fn arrays_agree<const ARRAYS: usize, const ELEMENTS: usize>(config: &UavArrayCon
     let theirs = array::UavArrays::<f64, ARRAYS, ELEMENTS>::new(config);
     for (zenith, azimuth) in directions() {
         let u = Direction::<Body, f64>::from_zenith_azimuth(zenith, azimuth).expect("angles");
-        let step = ours.phase_step_rad(&u);
-        assert_eq!(step, theirs.phase_step_rad(&u));
-        for step in step {
-            let theirs = array::UavArrays::<f64, ARRAYS, ELEMENTS>::steering(step);
-            assert_eq!(steering::<ELEMENTS>(step), theirs);
+        let row_step_rad = theirs.column().map_or(0.0, |column| {
+            theirs.phase_per_element_rad() * column.dot(u.vector())
+        });
+        let phases_rad = ours.phase_rad::<ELEMENTS>(&u);
+        for (j, (row_rad, step_rad)) in phases_rad.iter().zip(theirs.phase_step_rad(&u)).enumerate() {
+            let row = phasor(place(j, ARRAYS) * row_step_rad);
+            let theirs = array::UavArrays::<f64, ARRAYS, ELEMENTS>::steering(step_rad);
+            for (ours, theirs) in row_rad.iter().zip(theirs) {
+                let error = phasor(*ours) - theirs * row;
+                assert!(error.norm() < 1e-13, "row {j}: {error}");
+            }
         }
         assert_eq!(ours.amplitude(&u), theirs.amplitude(&u));
         assert_eq!(ours.lead_m(&u), theirs.lead_m(&u));
@@ -68,6 +73,11 @@ fn the_arrays_of_the_uav_are_those_of_the_receiver() {
     arrays_agree::<4, 8>(&UavArrayConfig::default());
     arrays_agree::<4, 16>(&quad_4x16_gmt_48::radio().uav_arrays);
     arrays_agree::<3, 5>(&odd().uav_arrays);
+    arrays_agree::<8, 8>(&planar_8x8_gmt_72::radio().uav_arrays);
+    arrays_agree::<6, 5>(&UavArrayConfig {
+        layout: UavLayout::Planar { azimuth_rad: 2.2 },
+        ..odd().uav_arrays
+    });
 }
 
 fn beams_agree<const FACES: usize, const COLUMNS: usize, const ROWS: usize, const ELEVATIONS: usize>(

@@ -2,12 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use cslam_core::array::{UavArrayConfig, UavElement};
+use cslam_core::array::{UavArrayConfig, UavElement, UavLayout};
 use cslam_core::geometry::{Body, Direction};
 use nalgebra::Vector3;
 
-use super::super::C64;
-use super::{element, face_axes, phasor, place};
+use super::{element, face_axes, place};
 
 /// One linear array, body frame.
 #[derive(Clone, Copy, Debug)]
@@ -20,10 +19,12 @@ pub(in crate::channel) struct Array {
     pub(in crate::channel) centre_m: Vector3<f64>,
 }
 
-/// The arrays, on faces at equal steps of azimuth from the nose on.
+/// The arrays, on faces at equal steps of azimuth from the nose on, or the rows of one planar array.
 #[derive(Clone, Debug)]
 pub(in crate::channel) struct UavArrays<const ARRAYS: usize> {
     pub(in crate::channel) arrays: [Array; ARRAYS],
+    /// Of a planar array, unit vector from row to row.
+    pub(in crate::channel) column: Option<Vector3<f64>>,
     /// Phase from an element to the next per unit of `axis . u`, at the carrier, rad.
     phase_per_element_rad: f64,
     element: UavElement,
@@ -33,25 +34,51 @@ impl<const ARRAYS: usize> UavArrays<ARRAYS> {
     /// The arrays as they were meant: axes tilted in their faces, by atan(1/sqrt 2) the diagonals of a cube.
     pub(in crate::channel) fn nominal(config: &UavArrayConfig) -> Self {
         let (sine, cosine) = (libm::sin(config.tilt_rad), libm::cos(config.tilt_rad));
+        let array = |azimuth_rad: f64| {
+            let (normal, tangent) = face_axes(azimuth_rad);
+            Array {
+                normal,
+                axis: tangent * cosine + Vector3::z() * sine,
+                centre_m: normal * config.radius_m,
+            }
+        };
+        let (arrays, column) = match config.layout {
+            UavLayout::Around => (
+                std::array::from_fn(|j| array(TAU * (j as f64 / ARRAYS as f64))),
+                None,
+            ),
+            UavLayout::Planar { azimuth_rad } => {
+                // Rows count as one place for a delay: the aperture is far below what the band resolves.
+                let row = array(azimuth_rad);
+                ([row; ARRAYS], Some(row.normal.cross(&row.axis)))
+            }
+        };
         Self {
-            arrays: std::array::from_fn(|j| {
-                let (normal, tangent) = face_axes(TAU * (j as f64 / ARRAYS as f64));
-                Array {
-                    normal,
-                    axis: tangent * cosine + Vector3::z() * sine,
-                    centre_m: normal * config.radius_m,
-                }
-            }),
+            arrays,
+            column,
             phase_per_element_rad: TAU * config.spacing_wavelengths,
             element: config.element,
         }
     }
 
-    /// Per array, the phase from an element to the next for a wave from `u` at the carrier, rad: `pi axis . u` at half a
-    /// wavelength.
-    pub(in crate::channel) fn phase_step_rad(&self, u: &Direction<Body, f64>) -> [f64; ARRAYS] {
-        self.arrays
-            .map(|array| self.phase_per_element_rad * array.axis.dot(u.vector()))
+    /// Whether the arrays are rows of one board, with one oscillator and one line to the converter.
+    pub(in crate::channel) fn are_one_board(&self) -> bool {
+        self.column.is_some()
+    }
+
+    /// Phase of each element at the carrier against the middle of its array, of a planar one against the middle of the whole, for a wave from
+    /// `u`, rad: `n_i pi axis . u` at half a wavelength, n_i = i - (ELEMENTS - 1)/2.
+    pub(in crate::channel) fn phase_rad<const ELEMENTS: usize>(
+        &self,
+        u: &Direction<Body, f64>,
+    ) -> [[f64; ELEMENTS]; ARRAYS] {
+        let step_rad = |axis: &Vector3<f64>| self.phase_per_element_rad * axis.dot(u.vector());
+        let from_row_to_row_rad = self.column.as_ref().map_or(0.0, step_rad);
+        std::array::from_fn(|j| {
+            let along_rad = step_rad(&self.arrays[j].axis);
+            let row_rad = place(j, ARRAYS) * from_row_to_row_rad;
+            std::array::from_fn(|i| place(i, ELEMENTS) * along_rad + row_rad)
+        })
     }
 
     /// Amplitude of each array's elements towards `u`.
@@ -64,9 +91,4 @@ impl<const ARRAYS: usize> UavArrays<ARRAYS> {
     pub(in crate::channel) fn lead_m(&self, u: &Direction<Body, f64>) -> [f64; ARRAYS] {
         self.arrays.map(|array| array.centre_m.dot(u.vector()))
     }
-}
-
-/// Steering of an array whose phase step is `step_rad`: `exp(+j n_i step)`, n_i = i - (ELEMENTS - 1)/2.
-pub(in crate::channel) fn steering<const ELEMENTS: usize>(step_rad: f64) -> [C64; ELEMENTS] {
-    std::array::from_fn(|i| phasor(step_rad * place(i, ELEMENTS)))
 }

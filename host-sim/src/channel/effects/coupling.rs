@@ -1,7 +1,8 @@
-//! Mutual coupling of the elements of a linear array, as far as calibration leaves it.
+//! Mutual coupling of the elements of an array, as far as calibration leaves it.
 //!
 //! Elements hear `y = C a`: C has one on its diagonal, c1 between neighbours and c2 between next neighbours. The receiver
-//! undoes a matrix of measured coefficients, so `C C_cal^-1` is left.
+//! undoes a matrix of measured coefficients, so `C C_cal^-1` is left. In a planar array rows couple like the elements of a row:
+//! all hear the product of both.
 
 use crate::channel::C64;
 use crate::channel::antenna::phasor;
@@ -14,27 +15,47 @@ type Matrix<const N: usize> = [[C64; N]; N];
 
 /// What is left in each array.
 #[derive(Clone, Debug)]
-pub(in crate::channel) struct Coupling<const ARRAYS: usize, const ELEMENTS: usize>(
-    [Matrix<ELEMENTS>; ARRAYS],
-);
+pub(in crate::channel) struct Coupling<const ARRAYS: usize, const ELEMENTS: usize> {
+    /// Between the elements of an array.
+    within: [Matrix<ELEMENTS>; ARRAYS],
+    /// Between the rows of a planar array.
+    between: Option<Matrix<ARRAYS>>,
+}
 
 impl<const ARRAYS: usize, const ELEMENTS: usize> Coupling<ARRAYS, ELEMENTS> {
-    /// Draws what calibration measured: each coefficient with a relative error of `unknown_share` rms.
-    pub(in crate::channel) fn draw(unknown_share: f64, mut stream: Stream) -> Self {
+    /// Draws what calibration measured: each coefficient with a relative error of `unknown_share` rms, for each array, or for the rows and
+    /// for the columns of one board.
+    pub(in crate::channel) fn draw(unknown_share: f64, one_board: bool, mut stream: Stream) -> Self {
         let truth = COEFFICIENTS.map(|[amplitude, phase]| phasor(phase) * amplitude);
-        let residual = |_| {
-            let measured = truth.map(|c| {
+        let mut measured = || {
+            truth.map(|c| {
                 let error = C64::new(stream.normal(), stream.normal()) * (unknown_share * 0.5_f64.sqrt());
                 c + c * error
-            });
-            left(truth, measured)
+            })
         };
-        Self(std::array::from_fn(residual))
+        if one_board {
+            Self {
+                within: [left(truth, measured()); ARRAYS],
+                between: Some(left(truth, measured())),
+            }
+        } else {
+            Self {
+                within: std::array::from_fn(|_| left(truth, measured())),
+                between: None,
+            }
+        }
     }
 
-    /// What the channels of array `array` hear of `steering`.
-    pub(in crate::channel) fn of(&self, array: usize, steering: &[C64; ELEMENTS]) -> [C64; ELEMENTS] {
-        self.0[array].map(|row| row.iter().zip(steering).map(|(c, a)| c * a).sum())
+    /// What the channels hear of `steering`.
+    pub(in crate::channel) fn of(&self, steering: &[[C64; ELEMENTS]; ARRAYS]) -> [[C64; ELEMENTS]; ARRAYS] {
+        let within = std::array::from_fn(|j| {
+            self.within[j].map(|row| row.iter().zip(&steering[j]).map(|(c, a)| c * a).sum())
+        });
+        match &self.between {
+            None => within,
+            Some(between) => between
+                .map(|row| std::array::from_fn(|i| row.iter().zip(&within).map(|(c, a)| c * a[i]).sum())),
+        }
     }
 }
 
@@ -116,18 +137,38 @@ mod tests {
     }
 
     #[test]
+    fn rows_of_one_board_couple_like_the_elements_of_a_row() {
+        let coupling = Coupling::<5, 3>::draw(0.3, true, Stream::new(4, 0));
+        let between = coupling.between.expect("one board");
+        assert!(coupling.within.iter().all(|row| *row == coupling.within[0]));
+        // One element that hears a wave: its own row and column, and by both all others.
+        let mut steering = [[C64::ZERO; 3]; 5];
+        steering[3][1] = C64::new(0.0, 2.0);
+        let heard = coupling.of(&steering);
+        for (j, i) in (0..15).map(|e| (e / 3, e % 3)) {
+            let expected = between[j][3] * coupling.within[0][i][1] * C64::new(0.0, 2.0);
+            assert!((heard[j][i] - expected).norm() < 1e-14, "{j} {i}");
+        }
+        assert!(
+            Coupling::<5, 3>::draw(0.3, false, Stream::new(4, 0))
+                .between
+                .is_none()
+        );
+    }
+
+    #[test]
     fn a_fifth_unknown_leaves_minus_32_db_between_neighbours_and_nothing_unknown_nothing() {
         let (mut power, draws) = (0.0, 400);
         for seed in 0..draws {
-            let coupling = Coupling::<4, 8>::draw(0.2, Stream::new(seed, 0));
-            power += coupling.0.iter().map(|m| m[3][4].norm_sqr()).sum::<f64>() / (4.0 * draws as f64);
+            let coupling = Coupling::<4, 8>::draw(0.2, false, Stream::new(seed, 0));
+            power += coupling.within.iter().map(|m| m[3][4].norm_sqr()).sum::<f64>() / (4.0 * draws as f64);
         }
         let level_db = 10.0 * libm::log10(power);
         assert!((level_db + 32.0).abs() < 0.7, "{level_db}");
-        let clean = Coupling::<4, 8>::draw(0.0, Stream::new(1, 0));
+        let clean = Coupling::<4, 8>::draw(0.0, false, Stream::new(1, 0));
         for (row, column) in (0..64).map(|e| (e / 8, e % 8)) {
             let expected = C64::new(f64::from(u8::from(row == column)), 0.0);
-            assert!((clean.0[2][row][column] - expected).norm() < 1e-15);
+            assert!((clean.within[2][row][column] - expected).norm() < 1e-15);
         }
     }
 }
