@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{Obstacles, Schedule, WindConfig};
+use super::{Heading, Obstacles, Schedule, WindConfig};
 use crate::input::InputError;
 
 /// Limits of the quadrotor along its planned curve. Speed, acceleration and jerk hold at every instant, not only on a grid; wind
@@ -49,6 +49,8 @@ pub struct FlightConfig {
     pub limits: Limits,
     /// Wind, which blows the UAV off the planned curve; calm by default.
     pub wind: WindConfig,
+    /// Where the nose points.
+    pub heading: Heading,
     /// Linear rotor drag, 1/s.
     pub drag_per_s: f64,
     /// Distance kept from walls and ground by the UAV, m. Default: a tenth of the scene's height, at most 1.5.
@@ -86,6 +88,7 @@ impl Default for FlightConfig {
             schedule: Schedule::default(),
             limits: Limits::default(),
             wind: WindConfig::default(),
+            heading: Heading::Along,
             drag_per_s: 0.15,
             clearance_m: None,
             levels: 4,

@@ -78,6 +78,12 @@ impl Trajectory {
         }
     }
 
+    /// The same way with another heading.
+    #[must_use]
+    pub(super) fn with_heading(self, heading_rad: Spline<1>) -> Self {
+        Self { heading_rad, ..self }
+    }
+
     /// The same flight turned and moved as a whole, its wind with it.
     #[must_use]
     pub(super) fn placed(self, placement: &Placement) -> Self {

@@ -13,7 +13,7 @@ use super::contact::{Contact, contact, elevation_deg};
 use super::roadmap::Roadmap;
 use super::route::Route;
 use super::wind::{Exposure, Wind};
-use super::{FlightConfig, GmtTrack, Obstacles, Schedule, Trajectory, Tube};
+use super::{FlightConfig, GmtTrack, Heading, Obstacles, Schedule, Trajectory, Tube, heading};
 use crate::input::InputError;
 use crate::scene::Placement;
 use crate::seeded::{Seeded, Source};
@@ -61,7 +61,25 @@ impl FlightPlan {
     pub fn plan(world: &dyn Obstacles, config: &FlightConfig, seed: u64) -> Result<Self, InputError> {
         config.check()?;
         let plan = Self::in_calm(world, config, seed)?;
-        Ok(plan.over_relief(world, config).in_wind(world, config, seed))
+        let plan = plan.over_relief(world, config).in_wind(world, config, seed);
+        Ok(plan.facing(config))
+    }
+
+    /// The flight with the nose where it shall point.
+    fn facing(self, config: &FlightConfig) -> Self {
+        let turned = match config.heading {
+            Heading::Along => None,
+            Heading::AtGmt => {
+                heading::at_gmt(self.uav.position_m(), &self.gmt, &config.limits, config.rest_s)
+            }
+        };
+        match turned {
+            Some(turned) => Self {
+                uav: self.uav.with_heading(turned),
+                ..self
+            },
+            None => self,
+        }
     }
 
     /// The flight with a GMT that goes up and down with the ground; it was planned for level ground, so that it is the same flight.

@@ -7,22 +7,21 @@
 
 use core::f64::consts::PI;
 
-use nalgebra::{Vector1, Vector3};
+use nalgebra::Vector3;
 
+use super::heading;
 use super::{Limits, Spline, Trajectory};
 
 /// Knot interval of the curve, s. The corner of a tour is rounded over about four of them.
-const KNOT_S: f64 = 0.4;
+pub(super) const KNOT_S: f64 = 0.4;
 /// Passes of the binomial kernel (1 4 6 4 1)/16 over the control points.
-const SMOOTHING: usize = 2;
+pub(super) const SMOOTHING: usize = 2;
 /// Speed is integrated in this many steps a knot.
 const STEPS: u32 = 8;
 /// Lowest speed, m/s.
 const CREEP_M_PER_S: f64 = 0.05;
 /// Rounds of slowing before a tour is given up.
 const ROUNDS: usize = 60;
-/// Below this horizontal speed the heading is held, m/s.
-const HEADING_SPEED_M_PER_S: f64 = 0.3;
 
 /// A tour with the speed at each of its corners and on each of its lines.
 #[derive(Clone, Debug)]
@@ -162,9 +161,7 @@ impl Route {
         clear: impl Fn(&Trajectory, f64, f64) -> bool,
     ) -> Option<Trajectory> {
         let count = (duration_s / KNOT_S) as usize + 8;
-        // The curve stands still as long as all six control points around do. Smoothing reaches two points a pass,
-        // first over the places, then over the heading that follows from them.
-        let still = (rest_s / KNOT_S) as usize + 7 + 4 * SMOOTHING;
+        let still = still(rest_s);
         for _ in 0..ROUNDS {
             let places = self.walk(0.5 * limits.acceleration_m_per_s2, still, count);
             if places[count - 1] >= self.length_m() {
@@ -174,7 +171,7 @@ impl Route {
             for _ in 0..SMOOTHING {
                 control = smooth(&control);
             }
-            let heading = heading(&control, limits)?;
+            let heading = heading::along(&control, limits)?;
             let trajectory = Trajectory::new(Spline::new(control, KNOT_S)?, heading, drag_per_s);
             let mut faults = over_limit(&trajectory, limits, duration_s);
             if faults.is_empty() {
@@ -189,6 +186,12 @@ impl Route {
         }
         None
     }
+}
+
+/// First control points that stand still so that the UAV does for `rest_s`: all six around an instant must. Smoothing reaches two points a
+/// pass, first over the places, then over the heading that follows from them.
+pub(super) fn still(rest_s: f64) -> usize {
+    (rest_s / KNOT_S) as usize + 7 + 4 * SMOOTHING
 }
 
 /// Control points at which a limit is exceeded, one for each stretch.
@@ -246,40 +249,11 @@ fn stretches(mut faults: Vec<usize>) -> Vec<usize> {
 }
 
 /// One pass of the kernel (1 4 6 4 1)/16; the ends are continued by their own values.
-fn smooth<const D: usize>(points: &[nalgebra::SVector<f64, D>]) -> Vec<nalgebra::SVector<f64, D>> {
+pub(super) fn smooth<const D: usize>(points: &[nalgebra::SVector<f64, D>]) -> Vec<nalgebra::SVector<f64, D>> {
     let at = |k: usize, shift: usize| points[(k + shift).saturating_sub(2).min(points.len() - 1)];
     (0..points.len())
         .map(|k| (at(k, 0) + at(k, 4) + (at(k, 1) + at(k, 3)) * 4.0 + at(k, 2) * 6.0) / 16.0)
         .collect()
-}
-
-/// The heading that follows the horizontal motion within the rate limit; held where the UAV hardly moves.
-fn heading(control: &[Vector3<f64>], limits: &Limits) -> Option<Spline<1>> {
-    let mut wanted: Vec<Option<f64>> = (0..control.len())
-        .map(|k| {
-            let after = control[(k + 1).min(control.len() - 1)];
-            let way = (after - control[k.saturating_sub(1)]) / (2.0 * KNOT_S);
-            (libm::hypot(way.x, way.y) > HEADING_SPEED_M_PER_S).then(|| libm::atan2(way.y, way.x))
-        })
-        .collect();
-    let first = wanted.iter().flatten().next().copied().unwrap_or(0.0);
-    let mut last = first;
-    for heading in &mut wanted {
-        let turn = heading.map_or(0.0, |h| h - last);
-        last += turn - 2.0 * PI * libm::floor(turn / (2.0 * PI) + 0.5);
-        *heading = Some(last);
-    }
-    let step = 0.9 * limits.heading_rate_dps * PI / 180.0 * KNOT_S;
-    let mut held = first;
-    let mut points: Vec<Vector1<f64>> = Vec::with_capacity(control.len());
-    for wanted in wanted.into_iter().flatten() {
-        held = wanted.clamp(held - step, held + step);
-        points.push(Vector1::new(held));
-    }
-    for _ in 0..SMOOTHING {
-        points = smooth(&points);
-    }
-    Spline::new(points, KNOT_S)
 }
 
 #[cfg(test)]

@@ -173,6 +173,11 @@ impl<'s, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
         })
     }
 
+    /// The radio.
+    pub fn radio(&self) -> &Radio {
+        self.simulator.radio()
+    }
+
     /// The name of this world.
     pub fn profile(&self) -> Profile {
         self.profile
@@ -208,7 +213,7 @@ impl<'s, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
         let link = self.link(&truth);
         let instant = instant(&truth).map_err(|e| failed(e.to_string()))?;
         let shift_m = self.flight.wrong_fix_m(sweep);
-        let wavelength_m = self.simulator.radio().waveform().wavelength_m();
+        let wavelength_m = self.radio().waveform().wavelength_m();
         let elsewhere = (shift_m != Vector3::zeros()).then(|| seen_from(&link, shift_m, wavelength_m));
         let heard = elsewhere.as_ref().unwrap_or(&link);
         let beams = self
@@ -217,7 +222,7 @@ impl<'s, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
             .map_err(|e| failed(e.to_string()))?;
         let squint = self
             .simulator
-            .squint(heard, &instant, sweep, self.simulator.radio().squint_scheme())
+            .squint(heard, &instant, sweep, self.radio().squint_scheme())
             .map_err(|e| failed(e.to_string()))?;
         Ok(HeardSweep {
             number: sweep,

@@ -1,11 +1,14 @@
-//! Flights of another radio through scenes, with the figures that `cslam fly` reports, beside the default radio's.
+//! Flights of other radios through scenes, with the figures that `cslam fly` reports, beside the default radio's.
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use cslam_core::array::UavLayout;
 use cslam_core::estimator::states;
 use cslam_core::link_state::models;
-use cslam_core::profile::{quad_4x8_gmt_72 as default, quad_4x16_gmt_48 as quad};
+use cslam_core::profile::{
+    planar_8x8_gmt_72 as planar, quad_4x8_gmt_72 as default, quad_4x16_gmt_48 as quad,
+};
 use cslam_core::radio::RadioConfig;
 use cslam_core::receiver::{Config, LinkStates, Localization, Memory, Radio, Receiver};
 use cslam_core::signal::BeamBlock;
@@ -15,7 +18,7 @@ use cslam_firmware::sensor_stream::SESSION;
 use cslam_host_sim::channel::{self, GmtCounts};
 use cslam_host_sim::config::{EarthField, ReceiverConfig};
 use cslam_host_sim::evaluation::evaluate;
-use cslam_host_sim::flight::FlightConfig;
+use cslam_host_sim::flight::{FlightConfig, Heading};
 use cslam_host_sim::flight_log::Header;
 use cslam_host_sim::raw_flight;
 use cslam_host_sim::report::Report;
@@ -68,6 +71,10 @@ where
     let config = WorldConfig {
         flight: FlightConfig {
             duration_s,
+            heading: match radio.uav_arrays.layout {
+                UavLayout::Around => Heading::Along,
+                UavLayout::Planar { .. } => Heading::AtGmt,
+            },
             ..of_profile.flight.clone()
         },
         ..of_profile
@@ -169,8 +176,8 @@ fn check(radio: &str, profile: Profile, flown: &Flown) {
     }
 }
 
-/// Flies both radios through all scenes of a world for so long.
-fn both(profile: Profile, duration_s: f64) {
+/// Flies all radios through all scenes of a world for so long.
+fn all(profile: Profile, duration_s: f64) {
     println!(
         "| radio | scene | world | sweeps with a pose | position, rms, m | attitude, rms, degrees | accepted points | on the right surface, % | map to surface, rms, m |"
     );
@@ -195,15 +202,25 @@ fn both(profile: Profile, duration_s: f64) {
             &mut estimator,
         );
         check("quad_4x16_gmt_48", profile, &flown);
+        let radio = planar::radio();
+        let config = planar::Config::of(&radio);
+        let mut estimator = Box::new(planar::FlightEstimator::checked(&config).expect("a sound radio"));
+        let flown = fly::<planar::Radio, { planar::ARRAYS }, { planar::ELEMENTS }, { planar::CHANNELS }, _>(
+            scene,
+            (profile, duration_s),
+            &radio,
+            &mut estimator,
+        );
+        check("planar_8x8_gmt_72", profile, &flown);
     }
 }
 
 #[test]
-fn another_radio_flies_through_scenes_with_the_error_budget() {
-    both(Profile::Budget, 60.0);
+fn other_radios_fly_through_scenes_with_the_error_budget() {
+    all(Profile::Budget, 60.0);
 }
 
 #[test]
-fn another_radio_flies_through_scenes_of_the_world_real_to_the_end() {
-    both(Profile::Real, 30.0);
+fn other_radios_fly_through_scenes_of_the_world_real_to_the_end() {
+    all(Profile::Real, 30.0);
 }
