@@ -4,7 +4,9 @@ mod flash;
 
 use std::cell::Cell;
 
-use cslam_firmware::storage::{EarthField, GmtPlace, Mount, SLOT, Settings, StorageError, Store};
+use cslam_firmware::storage::{
+    EarthField, GmtPlace, Mount, RadioSettings, SLOT, Settings, StorageError, Store,
+};
 
 use flash::slow::{ERASE_MS, Slow};
 use flash::{Flash, SECTOR};
@@ -19,6 +21,15 @@ fn settings(number: u32) -> Settings {
         session: number as u16,
         gmt_place: GmtPlace::new([number as i32, -7, 1500], 1000).filter(|_| number & 1 == 0),
         magnetic_field: EarthField::new(48_000, 65_000, -(number as i32)).filter(|_| number & 4 == 0),
+        radio: (number & 6 == 2).then_some(RadioSettings {
+            carrier_khz: 28_000_000 + number,
+            sequence: [409, 136],
+            radius_tenth_mm: 2_000,
+            tilt_udeg: -35_264_390,
+            spacing: [50_000, 45_000],
+            sector_cdeg: 6_000,
+            elevations_udeg: [0, 12_000_000, 25_000_000],
+        }),
     }
 }
 

@@ -1,5 +1,5 @@
 //! What a receiver keeps while it has no power: who it is, its key, how far its counters have come, how it is mounted,
-//! where it flies.
+//! where it flies, with which radio.
 //!
 //! [`Store`] appends records to one of two halves of a flash memory. The newest sound record counts; when a half is full the
 //! other one is erased and goes on. A record is sound when its checksum, its last bytes, is right, and nothing that counts is ever
@@ -19,6 +19,7 @@
 mod erase;
 mod error;
 mod ledger;
+mod radio;
 mod record;
 mod settings;
 mod site;
@@ -27,6 +28,7 @@ mod store;
 pub use erase::EraseInBackground;
 pub use error::{RecordError, StorageError};
 pub use ledger::{DOWNLINK_RESERVE, Ledger, ROOM, ROOM_IN_FLIGHT, UPLINK_RESERVE};
+pub use radio::RadioSettings;
 pub use record::SLOT;
 pub use settings::{Mount, Settings};
 pub use site::{EarthField, GmtPlace};

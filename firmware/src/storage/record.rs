@@ -5,7 +5,7 @@
 
 use super::VERSION;
 use super::error::RecordError;
-use super::settings::{CONTENT, Settings};
+use super::settings::{CONTENT, CONTENT_WITHOUT_RADIO, Settings};
 use crate::front_end::SoftwareCrc;
 
 /// Bytes of a record with what fills it up: four words of an STM32H743's flash.
@@ -51,7 +51,7 @@ pub(super) fn decode(slot: &[u8; SLOT]) -> Result<(u32, Settings), RecordError> 
     }
     let length = u16::from_le_bytes([*l0, *l1]);
     let content = rest.first_chunk::<CONTENT>().ok_or(RecordError::Content)?;
-    if usize::from(length) != CONTENT {
+    if ![CONTENT, CONTENT_WITHOUT_RADIO].contains(&usize::from(length)) {
         return Err(RecordError::Length { found: length });
     }
     let number = u32::from_le_bytes([*n0, *n1, *n2, *n3]);
@@ -93,6 +93,21 @@ mod tests {
             assert_eq!(altered(at, byte), Err(RecordError::Content), "byte {at}");
         }
         assert_eq!(altered(8, 6), Ok((6, Settings::default())));
+    }
+
+    #[test]
+    fn a_record_from_before_there_was_a_radio_is_read() {
+        assert_eq!(
+            altered(6, CONTENT_WITHOUT_RADIO as u8),
+            Ok((5, Settings::default()))
+        );
+        // A radio that there is not, and one that cannot be.
+        for (at, byte) in [
+            (HEAD + CONTENT_WITHOUT_RADIO, 1),
+            (HEAD + CONTENT_WITHOUT_RADIO + 1, 1),
+        ] {
+            assert_eq!(altered(at, byte), Err(RecordError::Content), "byte {at}");
+        }
     }
 
     #[test]

@@ -7,6 +7,7 @@ use cslam_core::receiver::{Config, Localization};
 use nalgebra::Vector3;
 
 use super::error::RecordError;
+use super::radio::RadioSettings;
 use super::site::{EarthField, GmtPlace};
 
 /// How the inertial sensor sits in the UAV, and the magnetometer beside it: each axis of the body (forward, left, up) is an axis of
@@ -83,6 +84,8 @@ pub struct Settings {
     pub gmt_place: Option<GmtPlace>,
     /// The earth's field where it flies; without it the magnetometer is not used.
     pub magnetic_field: Option<EarthField>,
+    /// The radio, where it is not the default one.
+    pub radio: Option<RadioSettings>,
 }
 
 impl Default for Settings {
@@ -97,6 +100,7 @@ impl Default for Settings {
             session: 0,
             gmt_place: None,
             magnetic_field: None,
+            radio: None,
         }
     }
 }
@@ -112,12 +116,15 @@ impl fmt::Debug for Settings {
             .field("session", &self.session)
             .field("gmt_place", &self.gmt_place)
             .field("magnetic_field", &self.magnetic_field)
+            .field("radio", &self.radio)
             .finish()
     }
 }
 
 /// Bytes of settings in a record.
-pub(super) const CONTENT: usize = 77;
+pub(super) const CONTENT: usize = 110;
+/// The same before a radio stood there; zeros, which follow, say that it is the default one.
+pub(super) const CONTENT_WITHOUT_RADIO: usize = 77;
 
 impl Settings {
     /// The next session of the front end: never 0, which a front end shows that has just started.
@@ -126,13 +133,16 @@ impl Settings {
         self.session.checked_add(1).unwrap_or(1)
     }
 
-    /// Tells a receiver what is stored about where it flies.
+    /// Tells a receiver what is stored about where it flies, and with which radio.
     pub fn configure(&self, config: &mut Config<'_>) {
         if let (Some(place), Localization::Filter(filter)) = (self.gmt_place, &mut config.localization) {
             filter.beacon.setup = Some(place.setup());
         }
         if let Some(field) = self.magnetic_field {
             config.magnetic_field = Some(field.field());
+        }
+        if let Some(radio) = self.radio {
+            config.radio = radio.config();
         }
     }
 
@@ -148,6 +158,7 @@ impl Settings {
         put(&mut rest, self.key.unwrap_or_default());
         put_words(&mut rest, self.gmt_place.map(GmtPlace::to_words));
         put_words(&mut rest, self.magnetic_field.map(EarthField::to_words));
+        put_words(&mut rest, self.radio.map(RadioSettings::to_words));
         bytes
     }
 
@@ -167,6 +178,7 @@ impl Settings {
         };
         let gmt_place = take_words(&mut rest, GmtPlace::from_words)?;
         let magnetic_field = take_words(&mut rest, EarthField::from_words)?;
+        let radio = take_words(&mut rest, RadioSettings::from_words)?;
         Ok(Self {
             uav,
             mount,
@@ -176,6 +188,7 @@ impl Settings {
             session,
             gmt_place,
             magnetic_field,
+            radio,
         })
     }
 }
@@ -220,6 +233,8 @@ fn take_words<T, const N: usize>(
 
 #[cfg(test)]
 mod tests {
+    use cslam_core::radio::RadioConfig;
+
     use super::*;
 
     #[test]
@@ -275,5 +290,49 @@ mod tests {
         let field = told.magnetic_field.expect("said").earth_ut;
         assert!((field.norm() - 48.0).abs() < 1e-4 && field.z < -43.0, "{field}");
         assert_eq!(Settings::decode(&settings.encode()), Ok(settings));
+    }
+
+    #[test]
+    fn a_receiver_is_told_of_its_radio_and_one_that_cannot_work_is_damage() {
+        let told = RadioSettings {
+            carrier_khz: 28_000_000,
+            sequence: [409, 136],
+            radius_tenth_mm: 1_500,
+            tilt_udeg: 35_264_390,
+            spacing: [50_000, 45_000],
+            sector_cdeg: 6_000,
+            elevations_udeg: [0, 12_000_000, -25_000_000],
+        };
+        let radio = told.config();
+        assert_eq!((radio.waveform.carrier_hz, radio.waveform.root), (28e9, 136));
+        assert_eq!(
+            (radio.waveform.sequence_length, radio.uav_arrays.radius_m),
+            (409, 0.15)
+        );
+        let default = RadioConfig::default();
+        assert!((radio.uav_arrays.tilt_rad - default.uav_arrays.tilt_rad).abs() < 1e-8);
+        assert!((radio.codebook.sector_rad - default.codebook.sector_rad).abs() < 1e-12);
+        assert_eq!(
+            (
+                radio.uav_arrays.spacing_wavelengths,
+                radio.gmt_arrays.spacing_wavelengths
+            ),
+            (0.5, 0.45)
+        );
+        assert_eq!(radio.codebook.elevations_rad[2], (-25_f64).to_radians());
+        let settings = Settings {
+            radio: Some(told),
+            ..Settings::default()
+        };
+        assert_eq!(Settings::decode(&settings.encode()), Ok(settings));
+        let wrong = Settings {
+            radio: Some(RadioSettings {
+                sequence: [409, 0],
+                ..told
+            }),
+            ..Settings::default()
+        };
+        assert_eq!(Settings::decode(&wrong.encode()), Err(RecordError::Content));
+        assert_eq!(wrong.radio.and_then(RadioSettings::checked), None);
     }
 }

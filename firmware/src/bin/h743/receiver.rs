@@ -69,7 +69,7 @@ pub(crate) fn application(
     let settings = ledger.settings();
     settings.configure(&mut config);
     let memory = Memory {
-        estimator: estimator()?,
+        estimator: estimator(&config)?,
         squint: squint(&config)?,
         map: map()?,
     };
@@ -107,8 +107,8 @@ fn assembled(
 }
 
 #[inline(never)]
-fn estimator() -> Option<&'static mut Best> {
-    cortex_m::singleton!(: Best = Best::new(&EstimatorConfig::default()))
+fn estimator(config: &Config<'_>) -> Option<&'static mut Best> {
+    cortex_m::singleton!(: Best = Best::new(&EstimatorConfig::of(&config.radio)))
 }
 
 #[inline(never)]
