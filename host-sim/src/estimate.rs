@@ -4,7 +4,6 @@
 //! body axes, in which the arrays measure. A recording with the UAV's attitude gives world angles too, and then the line
 //! feeds `cslam solve` as it is.
 
-use cslam_core::array::{Codebook, UavArrays};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction, Frame, Gmt, Matrix3, Rotation, World};
 use cslam_core::path::Path;
@@ -147,11 +146,9 @@ pub fn estimate(recording: &mut Recording, mode: Mode, gmt_heading_rad: f64) -> 
         .transpose()
         .map_err(|e| format!("`cslam:uav_quaternion_wb`: {e}"))?;
     let config = EstimatorConfig {
-        arrays: UavArrays::default(),
-        codebook: Codebook::default(),
         gmt_attitude: heading,
         element_errors: ElementErrors::BUDGET,
-        ..EstimatorConfig::default()
+        ..EstimatorConfig::of(&recording.radio.unwrap_or_default().config())
     };
     let mut estimator = estimator(mode, &config);
     let mut clips = 0_u32;

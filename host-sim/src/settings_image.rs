@@ -9,18 +9,22 @@ use cslam_firmware::storage::{SLOT, Settings, StorageError, Store};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
 use crate::config::Config;
+use crate::input::InputError;
 
 /// Settings for a UAV that has never flown with this key: of the configuration, what a board is told.
-#[must_use]
-pub fn settings(uav: u8, key: [u8; 32], config: &Config) -> Settings {
-    Settings {
+///
+/// # Errors
+/// [`InputError`] naming a figure of the radio that no board can be told.
+pub fn settings(uav: u8, key: [u8; 32], config: &Config) -> Result<Settings, InputError> {
+    Ok(Settings {
         uav,
+        radio: config.radio.for_board().map_err(|error| error.under("radio"))?,
         mount: config.board.mount,
         key: Some(key),
         gmt_place: config.receiver.gmt_setup.for_board(),
         magnetic_field: config.receiver.magnetic_field.and_then(|field| field.for_board()),
         ..Settings::default()
-    }
+    })
 }
 
 /// The bytes to write to the beginning of an erased store.
@@ -81,7 +85,7 @@ mod tests {
         let text = "[board]\nmount = [-2, 1, 3]\n[receiver.gmt_setup]\nposition_m = [1.5, -2.25, 0.0004]\nwithin_m = 0.8\n\
             [receiver.magnetic_field]\nstrength_ut = 48.0\ninclination_deg = 65.0\ndeclination_deg = -3.0\n";
         let config = Config::parse(Path::new("c.toml"), text, None).expect("sound");
-        let settings = settings(7, [0xc5; 32], &config);
+        let settings = settings(7, [0xc5; 32], &config).expect("has room");
         assert_eq!(settings.mount.axes(), [-2, 1, 3]);
         assert_eq!(settings.gmt_place, GmtPlace::new([1500, -2250, 0], 800));
         assert_eq!(settings.magnetic_field, EarthField::new(48_000, 65_000, -3_000));

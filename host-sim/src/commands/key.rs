@@ -43,7 +43,7 @@ enum What {
         file: PathBuf,
         /// The image, which must not exist
         out: PathBuf,
-        /// Configuration file (TOML), of which [board], [receiver.gmt_setup] and [receiver.magnetic_field] count; `cslam config`
+        /// Configuration file (TOML), of which [board], [radio], [receiver.gmt_setup] and [receiver.magnetic_field] count; `cslam config`
         /// shows what it may hold
         #[arg(long, value_name = "FILE")]
         config: Option<PathBuf>,
@@ -69,7 +69,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
                 config.board.mount = read_mount(mount)?;
             }
             let (uav, bytes) = link_key::read_bytes(file)?;
-            let settings = settings_image::settings(uav, bytes, &config);
+            let settings = settings_image::settings(uav, bytes, &config)?;
             write(out, &settings_image::image(&settings)?)?;
             let key = Key::new(bytes);
             (out, LinkKey { uav, key })

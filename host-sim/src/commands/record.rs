@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use rayon::prelude::*;
 
 use super::DEFAULT_SCENE;
-use crate::config::Config;
+use crate::config::{Config, RadioFigures};
 use crate::input::InputError;
 use crate::interrupt;
 use crate::paths::Link;
@@ -116,13 +116,13 @@ fn record(args: &Args, config: &Config, interrupted: &AtomicBool) -> anyhow::Res
     if let Some(file) = &args.channel {
         // The scene is there to compare with; the world has none.
         args.scene.as_deref().map(Scene::load).transpose()?;
-        let world = World::along(GivenLinks::read(file)?, config.world.clone(), args.seed)?;
+        let world = config.world_along(GivenLinks::read(file)?, args.seed)?;
         let name = args.scene.as_deref();
         return record_world(args, config, (name, SceneConfig::default()), &world, interrupted);
     }
     let name = args.scene.as_deref().unwrap_or(DEFAULT_SCENE);
-    let scene = config.world.scene(name)?;
-    let world = World::new(&scene, config.world.clone(), args.seed)?;
+    let scene = config.scene(name)?;
+    let world = config.world_in(&scene, args.seed)?;
     record_world(
         args,
         config,
@@ -167,6 +167,7 @@ pub(crate) fn manifest(
     let manifest = Manifest::of(scene, profile, world.flight(), sweeps);
     let setup = &config.receiver;
     Manifest {
+        radio: config.radio.unless_default(),
         scene_as: Some(scene_as).filter(|told| *told != SceneConfig::default()),
         gmt_setup_position_m: setup.gmt_setup.position_m.or(manifest.gmt_setup_position_m),
         magnetic_field: setup.magnetic_field.or(manifest.magnetic_field),
@@ -193,7 +194,7 @@ fn write(
                     anyhow::bail!("interrupted, nothing was recorded");
                 }
                 let heard = world.sweep(sweep)?;
-                write_samples(out.path(), sweep, &heard)?;
+                write_samples(out.path(), sweep, &heard, manifest.radio)?;
                 bar.inc(1);
                 Ok(heard.link)
             })
@@ -208,9 +209,15 @@ fn write(
 
 /// The blocks of a sweep and of the beam squint symbols after it. Where the UAV was is the truth's to say, and where the
 /// GMT was the beacon's: neither belongs to the samples.
-fn write_samples(directory: &Path, sweep: u32, heard: &HeardSweep) -> Result<(), InputError> {
+fn write_samples(
+    directory: &Path,
+    sweep: u32,
+    heard: &HeardSweep,
+    radio: Option<RadioFigures>,
+) -> Result<(), InputError> {
     let recording = |codebook, sweep: &crate::channel::Sweep| Recording {
         codebook,
+        radio,
         gmt_position_m: None,
         uav_position_m: None,
         uav_quaternion_wb: None,

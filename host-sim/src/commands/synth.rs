@@ -68,8 +68,9 @@ struct Written {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
+    let Config { world, radio, .. } = Config::read(args.config.as_deref(), None)?;
     let mut config = match (&args.config, args.impairments) {
-        (Some(file), _) => Config::read(Some(file), None)?.world.channel,
+        (Some(_), _) => world.channel,
         (None, Some(Preset::None)) => ChannelConfig::ideal(),
         (None, Some(Preset::Budget) | None) => ChannelConfig::default(),
     };
@@ -84,7 +85,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     if links.is_empty() {
         return Err(InputError::in_file(&args.paths, "holds no link, expected one a line").into());
     }
-    let simulator = Simulator::new(config, args.seed);
+    let simulator = Simulator::with_radio(radio.of_channel()?, config, args.seed);
     let bar = progress::bar(links.len() as u64, "synth");
     // Each link has its own random streams, so the number of threads does not show.
     let written: Vec<Written> = links
@@ -100,6 +101,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
                 .map_err(|m| InputError::in_file(&args.paths, format!("link {index}, {m}")))?;
             let recording = Recording {
                 codebook: args.send.codebook(),
+                radio: radio.unless_default(),
                 gmt_position_m: Some(link.tx),
                 uav_position_m: Some(link.rx),
                 uav_quaternion_wb: Some(quaternion_wb),

@@ -1,4 +1,4 @@
-//! Everything that can be set, in one TOML file: the world that is simulated, the receiver, and the board that it runs on.
+//! Everything that can be set, in one TOML file: the world that is simulated, its radio, the receiver, and the board that it runs on.
 //!
 //! `default.toml` beside this file is the whole of it, with the defaults, units, ranges and sources; `cslam config` prints it. A file of
 //! a user's holds what shall be otherwise. Every command reads the same file and takes the tables that concern it.
@@ -6,6 +6,7 @@
 mod association;
 mod board;
 mod filter;
+mod radio;
 mod receiver;
 
 use std::path::Path;
@@ -15,11 +16,15 @@ use serde::{Deserialize, Serialize};
 use crate::input::limits::CONFIGURATION;
 use crate::input::{InputError, from_toml, read_text};
 use crate::measurement::Sigmas;
-use crate::world::{Profile, WorldConfig};
+use crate::scene::Scene;
+use crate::world::{GivenLinks, Profile, World, WorldConfig};
 
 pub use association::{AssociationFigures, MOST_SHARE, SurfaceFigures};
 pub use board::BoardConfig;
 pub use filter::{FilterFigures, HpcFigures, ResidualFigures};
+pub use radio::{
+    CodebookFigures, GmtArrayFigures, RadioFigures, SquintFigures, UavArrayFigures, WaveformFigures,
+};
 pub use receiver::{
     DepartureChoice, EarthField, GmtSetup, LinkStateChoice, LocalizationChoice, MappedChoice, Mode,
     ReceiverConfig,
@@ -34,6 +39,8 @@ pub const DEFAULT: &str = include_str!("default.toml");
 pub struct Config {
     /// Flight, sensors, channel and front end of a simulation.
     pub world: WorldConfig,
+    /// The radio: of the simulated world and of the receiver.
+    pub radio: RadioFigures,
     /// Flights over a path list: standard deviations of the measurement errors. The receiver knows them, not the errors.
     pub path_errors: Sigmas,
     /// The receiver's methods, and what it believes.
@@ -78,6 +85,33 @@ impl Config {
         Ok(config)
     }
 
+    /// A scene, where it stands, at the radio's carrier.
+    ///
+    /// # Errors
+    /// As [`WorldConfig::scene`].
+    pub fn scene(&self, name: &str) -> Result<Scene, InputError> {
+        Ok(self
+            .world
+            .scene(name)?
+            .at_frequency(self.radio.waveform.carrier_hz))
+    }
+
+    /// The world of a scene of [`Self::scene`] and of a seed.
+    ///
+    /// # Errors
+    /// As [`World::new`], or naming what the radio cannot be.
+    pub fn world_in<'s>(&self, scene: &'s Scene, seed: u64) -> Result<World<'s>, InputError> {
+        World::with_radio(scene, self.radio.of_channel()?, self.world.clone(), seed)
+    }
+
+    /// The world of given links and of a seed.
+    ///
+    /// # Errors
+    /// As [`World::along`], or naming what the radio cannot be.
+    pub fn world_along(&self, links: GivenLinks, seed: u64) -> Result<World<'static>, InputError> {
+        World::along_with_radio(links, self.radio.of_channel()?, self.world.clone(), seed)
+    }
+
     /// This configuration with what a sound text says instead.
     fn overlaid(&self, text: &str, profile: Profile) -> Result<Self, toml::de::Error> {
         let mut all = toml::Table::try_from(self).map_err(serde::de::Error::custom)?;
@@ -93,6 +127,7 @@ impl Config {
     /// [`InputError`] naming the key and what was expected.
     pub fn check(&self) -> Result<(), InputError> {
         self.world.check().map_err(|error| error.under("world"))?;
+        self.radio.check().map_err(|error| error.under("radio"))?;
         self.path_errors
             .check()
             .map_err(|error| error.under("path_errors"))?;

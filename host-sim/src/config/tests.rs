@@ -269,6 +269,8 @@ fn the_printed_ranges_are_enforced_by_line_and_key() {
                 "true or false" => drop(refused("1")),
                 "a file" => drop(refused("1")),
                 "a rotation" => drop(refused(&key.value.replace(|c: char| c.is_ascii_digit(), "0"))),
+                "odd, 3 or more" => ["1", "4"].iter().for_each(|value| drop(refused(value))),
+                "coprime to the length" => ["0", "818"].iter().for_each(|value| drop(refused(value))),
                 "any number" => drop(refused("\"one\"")),
                 "any numbers" => drop(refused("[\"one\", 0, 0]")),
                 _ => panic!("{}: range \"{range}\"", key.path),

@@ -67,7 +67,7 @@ impl BoardMemory {
     /// That the configuration is impossible.
     pub fn new(config: &Config<'_>) -> anyhow::Result<Self> {
         Ok(Self {
-            estimator: Box::new(Best::new(&EstimatorConfig::default())),
+            estimator: Box::new(Best::new(&EstimatorConfig::of(&config.radio))),
             squint: Box::new(config.beam_squint::<Radio>()?),
             map: Box::new(Map::new()),
         })

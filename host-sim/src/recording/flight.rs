@@ -92,18 +92,20 @@ impl RecordedFlight {
     /// The blocks of a sweep, or of the symbols after it; none when they are damaged and damage is counted.
     fn blocks(&self, base: &Path, expected: Codebook, part: &str) -> Result<Sweep, InputError> {
         let read = sigmf::read(base).and_then(|recording| {
-            if recording.codebook == expected {
+            let message = if recording.codebook != expected {
+                format!(
+                    "cslam:codebook is {}, expected {}",
+                    recording.codebook.name(),
+                    expected.name()
+                )
+            } else if recording.radio.unwrap_or_default() != self.manifest().radio.unwrap_or_default() {
+                "cslam:radio is another than the flight's".to_owned()
+            } else {
                 return Ok(Sweep {
                     blocks: recording.blocks,
                 });
-            }
-            let (meta, _) = sigmf::files(base);
-            let message = format!(
-                "cslam:codebook is {}, expected {}",
-                recording.codebook.name(),
-                expected.name()
-            );
-            Err(InputError::in_file(&meta, message))
+            };
+            Err(InputError::in_file(&sigmf::files(base).0, message))
         });
         read.or_else(|error| {
             let mut damage = self

@@ -36,7 +36,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::config::EarthField;
+use crate::config::{EarthField, RadioFigures};
 use crate::result_directory::Kind;
 use crate::sensors::{KINDS, SensedFlight};
 use crate::world::SceneConfig;
@@ -109,6 +109,9 @@ pub struct Manifest {
     pub duration_s: f64,
     /// Time from sweep to sweep, s.
     pub sweep_period_s: f64,
+    /// The radio, where it is not the default's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radio: Option<RadioFigures>,
     /// Where whoever set the GMT up says that its antenna stands at first, m, world frame. Absent: nobody says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gmt_setup_position_m: Option<[f64; 3]>,
@@ -151,6 +154,7 @@ impl Manifest {
             seed: Some(flight.seed()),
             duration_s,
             sweep_period_s: schedule.sweep_period_s,
+            radio: None,
             gmt_setup_position_m: Some(flight.sweep_truth(0).gmt_position_m.into()),
             magnetic_field: Some(EarthField::from(&flight.config().magnetometer)),
             ground_z_m: None,

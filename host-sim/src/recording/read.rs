@@ -87,6 +87,10 @@ pub fn read_with(directory: &Path, damage: &mut Damage) -> Result<Recording, Inp
         );
         return Err(InputError::in_file(&file, message));
     }
+    if let Some(radio) = &manifest.radio {
+        let wrong = |error: InputError| error.under("radio").within(&file);
+        radio.check().map_err(wrong)?;
+    }
     if let Some(told) = &manifest.scene_as {
         let wrong = |error: InputError| error.under("scene_as").within(&file);
         told.check().map_err(wrong)?;

@@ -1,10 +1,11 @@
 //! The metadata file, and what a recording's must say.
 
 use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
-use cslam_core::signal::{SAMPLES, Waveform};
+use cslam_core::signal::SAMPLES;
 use serde::{Deserialize, Serialize};
 
 use crate::channel::Codebook;
+use crate::config::RadioFigures;
 
 /// Exponents a block may have: an `f64` holds every amplitude.
 const EXPONENTS: std::ops::RangeInclusive<i32> = -200..=200;
@@ -41,6 +42,8 @@ pub(super) struct Global {
     pub(super) array: String,
     #[serde(rename = "cslam:codebook")]
     pub(super) codebook: String,
+    #[serde(rename = "cslam:radio", default, skip_serializing_if = "Option::is_none")]
+    pub(super) radio: Option<RadioFigures>,
     #[serde(
         rename = "cslam:gmt_position_m",
         default,
@@ -94,6 +97,7 @@ const GLOBAL_KEYS: &[&str] = &[
     "cslam:waveform",
     "cslam:array",
     "cslam:codebook",
+    "cslam:radio",
     "cslam:gmt_position_m",
     "cslam:uav_position_m",
     "cslam:uav_quaternion_wb",
@@ -137,10 +141,16 @@ pub(super) fn check_keys(meta: &serde_json::Value) -> Result<(), String> {
 
 /// Checks metadata against what this receiver takes and against itself.
 pub(super) fn check(meta: &Meta) -> Result<Codebook, String> {
-    let (g, waveform) = (&meta.global, Waveform::default());
+    let g = &meta.global;
+    let radio = g.radio.unwrap_or_default();
+    radio
+        .check()
+        .map_err(|error| error.under("cslam:radio").to_string())?;
+    let waveform = radio.waveform;
+    let named = waveform.name();
     let names = [
         ("core:datatype", &g.datatype, "ci16_le"),
-        ("cslam:waveform", &g.waveform, Waveform::NAME),
+        ("cslam:waveform", &g.waveform, named.as_str()),
         ("cslam:array", &g.array, ARRAY),
     ];
     for (key, value, expected) in names {

@@ -10,7 +10,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
-use cslam_core::signal::{Iq, SAMPLES, Waveform};
+use cslam_core::signal::{Iq, SAMPLES};
 
 mod meta;
 
@@ -18,6 +18,7 @@ use meta::{ARRAY, Capture, Extension, Global, Meta, check, check_keys};
 
 use crate::channel::Block;
 pub use crate::channel::Codebook;
+use crate::config::RadioFigures;
 use crate::input::limits::SAMPLES_METADATA;
 use crate::input::{InputError, from_json, read_exactly, read_text};
 
@@ -28,6 +29,8 @@ const BLOCK_BYTES: usize = CHANNELS * SAMPLES * 4;
 pub struct Recording {
     /// What was sent.
     pub codebook: Codebook,
+    /// The radio, where it is not the default's.
+    pub radio: Option<RadioFigures>,
     /// Position of the GMT, world frame, m, as its beacon says.
     pub gmt_position_m: Option<[f64; 3]>,
     /// Position of the UAV, world frame, m, where it is known.
@@ -56,7 +59,7 @@ pub fn files(name: &Path) -> (PathBuf, PathBuf) {
 /// # Errors
 /// [`InputError`] naming the file that cannot be written.
 pub fn write(name: &Path, recording: &Recording) -> Result<(), InputError> {
-    let waveform = Waveform::default();
+    let waveform = recording.radio.unwrap_or_default().waveform;
     let (meta_file, data_file) = files(name);
     let mut data = Vec::with_capacity(recording.blocks.len() * BLOCK_BYTES);
     for block in &recording.blocks {
@@ -86,9 +89,10 @@ pub fn write(name: &Path, recording: &Recording) -> Result<(), InputError> {
                 version: "1.0.0".to_owned(),
                 optional: true,
             }],
-            waveform: Waveform::NAME.to_owned(),
+            waveform: waveform.name(),
             array: ARRAY.to_owned(),
             codebook: recording.codebook.name().to_owned(),
+            radio: recording.radio,
             gmt_position_m: recording.gmt_position_m,
             uav_position_m: recording.uav_position_m,
             uav_quaternion_wb: recording.uav_quaternion_wb,
@@ -142,6 +146,7 @@ pub fn read(name: &Path) -> Result<Recording, InputError> {
         });
     Ok(Recording {
         codebook,
+        radio: meta.global.radio,
         gmt_position_m: meta.global.gmt_position_m,
         uav_position_m: meta.global.uav_position_m,
         uav_quaternion_wb: meta.global.uav_quaternion_wb,
@@ -165,6 +170,7 @@ mod tests {
         };
         Recording {
             codebook: Codebook::Beams,
+            radio: None,
             gmt_position_m: Some([1.0, 2.0, 0.3]),
             uav_position_m: Some([0.1, -2.0, 30.0]),
             uav_quaternion_wb: Some([0.6, 0.0, 0.8, 0.0]),

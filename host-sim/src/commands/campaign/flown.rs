@@ -64,7 +64,7 @@ pub(super) fn flown(
         if receivers.is_empty() {
             return Ok(());
         }
-        let world = World::new(&scene, config.world.clone(), flights.seed)?;
+        let world = config.world_in(&scene, flights.seed)?;
         let shared = Shared::new(&world);
         let listeners = shared.listeners(receivers.len());
         left.clear();

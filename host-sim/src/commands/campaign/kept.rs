@@ -35,7 +35,7 @@ impl<'a> Kept<'a> {
 
     /// What a thread must hold that flies through a world, so that no other flies through the same one meanwhile.
     pub(super) fn of_one(&self, config: &Config, scene: &str, seed: u64) -> anyhow::Result<Arc<Mutex<()>>> {
-        let flight = format!("{:08x} {scene} {seed}", world_crc32(&config.world)?);
+        let flight = format!("{:08x} {scene} {seed}", world_crc32(config)?);
         let mut flights = self.flights.lock().unwrap_or_else(PoisonError::into_inner);
         Ok(Arc::clone(flights.entry(flight).or_default()))
     }
@@ -49,11 +49,7 @@ impl<'a> Kept<'a> {
     ) -> anyhow::Result<PathBuf> {
         // The name of a flight's report, with what counts here in place of world and mode.
         let name = Flight {
-            world: format!(
-                "{}-{:08x}",
-                world.world.profile.name(),
-                world_crc32(&world.world)?
-            ),
+            world: format!("{}-{:08x}", world.world.profile.name(), world_crc32(world)?),
             mode: format!("{}-{}", estimator(told).name(), departures(told)?.name()),
             ..flight.clone()
         };
@@ -85,7 +81,7 @@ pub(super) fn open(
         return Err(wrong("holds samples, expected the paths of a flight".into()).into());
     };
     check_receiver(estimates, told).map_err(|error| error.within(place))?;
-    if estimates.world_crc32 != world_crc32(&world.world)?
+    if estimates.world_crc32 != world_crc32(world)?
         || manifest.scene.as_ref() != Some(&flight.scene)
         || manifest.seed != Some(flight.seed)
     {

@@ -9,7 +9,7 @@ use crate::input::InputError;
 use crate::raw_flight::Source;
 use crate::recording::{self, Estimates, Keeper, Manifest};
 use crate::result_directory::ResultDirectory;
-use crate::world::{World, WorldConfig};
+use crate::world::World;
 
 /// Makes room for the paths of a flight through a world. Before the flight: a directory that cannot be used must not cost one.
 pub(crate) fn open(directory: &Path, world: &World<'_>) -> Result<ResultDirectory, InputError> {
@@ -30,7 +30,7 @@ pub(crate) fn write<S: Source>(
         estimated: Some(Estimates {
             estimator: methods::estimator(&config.receiver),
             departures: methods::departures(&config.receiver)?,
-            world_crc32: world_crc32(&config.world)?,
+            world_crc32: world_crc32(config)?,
             file,
         }),
         ..record::manifest(config, (Some(scene), config.world.scene), world, sweeps)
@@ -39,9 +39,13 @@ pub(crate) fn write<S: Source>(
     directory.commit()
 }
 
-/// What tells the configuration of one simulated world from that of another.
-pub(crate) fn world_crc32(world: &WorldConfig) -> anyhow::Result<u32> {
-    Ok(recording::crc32(toml::to_string(world)?.as_bytes()))
+/// What tells the configuration of one simulated world and of its radio from that of another.
+pub(crate) fn world_crc32(config: &Config) -> anyhow::Result<u32> {
+    let mut text = toml::to_string(&config.world)?;
+    if let Some(radio) = config.radio.unless_default() {
+        text += &toml::to_string(&radio)?;
+    }
+    Ok(recording::crc32(text.as_bytes()))
 }
 
 /// Whether a receiver can fly paths that were kept.

@@ -61,7 +61,7 @@ pub(crate) struct Args {
     keep_going: bool,
     #[command(flatten)]
     thinning: thinning::LeftOut,
-    /// Configuration file (TOML), of which [world], [path_errors] and [receiver] count; `cslam config` shows what it may hold
+    /// Configuration file (TOML), of which [world], [radio], [path_errors] and [receiver] count; `cslam config` shows what it may hold
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// The simulated world [default: the configuration's, real]

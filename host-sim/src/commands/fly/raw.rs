@@ -7,6 +7,7 @@ use std::sync::atomic::AtomicBool;
 use cslam_core::estimator::{Watch, states};
 use cslam_core::paths::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays};
 use cslam_core::profile::quad_4x8_gmt_72::{CHANNELS, Radio};
+use cslam_core::radio::RadioConfig;
 use cslam_core::receiver::{Config as CoreConfig, Localization, Memory, PATHS, Receiver};
 
 use cslam_firmware::app::{AppConfig, Application, Map, VOXELS};
@@ -77,10 +78,10 @@ pub(super) fn run(
     interrupted: &AtomicBool,
     sent: impl FnMut(u64, &[u8]),
 ) -> anyhow::Result<Flown> {
-    let scene = config.world.scene(name)?;
+    let scene = config.scene(name)?;
     args.refuse_no_steps()?;
     let out = super::result_directory(args)?;
-    let world = World::new(&scene, config.world.clone(), args.seed)?;
+    let world = config.world_in(&scene, args.seed)?;
     let kept = args
         .keep_paths
         .as_deref()
@@ -135,7 +136,7 @@ pub(super) fn along(
     let scene = args.scene.as_deref().map(Scene::load).transpose()?;
     let links = GivenLinks::read(file)?;
     let out = super::result_directory(args)?;
-    let world = World::along(links, config.world.clone(), args.seed)?;
+    let world = config.world_along(links, args.seed)?;
     let planned = args.planned(world.sweeps())?;
     let bar = progress::bar(planned as u64, "flying");
     let name = file.display().to_string();
@@ -162,8 +163,10 @@ pub(super) fn along(
     })
 }
 
-/// What whoever prepares a flight knows of the place. What the receiver's configuration says comes first.
+/// What whoever prepares a flight knows of the place and of the radio. What the receiver's configuration says of the place comes first.
 pub(crate) struct Site {
+    /// The radio that is heard.
+    pub(crate) radio: RadioConfig,
     /// The earth's field; without it the magnetometer is not used.
     pub(crate) magnetic_field: Option<EarthField>,
     /// Where the GMT's antenna was set up, m, world frame; without it nobody asks.
@@ -205,9 +208,11 @@ pub(crate) fn described(
         seed,
         planned_sweeps: planned,
         sweep_period_s: world.flight().plan().schedule().sweep_period_s,
-        delay_cycle_m: Some(cslam_core::signal::Waveform::default().delay_period().length_m()),
+        delay_cycle_m: Some(world.radio().waveform().delay_period().length_m()),
     };
     let site = Site {
+        // The counts of both are the default's, by their types.
+        radio: world.radio().description().unwrap_or_default(),
         magnetic_field: Some(EarthField::from(&world.flight().config().magnetometer)),
         // Whoever sets up a simulated GMT knows where.
         gmt_m: Some(world.flight().sweep_truth(0).gmt_position_m.into()),
@@ -241,6 +246,7 @@ pub(crate) fn fly(
     let field = told.magnetic_field.or(site.magnetic_field);
     let ground_z_m = told.ground_z_m.unwrap_or(site.ground_z_m);
     let mut receiver = CoreConfig {
+        radio: site.radio,
         magnetic_field: field.map(|field| field.config()),
         residuals: told.residuals.config(),
         association: told.association.config(),
@@ -255,7 +261,7 @@ pub(crate) fn fly(
             InputError::new("--smooth: expected a receiver with the filter (--localization filter)").into(),
         );
     }
-    let estimation = EstimatorConfig::default();
+    let estimation = EstimatorConfig::of(&receiver.radio);
     let paper = |delays| PaperEstimator::<4, 8, 32, 72, 9>::new(&estimation).with_delays(delays);
     let estimator = match methods::estimator(told) {
         estimate::Mode::Best => None,

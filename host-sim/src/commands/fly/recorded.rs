@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::raw::{self, Site};
 use super::{Args, Flown, keep};
-use crate::config::{Config, ReceiverConfig};
+use crate::config::{Config, RadioFigures, ReceiverConfig};
 use crate::flight_log::Header;
 use crate::input::InputError;
 use crate::progress;
@@ -39,6 +39,7 @@ pub(super) fn run(
     if let Some(estimates) = manifest.estimated.as_ref().filter(|_| flight.is_of_paths()) {
         keep::check_receiver(estimates, &config.receiver).map_err(|error| error.within(directory))?;
     }
+    check_radio(manifest, &config.radio).map_err(|error| error.within(directory))?;
     let scene = scene(args, manifest)?;
     let planned = args.planned(flight.sweeps())?;
     let named = named(args, manifest, directory);
@@ -86,6 +87,17 @@ pub(super) fn run(
     })
 }
 
+/// Refuses a configuration that says another radio than was recorded: what a recording says of its radio counts.
+fn check_radio(manifest: &Manifest, told: &RadioFigures) -> Result<(), InputError> {
+    let recorded = manifest.radio.unwrap_or_default();
+    match told.unless_default() {
+        Some(told) if told != recorded => Err(InputError::new(
+            "[radio] of the configuration is another than the recording's, which counts: expected none, or the same",
+        )),
+        _ => Ok(()),
+    }
+}
+
 /// The head of the log of a recorded flight, and what is known of the place.
 pub(crate) fn described(
     manifest: &Manifest,
@@ -93,6 +105,7 @@ pub(crate) fn described(
     scene: String,
     planned_sweeps: usize,
 ) -> (Header, Site) {
+    let radio = manifest.radio.unwrap_or_default().config();
     let header = Header {
         mode: told.mode.name().into(),
         scene,
@@ -101,9 +114,10 @@ pub(crate) fn described(
         seed: manifest.seed.unwrap_or(0),
         planned_sweeps,
         sweep_period_s: manifest.sweep_period_s,
-        delay_cycle_m: Some(cslam_core::signal::Waveform::default().delay_period().length_m()),
+        delay_cycle_m: Some(radio.waveform.delay_period().length_m()),
     };
     let site = Site {
+        radio,
         magnetic_field: manifest.magnetic_field,
         gmt_m: manifest.gmt_setup_position_m,
         ground_z_m: manifest.ground_z_m.unwrap_or(0.0),
