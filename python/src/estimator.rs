@@ -16,7 +16,7 @@ use numpy::{
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-use crate::refused;
+use crate::{radio, refused};
 
 /// Columns of paths: `c_tau_m`, arrival, departure (NaN where none), its sigma, SNR, beam, covariance, and the lines of text.
 type Columns<'py> = (
@@ -49,6 +49,7 @@ impl Estimator {
         dynamic_range_db: f32,
         screening: bool,
         follow: bool,
+        radio: Option<&str>,
     ) -> PyResult<Self> {
         let mode = Mode::ALL
             .into_iter()
@@ -74,7 +75,7 @@ impl Estimator {
             } else {
                 ElementErrors::BUDGET
             },
-            ..FlightConfig::default()
+            ..FlightConfig::of(&radio::config(radio)?)
         };
         let flying = FlightEstimator::checked(&config).map_err(refused)?;
         Ok(Self {

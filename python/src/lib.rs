@@ -3,6 +3,7 @@
 
 mod estimator;
 mod interrupted;
+mod radio;
 mod receiver;
 mod recorded;
 mod recordings;

@@ -21,7 +21,7 @@ use pyo3::prelude::*;
 use self_cell::{MutBorrow, self_cell};
 
 use crate::estimator::blocks;
-use crate::{raised, refused};
+use crate::{radio, raised, refused};
 
 self_cell!(
     /// A receiver with the memory that it works in.
@@ -83,12 +83,14 @@ impl Receiver {
         gmt_setup: Option<([f64; 3], f64)>,
         uav: u8,
         key: Option<[u8; Key::LENGTH]>,
+        radio: Option<&str>,
     ) -> PyResult<Self> {
         let setup = gmt_setup.map(|(position_m, within_m)| Setup {
             position_m: position_m.into(),
             within_m,
         });
         let mut config = board_config().map_err(|e| raised(&e))?;
+        config.radio = radio::config(radio)?;
         if let Localization::Filter(filter) = &mut config.localization {
             filter.beacon.setup = setup;
         }

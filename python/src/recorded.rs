@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 
 use crate::estimator::arrays;
 use crate::interrupted::watched;
-use crate::refused;
+use crate::{radio, refused};
 
 /// See `cslam.record`. The description of the recording as JSON.
 #[pyfunction]
@@ -64,6 +64,11 @@ impl RecordedFlight {
     #[getter]
     fn ground_z_m(&self) -> f64 {
         self.recording.manifest().ground_z_m.unwrap_or(0.0)
+    }
+
+    #[getter]
+    fn radio(&self) -> PyResult<Option<String>> {
+        radio::text(self.recording.manifest().radio)
     }
 
     #[getter]

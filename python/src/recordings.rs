@@ -12,15 +12,16 @@ use pyo3::prelude::*;
 
 use crate::estimator::{arrays, blocks};
 use crate::interrupted::watched;
-use crate::{raised, refused};
+use crate::{radio, raised, refused};
 
-/// Samples, beams, exponents, codebook, position of the transmitter and of the UAV, attitude.
+/// Samples, beams, exponents, codebook, position of the transmitter and of the UAV, attitude, radio.
 type Read<'py> = (
     (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>),
     &'static str,
     Option<[f64; 3]>,
     Option<[f64; 3]>,
     Option<[f64; 4]>,
+    Option<String>,
 );
 
 /// See `cslam.read_sigmf`.
@@ -33,6 +34,7 @@ pub(crate) fn read_sigmf(py: Python<'_>, name: PathBuf) -> PyResult<Read<'_>> {
         read.gmt_position_m,
         read.uav_position_m,
         read.uav_quaternion_wb,
+        radio::text(read.radio)?,
     ))
 }
 
@@ -48,9 +50,11 @@ pub(crate) fn write_sigmf(
     gmt_position_m: Option<[f64; 3]>,
     uav_position_m: Option<[f64; 3]>,
     uav_quaternion_wb: Option<[f64; 4]>,
+    radio: Option<&str>,
 ) -> PyResult<()> {
     let recording = Recording {
         codebook: Codebook::Beams,
+        radio: radio::told(radio)?,
         gmt_position_m,
         uav_position_m,
         uav_quaternion_wb,

@@ -239,11 +239,26 @@ def test_recordings_are_read_as_they_were_written(tmp_path, sweep, paths):
     for field in ("iq", "beams", "exponents", "gmt_position_m", "uav_position_m", "uav_quaternion_wb"):
         np.testing.assert_array_equal(getattr(again, field), getattr(sweep, field))
     assert str(cslam.Estimator().estimate(again.iq, again.beams, again.exponents)) == str(paths)
+    assert again.radio is None
     (tmp_path / "sweep.sigmf-data").write_bytes(b"short")
     with pytest.raises(ValueError, match="cut short"):
         cslam.read_sigmf(name)
     with pytest.raises(ValueError, match=r"iq: got float64 \[3\], expected int16"):
         cslam.write_sigmf(name, np.zeros(3), [0], [0])
+
+
+def test_another_radio_goes_with_its_recording(tmp_path, sweep, paths):
+    radio = {"waveform": {"root": 136}}
+    cslam.write_sigmf(tmp_path / "other", sweep.iq, sweep.beams, sweep.exponents, radio=radio)
+    read = cslam.read_sigmf(tmp_path / "other")
+    assert read.radio["waveform"]["root"] == 136 and read.radio["waveform"]["carrier_hz"] == 30e9
+    assert len(paths) > 0
+    # The samples are of root 273: who listens for another one hears nothing of them.
+    assert len(cslam.Estimator(radio=read.radio).estimate(read.iq, read.beams, read.exponents)) == 0
+    with pytest.raises(ValueError, match="radio.waveform.root expected a number coprime"):
+        cslam.Estimator(radio={"waveform": {"root": 818}})
+    with pytest.raises(ValueError, match="radio: unknown field `carrier`"):
+        cslam.Receiver(radio={"carrier": 1})
 
 
 COMMAND = os.environ.get("CSLAM_COMMAND")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from typing import Any
 
 import numpy as np
@@ -71,6 +72,9 @@ class Estimator:
     follow
         Sweeps follow each other as in flight, and what one shows of the noise helps the next; one estimator a flight, one thread at a
         time. Without it every call stands alone, whatever came before, and threads may share the estimator.
+    radio
+        Another radio than the default, in the form of the configuration's table ``[radio]`` (``cslam config`` shows it), as far as it
+        differs: ``{"waveform": {"carrier_hz": 28e9, "root": 136}}``. How many arrays, elements and beams there are stays.
 
     Raises
     ------
@@ -87,8 +91,10 @@ class Estimator:
         dynamic_range_db: float = 34.0,
         screening: bool = True,
         follow: bool = False,
+        radio: dict[str, Any] | None = None,
     ) -> None:
-        self._core = _cslam.Estimator(mode, gmt_heading_rad, false_alarms_per_sweep, dynamic_range_db, screening, follow)
+        told = radio and json.dumps(radio)
+        self._core = _cslam.Estimator(mode, gmt_heading_rad, false_alarms_per_sweep, dynamic_range_db, screening, follow, told)
 
     def estimate(self, iq: ArrayLike, beams: ArrayLike, exponents: ArrayLike | None = None) -> Paths:
         """The paths of one sweep. Releases the GIL.

@@ -36,6 +36,8 @@ class Recording:
     uav_position_m: Floats | None = None
     #: ``[4]``, or None.
     uav_quaternion_wb: Floats | None = None
+    #: The radio, in the form of the configuration's table ``[radio]``, where it is not the default: `Estimator` takes it.
+    radio: dict[str, Any] | None = None
 
 
 def read_sigmf(name: str | os.PathLike[str]) -> Recording:
@@ -46,9 +48,9 @@ def read_sigmf(name: str | os.PathLike[str]) -> Recording:
     ValueError
         Naming the file, and the key or length that is wrong.
     """
-    (iq, beams, exponents), codebook, gmt, uav, attitude = _cslam.read_sigmf(os.fspath(name))
+    (iq, beams, exponents), codebook, gmt, uav, attitude, radio = _cslam.read_sigmf(os.fspath(name))
     known = (None if value is None else np.array(value) for value in (gmt, uav, attitude))
-    return Recording(iq, beams, exponents, codebook, *known)
+    return Recording(iq, beams, exponents, codebook, *known, radio=radio and json.loads(radio))
 
 
 def write_sigmf(
@@ -60,6 +62,7 @@ def write_sigmf(
     gmt_position_m: ArrayLike | None = None,
     uav_position_m: ArrayLike | None = None,
     uav_quaternion_wb: ArrayLike | None = None,
+    radio: dict[str, Any] | None = None,
 ) -> None:
     """Writes NAME.sigmf-data and NAME.sigmf-meta, which ``cslam estimate`` reads. Arrays as in `Recording`.
 
@@ -81,6 +84,7 @@ def write_sigmf(
         place("gmt_position_m", gmt_position_m, 3),
         place("uav_position_m", uav_position_m, 3),
         place("uav_quaternion_wb", uav_quaternion_wb, 4),
+        radio and json.dumps(radio),
     )
 
 

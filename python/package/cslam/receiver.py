@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 from typing import Any
 
@@ -95,6 +96,8 @@ class Receiver:
         Its number in packets.
     key
         32 bytes, secret of the link, with which packets are signed; without it the published test key.
+    radio
+        Another radio than the default, as `Estimator` takes it.
 
     Raises
     ------
@@ -111,6 +114,7 @@ class Receiver:
         gmt_setup_within_m: float = 1.0,
         uav: int = 1,
         key: bytes | None = None,
+        radio: dict[str, Any] | None = None,
     ) -> None:
         if ground_z_m is not None:
             within("ground_z_m", ground_z_m, -MOST, MOST)
@@ -121,12 +125,12 @@ class Receiver:
         setup = None if gmt_setup_m is None else (three("gmt_setup_m", gmt_setup_m), float(gmt_setup_within_m))
         if key is not None and (len(key) != 32 or not any(key)):
             raise ValueError(f"key: got {len(key)} bytes, expected 32 that are drawn at random")
-        self._core = _cslam.Receiver(ground_z_m, field, setup, whole("uav", uav, 0, 255), key)
+        self._core = _cslam.Receiver(ground_z_m, field, setup, whole("uav", uav, 0, 255), key, radio and json.dumps(radio))
 
     @classmethod
     def of(cls, flight: RecordedFlight, **options: Any) -> Receiver:
         """One that knows of the place what the recording says of it."""
-        known = {"ground_z_m": flight.ground_z_m, "earth_field_ut": flight.earth_field_ut, "gmt_setup_m": flight.gmt_setup_m}
+        known = {name: getattr(flight, name) for name in ("ground_z_m", "earth_field_ut", "gmt_setup_m", "radio")}
         return cls(**{**known, **options})
 
     def feed(self, event: Event) -> None:

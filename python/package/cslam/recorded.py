@@ -38,6 +38,11 @@ class RecordedFlight:
         return self._core.ground_z_m
 
     @property
+    def radio(self) -> dict[str, Any] | None:
+        """The radio, in the form of the configuration's table ``[radio]``; None where it is the default."""
+        return None if self._core.radio is None else json.loads(self._core.radio)
+
+    @property
     def gmt_setup_m(self) -> Floats | None:
         """``[3]``, where the transmitter was set up, or None."""
         return None if self._core.gmt_setup_m is None else np.array(self._core.gmt_setup_m)
