@@ -8,6 +8,28 @@
 //!
 //! Not modelled: mutual coupling, polarisation other than vertical, squint inside one array (docs/signal-model.md, "Arrays": 0.04
 //! rad at the band edge).
+//!
+//! ```text
+//! element i of array j, half a wavelength apart:  exp(+j pi n_i (axis_j . u)),  n_i = i - 3.5
+//! array j at p_j:                                c tau_j = c tau - p_j . u
+//! ```
+//!
+//! # Example
+//! A wave from the left, level: no phase from element to element of the array that looks there, which it reaches first, and nearly half a
+//! turn at the one that looks ahead.
+//! ```
+//! use cslam_core::array::UavArrays;
+//! use cslam_core::geometry::{Body, Direction};
+//! use core::f64::consts::{FRAC_PI_2, PI};
+//!
+//! let arrays: UavArrays<f64> = UavArrays::default();
+//! let left: Direction<Body, f64> = Direction::from_zenith_azimuth(FRAC_PI_2, FRAC_PI_2)?;
+//! let step_rad = arrays.phase_step_rad(&left); // arrays ahead, left, behind, right
+//! assert!(step_rad[1].abs() < 1e-9);
+//! assert!((step_rad[0] - PI * 0.8165).abs() < 1e-3); // pi cos 35.264 deg
+//! assert!((arrays.lead_m(&left)[1] - 0.2).abs() < 1e-9);
+//! # Ok::<(), cslam_core::geometry::GeometryError>(())
+//! ```
 
 mod codebook;
 mod element;

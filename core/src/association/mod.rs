@@ -10,6 +10,23 @@
 //!
 //! Bounds: chains that are weighed are capped ([`AssociationConfig::weighings`]), third orders are made of confirmed surfaces only
 //! ([`SURFACES_OF_THREES`]); what was left out is counted ([`LeftOut`]). Pairs of tentative surfaces come last and are not missed.
+//!
+//! # Example
+//! What a path over one wall must look like, by the image of the transmitter in it ([`chain`]); [`associate`] asks this of every chain.
+//! ```
+//! use cslam_core::association::chain::Chain;
+//! use cslam_core::geometry::{Direction, Matrix3, Plane, Position, Vector3};
+//!
+//! let wall = Plane {
+//!     normal: Direction::from_vector(Vector3::new(-1.0, 0.0, 0.0))?,
+//!     centre: Position::new(20.0, 10.0, 5.0)?,
+//!     covariance: Matrix3::identity() * 0.01,
+//! };
+//! let path = Chain::over(&[wall]).predict(&Vector3::new(0.0, 0.0, 2.0), &Vector3::new(0.0, 30.0, 2.0)).expect("both are before it");
+//! assert!((path.range_m - 50.0).abs() < 1e-9); // from (40, 0, 2), the image
+//! assert!((path.points[0] - Vector3::new(20.0, 15.0, 2.0)).norm() < 1e-9);
+//! # Ok::<(), cslam_core::geometry::GeometryError>(())
+//! ```
 
 mod against;
 mod births;

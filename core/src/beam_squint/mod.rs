@@ -18,6 +18,27 @@
 //!
 //! At 30 GHz the 8 x 8 faces have a Rayleigh distance under a metre: only angles can be swept. [`near_field`] is for
 //! large arrays, where range can be swept as well. Source: docs/signal-model.md, "Beam squint".
+//!
+//! ```text
+//! towards s at the offset f from the carrier fc:  pi (s (1 + f/fc) - psi) - 2 pi f T   from element to element
+//! strongest where that is zero:                   s(f) = (psi + 2 T f) / (1 + f/fc)
+//! ```
+//!
+//! # Example
+//! At each end of the band a symbol's beam looks to another side of the face; what is heard strongest between tells the direction.
+//! ```
+//! use cslam_core::array::{GmtFace, SquintConfig, SquintScheme, SquintSymbol};
+//! use cslam_core::beam_squint::Bearing;
+//! use cslam_core::geometry::Matrix3;
+//!
+//! let band_hz = [-99.84e6, 99.36e6];
+//! let symbol: SquintSymbol<f64> = <SquintConfig>::default().symbol(SquintScheme::Sequential, 0, 3, band_hz, 30e9).expect("the first");
+//! let [low, high] = band_hz.map(|offset_hz| symbol.aim(offset_hz * 1e-9, 30.0)[0]);
+//! assert!(low < -0.8 && high > 0.8); // cosines along the row
+//! let heard = Bearing { face: 0, cosines: [0.5, 0.0], covariance: Matrix3::identity().fixed_resize(0.0), delay: None };
+//! let direction = heard.direction(&GmtFace::of(0, 3)).expect("in front");
+//! assert!((direction.azimuth_rad().to_degrees() - 30.0).abs() < 1e-3);
+//! ```
 
 mod bounce;
 mod fit;

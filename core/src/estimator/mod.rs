@@ -16,6 +16,26 @@
 //!
 //! Not modelled: g-sensitivity of the gyroscope, accelerometer scale (it brings nothing), a wrong heading
 //! of the GMT's mast (unobservable without a map of known heading).
+//!
+//! ```text
+//! r = z - h(x),  S = H P H' + R,  K = P H' / S,  dx = K r,  P <- (I - K H) P (I - K H)' + K R K'
+//! ```
+//!
+//! # Example
+//! What every measurement ends as: a row that corrects all states at once. Here the first state, of variance 4, is measured with
+//! variance 1, and is 2 above what was expected.
+//! ```
+//! use cslam_core::estimator::{Covariance, Row, states};
+//!
+//! let mut covariance: Covariance<f64, { states(0) }> = Covariance::zero();
+//! covariance.reset(0, 4.0);
+//! covariance.reset(1, 1.0);
+//! let mut row = Row::new(2.0, 1.0);
+//! row.push(0, 1.0);
+//! let gain = covariance.update(&row).expect("a positive variance");
+//! assert!((gain[0] * row.residual - 1.6).abs() < 1e-12 && gain[1] == 0.0); // 4 / (4 + 1) of the residual
+//! assert!((covariance.at(0, 0) - 0.8).abs() < 1e-12);
+//! ```
 
 mod ahead;
 pub mod baseline;

@@ -23,6 +23,25 @@
 //!
 //! Source of the nominal equations: docs/localization.md, "The model". Rotation of the earth (0.004 deg/s) is part of the
 //! gyroscope's bias here.
+//!
+//! # Example
+//! Hovering while turning to the left at a quarter of a turn a second, 1000 samples a second:
+//! ```
+//! use cslam_core::geometry::Vector3;
+//! use cslam_core::inertial::{Imu, ImuConfig, ImuSample, Motion};
+//!
+//! let mut imu = Imu::new(ImuConfig::default());
+//! let sample = |k: u64| ImuSample {
+//!     time_ns: k * 1_000_000,
+//!     // The noise that a sensor has: an axis that repeats its value is taken for stuck.
+//!     rate_rad_per_s: Vector3::new(1e-3, -1e-3, 1.5708 + 1e-3) * if k % 2 == 0 { 1.0 } else { 0.999 },
+//!     specific_force_m_per_s2: Vector3::new(0.01, -0.01, 9.81) * if k % 2 == 0 { 1.0 } else { 0.999 },
+//! };
+//! let steps: Vec<_> = (0..=100).filter_map(|k| imu.push(&sample(k))).collect();
+//! assert!(steps.iter().all(|step| step.motion == Motion::Measured));
+//! let turned_rad: f32 = steps.iter().map(|step| step.increment.delta_angle_rad.z).sum();
+//! assert!((turned_rad - 0.157).abs() < 0.02, "{turned_rad}"); // a tenth of a second
+//! ```
 
 mod alignment;
 mod config;

@@ -3,6 +3,16 @@
 //! DSP instructions. Both give the same bits; on a chip both are there, so that the equality can be tested there.
 //!
 //! The ground floor: nothing here knows what its numbers stand for.
+//!
+//! # Example
+//! A sample is one word, as it lies in a stream of interleaved 16-bit numbers:
+//! ```
+//! use cslam_core::kernels::Iq;
+//!
+//! let sample = Iq::new(3, -4);
+//! assert_eq!(sample.word(), 0xFFFC_0003);
+//! assert_eq!((sample.re(), sample.im(), sample.power()), (3, -4, 25));
+//! ```
 
 pub(crate) mod dense;
 mod iq;

@@ -14,6 +14,27 @@
 //! Two topologies ([`Shape`]): a chain of dense layers, and the paper's, in which the first layer sees the strongest path
 //! alone and its outputs are joined by the other inputs. Sources: Mou and Gao, section "Link State Classification Neural
 //! Network"; docs/link-state.md; docs/signal-model.md, "Fixed point".
+//!
+//! # Example
+//! A path as long as the straight way, from where the GMT stands, through the trees that fly; and one 20 m longer, from the side:
+//! ```
+//! use cslam_core::geometry::{Direction, Matrix3, Position, Vector3};
+//! use cslam_core::link_state::{LinkGeometry, LinkState, Received, models};
+//! use cslam_core::path::{Path, diagonal_covariance};
+//! use cslam_core::reflection::Ends;
+//! use cslam_core::signal::Waveform;
+//!
+//! let ends = Ends { uav: Position::new(0.0, 30.0, 6.0)?, uav_covariance: Matrix3::identity() * 0.01, gmt: Position::new(0.0, 0.0, 2.0)? };
+//! let heard = |[x, y, z]: [f32; 3], c_tau_m, gain_db| {
+//!     let (aoa, covariance) = (Direction::from_vector(Vector3::new(x, y, z))?, diagonal_covariance(0.05, 2e-3));
+//!     Ok::<_, cslam_core::geometry::GeometryError>(Received { path: Path { c_tau_m, aoa, aod: None, covariance }, gain_db: Some(gain_db) })
+//! };
+//! let paths = [heard([0.0, -30.0, -4.0], 30.27, -91.0)?, heard([20.0, -15.0, -2.0], 50.16, -104.0)?];
+//! let (trees, link) = (models::trees()?, LinkGeometry::new(&ends, &paths, &Waveform::default())?);
+//! assert_eq!(trees.path(&link, &paths[0])?.state(), LinkState::LineOfSight);
+//! assert_ne!(trees.path(&link, &paths[1])?.state(), LinkState::LineOfSight);
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
 
 mod accept;
 mod bounce;

@@ -6,6 +6,35 @@
 //! known ones, none better than an earlier beam did, is not transformed: the folded taps tell how strong those are in it.
 //!
 //! What is handed on is a [`ReceivedPath`] and what is claimed of it ([`covariance()`]).
+//!
+//! # Example
+//! One beam of the GMT, whose wave comes in from the left ahead after 40 samples (48.8 m):
+//! ```
+//! use cslam_core::array::{UavArrays, phasor};
+//! use cslam_core::geometry::{Body, Complex, Direction};
+//! use cslam_core::paths::PathEstimator;
+//! use cslam_core::profile::{Block, FlightConfig, FlightEstimator};
+//! use cslam_core::signal::{Iq, Waveform};
+//!
+//! let (waveform, arrays) = (Waveform::default(), UavArrays::<f32>::default());
+//! let from: Direction<Body> = Direction::from_zenith_azimuth(1.4, 0.6)?;
+//! let (step_rad, amplitude, lead_m) = (arrays.phase_step_rad(&from), arrays.amplitude(&from), arrays.lead_m(&from));
+//! let mut samples = Box::new([[Iq::ZERO; 512]; 32]);
+//! for (j, n) in (0..4).flat_map(|j| (0..512).map(move |n| (j, n))) {
+//!     let late = n as f32 - 40.0 + lead_m[j] / waveform.metres_per_sample() as f32;
+//!     let wave = |k| waveform.symbol::<f32>(k) * phasor(core::f32::consts::TAU * waveform.offset(k) as f32 * late / 512.0);
+//!     let sum: Complex<f32> = (0..waveform.active).map(wave).sum();
+//!     for (i, steering) in UavArrays::<f32>::steering(step_rad[j]).iter().enumerate() {
+//!         let x = sum * steering * (200.0 * amplitude[j]);
+//!         samples[8 * j + i][n] = Iq::new(x.re as i16, x.im as i16);
+//!     }
+//! }
+//! let mut estimator = Box::new(FlightEstimator::checked(&FlightConfig::default())?);
+//! estimator.push_beam(Block { samples: &mut samples, beam: 12, exponent: -38 });
+//! let path = estimator.finish()[0].path;
+//! assert!((path.c_tau_m - 40.0 * 1.2199).abs() < 0.02 && path.aoa.angle_to_rad(&from) < 5e-3);
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
 
 mod calibration;
 mod cancel;

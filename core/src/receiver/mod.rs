@@ -13,6 +13,27 @@
 //!
 //! The radio, and with it path estimation ([`crate::paths::Estimator`] or [`crate::paths::PaperEstimator`]), is chosen by the type `R`, which a
 //! module of [`crate::profile`] names, everything else by [`Config`].
+//!
+//! # Example
+//! A receiver that has just been switched on: it hears an empty sweep, and says that it does not know where it is.
+//! ```
+//! use cslam_core::link_state::models;
+//! use cslam_core::map::PointCloud;
+//! use cslam_core::profile::{FlightConfig, FlightEstimator, Radio, Receiver, ReceiverMemory};
+//! use cslam_core::receiver::{Config, LinkStates};
+//!
+//! let config = Config::best(LinkStates::Trees(models::trees()?));
+//! let mut estimator = Box::new(FlightEstimator::checked(&FlightConfig::default())?);
+//! let mut squint = Box::new(config.beam_squint::<Radio>()?);
+//! let mut map = PointCloud::<256>::new();
+//! let memory = ReceiverMemory { estimator: &mut estimator, squint: &mut squint, map: &mut map };
+//! let mut receiver: Receiver<256> = Receiver::new(config, memory);
+//! receiver.sweep(500_000_000, 0); // no beam follows
+//! let report = receiver.end_sweep().expect("a sweep was begun");
+//! assert!(report.paths.is_empty() && receiver.pose().is_none());
+//! assert_eq!(receiver.counters().beacons_missing, 1);
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
 
 mod bend;
 mod clock;
@@ -119,7 +140,7 @@ impl<R: Radio, const VOXELS: usize> core::fmt::Debug for Memory<'_, R, VOXELS> {
     }
 }
 
-/// The whole receiver of the radio `R`. The map has `VOXELS` voxels, the filter `STATES` states (46, and three for each
+/// The whole receiver of the radio `R`. The map has `VOXELS` voxels, the filter `STATES` states (49, and three for each
 /// plane it may hold at a time).
 #[derive(Debug)]
 pub struct Receiver<'m, R: Radio, const VOXELS: usize, const STATES: usize = { states(2) }> {

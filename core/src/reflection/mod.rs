@@ -9,6 +9,26 @@
 //! Two forms of the same surface are selectable: [`Form::Vector`] (docs/signal-model.md, "Reflection point"), which has no singular
 //! directions, and [`Form::Paper`], equations geores_1 to geores_3 of the paper, which loses all accuracy near azimuth
 //! +-90 degrees and zenith 0 and 180 degrees.
+//!
+//! ```text
+//! b = R - G,  d = (c tau - |b|) (c tau + |b|) / (2 (c tau + u . b)),  P = R + d u
+//! ```
+//!
+//! # Example
+//! A wall at x = 20 m: the way from G over it to R is 50 m long, and arrives from (0.8, -0.6, 0).
+//! ```
+//! use cslam_core::geometry::{Direction, Matrix3, Position, Vector3};
+//! use cslam_core::path::{Path, diagonal_covariance};
+//! use cslam_core::reflection::{Ends, Form, Gates, Verdict, solve};
+//!
+//! let ends: Ends<f64> = Ends { uav: Position::new(0.0, 30.0, 2.0)?, uav_covariance: Matrix3::zeros(), gmt: Position::new(0.0, 0.0, 2.0)? };
+//! let aoa = Direction::from_vector(Vector3::new(0.8, -0.6, 0.0))?;
+//! let path = Path { c_tau_m: 50.0, aoa, aod: None, covariance: diagonal_covariance(0.05, 2e-3) };
+//! let Verdict::Accepted(point) = solve(&ends, &path, Form::Vector, &Gates::default())? else { panic!("it is one reflection") };
+//! assert!((point.position.vector() - Vector3::new(20.0, 15.0, 2.0)).norm() < 1e-9);
+//! assert!((0.04..0.2).contains(&point.sigma_m()));
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
 
 mod covariance;
 mod error;

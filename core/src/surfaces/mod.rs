@@ -3,6 +3,29 @@
 //! A surface is a plane with mean and covariance, and a Bernoulli existence, as a master virtual anchor is (Leitinger et al.,
 //! arXiv 2211.09241). Paths give birth to it ([`birth`]), say for or against it ([`Evidence`]) and correct its plane; which path
 //! is of which surface is the association's to say (`association`).
+//!
+//! # Example
+//! One path suggests a wall; it is kept as tentative until more is seen of it.
+//! ```
+//! use cslam_core::geometry::{Direction, Matrix3, Vector3};
+//! use cslam_core::path::diagonal_covariance;
+//! use cslam_core::surfaces::{Status, SurfaceConfig, Surfaces, birth};
+//!
+//! let path = birth::BirthPath {
+//!     transmitter_m: Vector3::new(0.0, 0.0, 2.0),
+//!     uav_m: Vector3::new(0.0, 30.0, 2.0),
+//!     length_m: 50.0,
+//!     arrival: Direction::from_vector(Vector3::new(0.8, -0.6, 0.0))?,
+//!     path_covariance: diagonal_covariance(0.02, 2e-3),
+//!     uav_covariance_m2: Matrix3::identity() * 1e-4,
+//! };
+//! let suggested = birth::from_single(&path, &SurfaceConfig::default()).expect("a wall at x = 20 m");
+//! let mut surfaces = Surfaces::<8>::new(SurfaceConfig::default());
+//! let id = surfaces.add(&suggested, &Vector3::new(0.0, 0.0, 2.0), 1).expect("there is room");
+//! let wall = surfaces.get(id).expect("just added");
+//! assert!(wall.status == Status::Tentative && (wall.plane.offset_m() + 20.0).abs() < 1e-3); // its normal is (-1, 0, 0)
+//! # Ok::<(), cslam_core::geometry::GeometryError>(())
+//! ```
 
 pub mod birth;
 mod config;

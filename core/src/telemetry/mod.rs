@@ -11,6 +11,24 @@
 //! [`Message`] goes down, [`Uplink`] goes up. A [`Sender`] makes frames of either, a [`Deframer`] and an [`Opener`] (together a
 //! [`Decoder`]) take them apart. [`Batch`] collects points so that one costs less than 8 bytes, everything included. Nothing
 //! here allocates or can panic, and every decoded number comes out of whole numbers, the same on host and chip.
+//!
+//! # Example
+//! A point goes down, and comes out of the bytes to the centimetre:
+//! ```
+//! use cslam_core::telemetry::{Decoder, Key, MAX_FRAME, Message, PointBatch, PointReport, Sender};
+//!
+//! let mut batch = PointBatch::new();
+//! let sent = PointReport { sweep: 7, stop: 0, position_m: [20.004, 15.0, 2.0], sigma_m: 0.1, probability: 0.97, surface: Some(3) };
+//! batch.push(&sent)?;
+//! let mut frame = [0; MAX_FRAME];
+//! let bytes = Sender::new(1, &Key::TEST, 0).encode(&Message::Points(batch), &mut frame)?;
+//! let mut decoder: Decoder = Decoder::new(1, &Key::TEST);
+//! let packet = bytes.iter().find_map(|byte| decoder.push(*byte)).expect("a whole frame")?;
+//! let Message::Points(heard) = packet.message else { panic!("points were sent") };
+//! let point = heard.points().next().expect("one");
+//! assert_eq!((point.position_m, point.surface), ([20.0, 15.0, 2.0], Some(3)));
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
 
 mod batch;
 mod bits;
