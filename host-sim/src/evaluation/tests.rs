@@ -19,6 +19,7 @@ pub(super) fn point(sweep: u32, path: u8, position_m: [f64; 3]) -> PointRecord {
         order: 1,
         reflection: 1,
         surface: None,
+        mapped_sweep: None,
         time_s: 0.5,
         gmt_index: 0,
         position_m,

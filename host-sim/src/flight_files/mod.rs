@@ -3,6 +3,7 @@
 //! A log that was cut short anywhere makes complete files. Each file takes its name only when it is whole, so a run that
 //! is killed while writing leaves the files of the run before.
 
+mod animation;
 mod clouds;
 mod columns;
 mod page;
@@ -10,6 +11,7 @@ pub mod ply;
 pub(crate) mod recording;
 mod ros2;
 mod tum;
+pub(crate) mod views;
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -54,6 +56,8 @@ pub enum Export {
     Npz,
     /// flight.ros2.mcap: messages of ROS 2 (Odometry, PointCloud2, Imu, tf2)
     Ros2,
+    /// flight.svg: the map as it grows, a moving picture for a page
+    Animation,
 }
 
 impl Export {
@@ -62,6 +66,7 @@ impl Export {
         match self {
             Self::Npz => "flight.npz",
             Self::Ros2 => "flight.ros2.mcap",
+            Self::Animation => "flight.svg",
         }
     }
 }
@@ -137,6 +142,7 @@ impl Outputs<'_> {
             file(out, export.name(), |f| match export {
                 Export::Npz => columns::write(f, self),
                 Export::Ros2 => ros2::write(f, self),
+                Export::Animation => animation::write(f, self),
             })?;
         }
         file(out, "report.json", |f| {

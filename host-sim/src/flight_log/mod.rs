@@ -137,13 +137,23 @@ impl FlightLog {
 
     /// Where the sweep of a point stands among the log's.
     pub(crate) fn place_of(&self, point: &PointRecord) -> Option<usize> {
+        self.place_of_sweep(point.sweep)
+    }
+
+    /// The sweep with which a point came into the map, as far as is known.
+    pub fn mapped_with(&self, point: &PointRecord) -> Option<&SweepRecord> {
+        self.sweeps.get(self.place_of_sweep(point.mapped_sweep?)?)
+    }
+
+    /// Where the sweep of a number stands.
+    fn place_of_sweep(&self, number: u32) -> Option<usize> {
         // Sweeps are numbered, and lie in order without a gap in an ordinary log.
-        let place = point.sweep as usize;
-        let is_there = self.sweeps.get(place).is_some_and(|s| s.sweep == point.sweep);
+        let place = number as usize;
+        let is_there = self.sweeps.get(place).is_some_and(|s| s.sweep == number);
         if is_there {
             Some(place)
         } else {
-            self.sweeps.iter().position(|s| s.sweep == point.sweep)
+            self.sweeps.iter().position(|s| s.sweep == number)
         }
     }
 
@@ -174,6 +184,7 @@ mod tests {
             order: 1,
             reflection: 1,
             surface: None,
+            mapped_sweep: None,
             time_s: 1.0,
             gmt_index: 0,
             position_m: [1.0, 2.0, 3.0],

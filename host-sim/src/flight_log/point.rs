@@ -18,6 +18,9 @@ pub struct PointRecord {
     /// Number of the surface that it lies on; `None` where paths are taken alone.
     #[serde(default)]
     pub surface: Option<u16>,
+    /// Number of the sweep with which it came into the map: its own, or the later one that confirmed its surface; `None` when nobody said.
+    #[serde(default)]
+    pub mapped_sweep: Option<u32>,
     /// Time of its sweep by the UAV's clock, s.
     pub time_s: f64,
     /// Index of the GMT position.

@@ -159,6 +159,7 @@ fn point_record(point: &Point, time_ns: u64) -> PointRecord {
         order: 1,
         reflection: 1,
         surface: None,
+        mapped_sweep: None,
         time_s: time_ns as f64 * 1e-9,
         gmt_index: u32::from(point.gmt_index),
         position_m: point.position_m,

@@ -48,6 +48,7 @@ pub fn log(
                 order: 1,
                 reflection: 1,
                 surface: None,
+                mapped_sweep: None,
                 time_s,
                 gmt_index,
                 position_m: point.position.to_array().map(f64::from),

@@ -121,7 +121,7 @@ impl Logbook {
                 matches: Vec::new(),
             },
         });
-        self.map(&report.points, &report.surfaces);
+        self.map(report.sweep, &report.points, &report.surfaces);
     }
 
     /// A sweep that has been entered.
@@ -133,16 +133,16 @@ impl Logbook {
         self.log.sweeps.get_mut(found.ok()?)
     }
 
-    /// Enters points of sweeps that have been entered, and what becomes of their surfaces then.
-    pub(super) fn map(&mut self, points: &[MappedPoint], surfaces: &SurfaceChanges) {
+    /// Enters what a sweep puts into the map, points of it and of earlier ones, and what becomes of their surfaces then.
+    pub(super) fn map(&mut self, sweep: u32, points: &[MappedPoint], surfaces: &SurfaceChanges) {
         for mapped in points {
-            self.point(mapped);
+            self.point(sweep, mapped);
         }
         self.follow(surfaces);
     }
 
     /// Enters a point of a sweep that has been entered.
-    fn point(&mut self, mapped: &MappedPoint) {
+    fn point(&mut self, mapped_sweep: u32, mapped: &MappedPoint) {
         let [reflection, order] = mapped.reflection;
         let mut point = PointRecord {
             sweep: mapped.sweep,
@@ -150,6 +150,7 @@ impl Logbook {
             order,
             reflection,
             surface: mapped.surface,
+            mapped_sweep: Some(mapped_sweep),
             time_s: 0.0,
             gmt_index: 0,
             position_m: mapped.point.position.to_array().map(f64::from),

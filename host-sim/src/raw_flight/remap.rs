@@ -42,7 +42,7 @@ impl Remap {
                 path.verdict = outcome(of);
             }
         }
-        self.0.map(&mapped.points, &mapped.surfaces);
+        self.0.map(sweep, &mapped.points, &mapped.surfaces);
     }
 
     /// The log with this map.

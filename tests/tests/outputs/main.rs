@@ -1,6 +1,7 @@
 //! What a flight leaves on disk: whole wherever the flight was cut, the same bytes for the same flight, and read by the
 //! tools of the field with the figures of the report; and what another program writes, flown.
 
+mod animation;
 #[cfg(feature = "outputs")]
 mod browser;
 #[cfg(feature = "outputs")]
@@ -38,7 +39,7 @@ fn write(log: &mut FlightLog, scene: &Scene, out: &Path, encoding: Encoding) -> 
         smoothed: None,
     };
     outputs
-        .write(out, encoding, &[Export::Npz, Export::Ros2])
+        .write(out, encoding, &[Export::Npz, Export::Ros2, Export::Animation])
         .expect("a directory to write to");
     report
 }

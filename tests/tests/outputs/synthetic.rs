@@ -183,6 +183,7 @@ fn listen(
                     order: 1,
                     reflection: 1,
                     surface: None,
+                    mapped_sweep: None,
                     time_s: truth.time_s,
                     gmt_index,
                     position_m: f32_point.position.to_array().map(f64::from),

@@ -73,7 +73,7 @@ fn a_flight_cut_anywhere_leaves_whole_files() {
         let out = directory.path();
         let report = write(&mut log, &scene, out, Encoding::Binary);
         assert_eq!((report.sweeps, report.interrupted), (sweeps, sweeps < 24));
-        let exports = [Export::Npz, Export::Ros2].map(Export::name);
+        let exports = [Export::Npz, Export::Ros2, Export::Animation].map(Export::name);
         for name in Outputs::NAMES.into_iter().chain(exports) {
             assert!(
                 out.join(name).is_file() && !out.join(format!("{name}.part")).exists(),

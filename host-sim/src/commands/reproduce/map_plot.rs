@@ -3,15 +3,11 @@
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
+use crate::flight_files::views::{View, above, slanted};
 use crate::scene::Scene;
 
 const SIZE: (u32, u32) = (1400, 720);
 const OUTLINE: RGBColor = RGBColor(190, 190, 190);
-/// Azimuth that the slanted view looks along, and how far it looks down, rad.
-const VIEW_AZIMUTH_RAD: f64 = 0.9;
-const VIEW_DOWN_RAD: f64 = 0.55;
-/// Heights are drawn this much larger in the slanted view.
-const HEIGHT_STRETCH: f64 = 1.5;
 /// Colours of low and high points, and between.
 const LOW_TO_HIGH: [[f64; 3]; 4] = [
     [49.0, 54.0, 149.0],
@@ -19,24 +15,6 @@ const LOW_TO_HIGH: [[f64; 3]; 4] = [
     [120.0, 180.0, 60.0],
     [215.0, 48.0, 39.0],
 ];
-
-/// Where a point lies in a view: across, up, and how near it is.
-type View = fn([f64; 3]) -> [f64; 3];
-
-fn above([x, y, z]: [f64; 3]) -> [f64; 3] {
-    [x, y, z]
-}
-
-fn slanted([x, y, z]: [f64; 3]) -> [f64; 3] {
-    let (sin, cos) = (libm::sin(VIEW_AZIMUTH_RAD), libm::cos(VIEW_AZIMUTH_RAD));
-    let (down, level) = (libm::sin(VIEW_DOWN_RAD), libm::cos(VIEW_DOWN_RAD));
-    let depth = x * sin + y * cos;
-    [
-        x * cos - y * sin,
-        depth * down + HEIGHT_STRETCH * z * level,
-        -depth,
-    ]
-}
 
 /// The plot as an SVG drawing.
 ///
@@ -181,14 +159,5 @@ mod tests {
     fn higher_points_are_redder() {
         assert_eq!(colour(-1.0), RGBColor(49, 54, 149));
         assert_eq!(colour(2.0), RGBColor(215, 48, 39));
-    }
-
-    #[test]
-    fn the_slanted_view_puts_what_is_high_higher_and_what_is_far_behind() {
-        let [_, low, _] = slanted([5.0, 5.0, 0.0]);
-        let [_, high, _] = slanted([5.0, 5.0, 3.0]);
-        assert!(high > low);
-        let (near, far) = (slanted([0.0, 0.0, 0.0]), slanted([10.0, 10.0, 0.0]));
-        assert!(far[1] > near[1] && far[2] < near[2]);
     }
 }

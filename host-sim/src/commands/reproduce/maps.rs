@@ -283,6 +283,7 @@ impl Flight {
             order: 1,
             reflection: 1,
             surface: None,
+            mapped_sweep: None,
             time_s,
             gmt_index: self.gmt_index,
             position_m: point.position.to_array().map(f64::from),

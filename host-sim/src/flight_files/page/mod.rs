@@ -6,7 +6,7 @@
 
 mod chart;
 mod charts;
-mod plan;
+pub(super) mod plan;
 mod strips;
 mod tables;
 mod view;
@@ -64,7 +64,7 @@ impl Layer {
 
 /// Class of a map point by its distance to the nearest surface: 0 within 0.2 m, 1 within 0.5 m, 2 beyond. Without a
 /// scene nothing is known against a point.
-fn off_surface_class(distance_m: Option<&f64>) -> usize {
+pub(super) fn off_surface_class(distance_m: Option<&f64>) -> usize {
     match distance_m {
         Some(&d) if d > 0.5 => 2,
         Some(&d) if d > 0.2 => 1,
@@ -73,7 +73,7 @@ fn off_surface_class(distance_m: Option<&f64>) -> usize {
 }
 
 /// South-west and north-east corner of everything there is to show, m. A point far outside the scene does not count.
-fn size_of(outputs: &Outputs<'_>) -> ([f64; 2], [f64; 2]) {
+pub(super) fn size_of(outputs: &Outputs<'_>) -> ([f64; 2], [f64; 2]) {
     let mut low = [f64::INFINITY; 2];
     let mut high = [f64::NEG_INFINITY; 2];
     let mut grow = |place: [f64; 3]| {
@@ -109,7 +109,7 @@ fn size_of(outputs: &Outputs<'_>) -> ([f64; 2], [f64; 2]) {
 }
 
 /// Text as HTML.
-fn escape(text: &str) -> String {
+pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

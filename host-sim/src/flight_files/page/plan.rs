@@ -11,9 +11,9 @@ use crate::scene::{Face, Scene};
 const WIDTH: f64 = 720.0;
 const MARGIN: f64 = 14.0;
 /// Faces that look up and lie this high above the lowest one are roofs, m.
-const ROOF_M: f64 = 0.5;
+pub(in crate::flight_files) const ROOF_M: f64 = 0.5;
 /// A trajectory is not drawn across jumps faster than this, m/s: path lists jump.
-const FASTEST_M_PER_S: f64 = 12.0;
+pub(in crate::flight_files) const FASTEST_M_PER_S: f64 = 12.0;
 
 /// From world to drawing.
 struct Projection {
@@ -48,7 +48,7 @@ pub(super) fn svg(outputs: &Outputs<'_>) -> String {
     let view = Projection::new(size_of(outputs));
     let mut body = String::new();
     if let Some(scene) = outputs.scene {
-        body += &walls(scene, &view);
+        body += &walls(scene, |x, y| view.at(x, y));
     }
     let vertices = true_vertices_m(log);
     body += &dots(vertices.iter(), &view, "dot vertex", Layer::Vertices);
@@ -84,15 +84,15 @@ pub(super) fn svg(outputs: &Outputs<'_>) -> String {
             r#"<circle class="start layer-truth" cx="{x:.1}" cy="{y:.1}" r="5"/>"#
         );
     }
-    body += &scale_bar(&view);
+    body += &scale_bar(view.per_m, [WIDTH - MARGIN, view.height - MARGIN], 0.25 * WIDTH);
     format!(
         r#"<svg class="plan" viewBox="0 0 {WIDTH} {:.0}" role="img" aria-label="Plan: map points over the true walls, with the trajectories of UAV and GMT">{body}</svg>"#,
         view.height
     )
 }
 
-/// Roofs as areas, walls as lines.
-fn walls(scene: &Scene, view: &Projection) -> String {
+/// Roofs as areas, walls as lines; `at` says where a place lies in the drawing.
+pub(in crate::flight_files) fn walls(scene: &Scene, at: impl Fn(f64, f64) -> (f64, f64)) -> String {
     let lowest = scene
         .faces()
         .iter()
@@ -109,7 +109,7 @@ fn walls(scene: &Scene, view: &Projection) -> String {
         }
         let out = if roof { &mut roofs } else { &mut lines };
         for (k, v) in face.vertices().iter().enumerate() {
-            let (x, y) = view.at(v.x, v.y);
+            let (x, y) = at(v.x, v.y);
             let _ = write!(out, "{}{x:.1} {y:.1}", if k == 0 { 'M' } else { 'L' });
         }
         out.push('Z');
@@ -161,15 +161,11 @@ fn track(
     )
 }
 
-/// A bar of a round length, and which way is north.
-fn scale_bar(view: &Projection) -> String {
+/// A bar of a round length below `most`, and which way is north; `per_m` is the scale, and it ends at these coordinates.
+pub(in crate::flight_files) fn scale_bar(per_m: f64, [right, bottom]: [f64; 2], most: f64) -> String {
     let lengths_m = [100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0];
-    let length_m = lengths_m
-        .into_iter()
-        .find(|l| l * view.per_m < 0.25 * WIDTH)
-        .unwrap_or(1.0);
-    let (right, bottom) = (WIDTH - MARGIN, view.height - MARGIN);
-    let left = right - length_m * view.per_m;
+    let length_m = lengths_m.into_iter().find(|l| l * per_m < most).unwrap_or(1.0);
+    let left = right - length_m * per_m;
     format!(
         r#"<g class="scalebar"><path d="M{left:.1} {:.1}v6H{right:.1}v-6"/><text x="{:.1}" y="{:.1}" text-anchor="middle">{length_m} m</text><path d="M{:.1} {:.1}v-22l-4 8m4 -8l4 8"/><text x="{:.1}" y="{:.1}">N</text></g>"#,
         bottom - 8.0,
