@@ -1,9 +1,9 @@
 //! Commands of a stage, with an environment that cannot bend them.
 
-use std::env;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
+use std::{env, fs};
 
 /// Variables that change what a build is. RUSTFLAGS, for one, would replace the flags in `.cargo/config.toml`, and the
 /// image for the chip would silently lose its choice of processor.
@@ -39,6 +39,8 @@ pub(crate) enum Expect {
     Success,
     /// Success of rustdoc with warnings as errors.
     CleanDocs,
+    /// Success, and a file that it made is the committed one, byte for byte: first that, then this.
+    Same(&'static str, &'static str),
     /// Failure, with this text in its messages: what the command asks for must be refused.
     Refusal(&'static str),
 }
@@ -59,6 +61,10 @@ pub(crate) fn run(step: &Step) -> Result<(), String> {
     match step.expect {
         Expect::Success => status(&mut command, &line),
         Expect::CleanDocs => status(command.env("RUSTDOCFLAGS", "-D warnings"), &line),
+        Expect::Same(made, committed) => {
+            status(&mut command, &line)?;
+            same(made, committed, &line)
+        }
         Expect::Refusal(reason) => refusal(&mut command, &line, reason),
     }
 }
@@ -70,6 +76,17 @@ pub(crate) fn status(command: &mut Command, line: &str) -> Result<(), String> {
         Ok(status) => Err(format!("`{line}` ended with {status}")),
         Err(error) => Err(format!("`{line}` does not start: {error}")),
     }
+}
+
+/// Compares a file with the committed one.
+fn same(made: &str, committed: &str, line: &str) -> Result<(), String> {
+    let read = |file: &str| fs::read(file).map_err(|error| format!("{file} cannot be read: {error}"));
+    if read(made)? == read(committed)? {
+        return Ok(());
+    }
+    Err(format!(
+        "{committed} is not what `{line}` makes: copy {made} over it"
+    ))
 }
 
 fn refusal(command: &mut Command, line: &str, reason: &str) -> Result<(), String> {

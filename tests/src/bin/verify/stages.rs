@@ -236,6 +236,17 @@ pub(crate) const STAGES: &[Stage] = &[
         work: Work::Steps(&[built("cslam", &["reproduce", "telemetry", "bytes", "--check"])]),
     },
     Stage {
+        name: "picture",
+        what: "the first page's moving picture is that of the flight beside it",
+        needs: &["release"],
+        lane: Lane::Optimised,
+        work: Work::Steps(&[Step {
+            program: Program::Release("cslam"),
+            arguments: &["fly", "--export=animation", "--out=target/verify-flight"],
+            expect: Expect::Same("target/verify-flight/flight.svg", "docs/flight.svg"),
+        }]),
+    },
+    Stage {
         name: "accuracy",
         what: "path estimation gives the committed figures, byte for byte, and every figure asked for is reached",
         needs: &["release"],
