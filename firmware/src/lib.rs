@@ -12,21 +12,18 @@
 extern crate alloc;
 
 pub mod app;
-pub mod association_check;
 pub mod board;
 pub mod clock;
-mod digest;
 pub mod fault;
 pub mod front_end;
-pub mod front_end_check;
 pub mod icm42688;
-pub mod link_state_check;
 pub mod log;
 pub mod mmc5983;
 pub mod mpu;
+#[cfg(test)]
+#[path = "../tests/common/random.rs"]
 mod random;
 pub mod ring;
 pub mod sensor_stream;
 pub mod storage;
 pub mod supervisor;
-pub mod sweep_check;

@@ -148,7 +148,7 @@ mod tests {
             let mut at = read.load(Ordering::Relaxed) as usize;
             let end = write.load(Ordering::Relaxed) as usize;
             // Now and then the probe reads: all of it, or not yet.
-            while at != end && !random.word().is_multiple_of(3) {
+            while at != end && random.below(3) > 0 {
                 seen.push(bytes[at].load(Ordering::Relaxed));
                 at = (at + 1) % SIZE;
                 read.store(at as u32, Ordering::Relaxed);

@@ -61,7 +61,7 @@ pub fn emulated_board(verb: &str, image: &str) -> Command {
             "--target",
             "thumbv7em-none-eabihf",
         ])
-        .args(["-p", "cslam-firmware", "--features", features, "--bin", image])
+        .args(["-p", "cslam-checks", "--features", features, "--bin", image])
         // They would replace the flags in `.cargo/config.toml`, and with them the choice of the processor.
         .env_remove("RUSTFLAGS")
         .env_remove("CARGO_ENCODED_RUSTFLAGS")

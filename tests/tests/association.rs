@@ -3,8 +3,8 @@
 
 use std::sync::OnceLock;
 
+use cslam_checks::association;
 use cslam_core::surfaces::{SurfaceConfig, Surfaces};
-use cslam_firmware::association_check;
 use cslam_tests::cost::{costs_no_more_than_committed, counts};
 use cslam_tests::counted_on_the_chip;
 
@@ -35,7 +35,7 @@ fn association_meets_its_budget() {
 fn the_chip_decides_as_the_host_does() {
     let mut surfaces = Surfaces::new(SurfaceConfig::default());
     let mut lines = Vec::new();
-    let done = association_check::run(
+    let done = association::run(
         &mut surfaces,
         |_, each| each(),
         |number, digest| lines.push(format!("sweep {number} {digest:016x}")),

@@ -1,13 +1,15 @@
-//! The library's self-test on processors beside the Cortex-M7: an emulated Cortex-M4F with the kernels in assembly and a
+//! The self-test on processors beside the Cortex-M7: an emulated Cortex-M4F with the kernels in assembly and a
 //! Cortex-M55 with the portable ones compute the host's bits. Run by `cargo verify`, stage `kernels`.
 
 use std::process::Command;
 
+use cslam_checks::front_end::{BLOCKS, run};
+use cslam_checks::link_state::{LINKS, Link, Networks};
 use cslam_core::kernels::{Native, Native as NativeLayers};
 use cslam_core::link_state::Activations;
+use cslam_core::profile::Samples;
+use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
 use cslam_core::signal::{Correlator, Iq, SAMPLES, Waveform, Workspace};
-use cslam_firmware::front_end_check::{BLOCKS, Block, CHANNELS, run};
-use cslam_firmware::link_state_check::{LINKS, Link, Networks};
 use cslam_tests::{printed, root};
 
 /// A board, its compiler's target, and the processor where the target's is another.
@@ -35,7 +37,7 @@ impl Chip {
     /// Builds the image, runs it and gives what it printed.
     fn output(&self) -> String {
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-        let image = format!("self-test-{}", self.board);
+        let image = "self-test";
         let mut build = Command::new(cargo);
         build
             .current_dir(root())
@@ -48,7 +50,7 @@ impl Chip {
                 "--target",
                 self.target,
             ])
-            .args(["-p", "cslam-firmware", "--bin", &image])
+            .args(["-p", "cslam-checks", "--bin", image])
             .args(["--features", &format!("qemu-{}", self.board)])
             .env_remove("RUSTFLAGS")
             .env_remove("CARGO_ENCODED_RUSTFLAGS")
@@ -63,21 +65,22 @@ impl Chip {
         }
         assert!(
             build.status().expect("cargo starts").success(),
-            "{image} does not build"
+            "{image} does not build for {}",
+            self.board
         );
         let elf = root()
             .join("target")
             .join(self.target)
             .join("firmware")
-            .join(&image);
-        let mut run = Command::new(root().join("firmware/tools/qemu-run.sh"));
+            .join(image);
+        let mut run = Command::new(root().join("checks/tools/qemu-run.sh"));
         printed(run.arg(self.machine).arg(elf))
     }
 }
 
 /// The host's lines, after that of the kernels.
 fn expected(kernels: &str) -> Vec<String> {
-    let mut block: Box<Block> = vec![[Iq::ZERO; SAMPLES]; CHANNELS]
+    let mut block: Box<Samples> = vec![[Iq::ZERO; SAMPLES]; CHANNELS]
         .try_into()
         .expect("as many channels");
     let mut work = Workspace::new();

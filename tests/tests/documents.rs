@@ -62,7 +62,7 @@ fn pointers(source: &str) -> Vec<(String, Option<String>)> {
 #[test]
 fn sources_point_to_pages_and_sections_that_exist() {
     let mut sources = Vec::new();
-    for folder in ["core", "firmware", "host-sim", "tests"] {
+    for folder in ["core", "firmware", "checks", "host-sim", "tests"] {
         sources.extend(files(&root().join(folder), &[".rs", ".toml"]));
     }
     let (mut wrong, mut seen) = (Vec::new(), 0);
@@ -132,7 +132,15 @@ fn links_of_documents_lead_somewhere() {
 
 /// Files and folders of the project that a page names between backticks: `core/src/map`.
 fn named_sources(page: &str) -> Vec<&str> {
-    const CRATES: [&str; 6] = ["core/", "firmware/", "host-sim/", "tests/", "capi/", "python/"];
+    const CRATES: [&str; 7] = [
+        "core/",
+        "firmware/",
+        "checks/",
+        "host-sim/",
+        "tests/",
+        "capi/",
+        "python/",
+    ];
     let spans = page.split('`').skip(1).step_by(2);
     let paths = spans.filter(|span| CRATES.iter().any(|folder| span.starts_with(folder)));
     paths

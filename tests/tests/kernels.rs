@@ -3,9 +3,11 @@
 
 use std::sync::OnceLock;
 
+use cslam_checks::front_end::{BLOCKS, run};
 use cslam_core::kernels::Native;
+use cslam_core::profile::Samples;
+use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
 use cslam_core::signal::{Correlator, Iq, SAMPLES, Waveform, Workspace};
-use cslam_firmware::front_end_check::{BLOCKS, Block, CHANNELS, run};
 use cslam_tests::cost::{costs_no_more_than_committed, counts};
 use cslam_tests::counted_on_the_chip;
 
@@ -34,7 +36,7 @@ fn the_kernels_meet_their_budgets() {
 /// with its own portable form and would have ended with an error.)
 #[test]
 fn the_chip_computes_the_bits_of_the_host() {
-    let mut block: Box<Block> = vec![[Iq::ZERO; SAMPLES]; CHANNELS]
+    let mut block: Box<Samples> = vec![[Iq::ZERO; SAMPLES]; CHANNELS]
         .try_into()
         .expect("as many channels");
     let mut work = Workspace::new();

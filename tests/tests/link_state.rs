@@ -4,9 +4,9 @@
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
+use cslam_checks::link_state::{LINKS, Link, ModelFile, Networks, Which, trees_digest};
 use cslam_core::kernels::Native;
 use cslam_core::link_state::{Activations, models};
-use cslam_firmware::link_state_check::{LINKS, Link, ModelFile, Networks, Which, trees_digest};
 use cslam_tests::cost::{costs_no_more_than_committed, counts};
 use cslam_tests::counted_on_the_chip;
 

@@ -23,16 +23,15 @@ use cortex_m_rt::entry;
 use cslam_core::geometry::{Body, Direction, GeometryError, Matrix3, Rotation, World};
 use cslam_core::link_state::{AcceptGate, Classifier, LinkGeometry, Model, PaperClassifier, Received};
 use cslam_core::path::Path;
-use cslam_core::paths::{EstimatorConfig, PaperEstimator, PathEstimator};
+use cslam_core::paths::{EstimatorConfig, PathEstimator};
+use cslam_core::profile::PaperFlightEstimator;
+use cslam_core::profile::quad_4x8_gmt_72::{CHANNELS, PATHS};
 use cslam_core::reflection::{Ends, Form, solve};
 use cslam_core::signal::{BeamBlock, Correlator, Detector, Iq, SAMPLES, Waveform, Workspace};
 use cslam_core::telemetry::{Decoder, Key, MAX_FRAME, Opener, Sender, Uplink};
-use cslam_firmware::front_end_check::{Block, CHANNELS, SUBSET};
+use cslam_firmware::front_end::Block;
 use cslam_firmware::ring::{AccessError, Consumer, Producer, SharedMemory};
 use cslam_firmware::sensor_stream;
-use cslam_firmware::sweep_check::PATHS;
-
-type Paper = PaperEstimator<4, 8, CHANNELS, 72, PATHS>;
 
 /// Memory of which the compiler knows nothing.
 struct Opaque;
@@ -69,8 +68,8 @@ fn main() -> ! {
         listen(&Correlator::new(&black_box(Waveform::default())), block, work);
         let config = black_box(EstimatorConfig::default());
         // One mode is active at a time; the default has its place in the application.
-        if let Some(paper) = black_box(None::<&mut Paper>) {
-            *paper = Paper::new(&config);
+        if let Some(paper) = black_box(None::<&mut PaperFlightEstimator>) {
+            *paper = PaperFlightEstimator::new(&config);
             estimate(paper, block);
         }
     }
@@ -135,7 +134,7 @@ fn listen(correlator: &Correlator, samples: &mut Block, work: &mut Workspace) {
         exponent: black_box(0),
     });
     black_box(beam.mean_power());
-    black_box(detector.peak(correlator.detect(&beam, black_box(&SUBSET), work).profile));
+    black_box(detector.peak(correlator.detect(&beam, black_box(&[0; 8]), work).profile));
     let taps = correlator.correlate(beam, work);
     black_box(detector.peak(taps.profile()));
     black_box((taps.clips(), taps.exponent()));

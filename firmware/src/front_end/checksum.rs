@@ -106,7 +106,7 @@ mod tests {
         for _ in 0..4 {
             block
                 .as_flattened_mut()
-                .fill_with(|| Iq::from_word(random.word() as u32));
+                .fill_with(|| Iq::from_word(random.below(1 << 32) as u32));
             write_samples(&block, &mut bytes);
             assert_eq!(SoftwareCrc.samples(&block), SoftwareCrc.bytes(&bytes));
         }

@@ -6,6 +6,7 @@ mod flash;
 mod lines;
 mod port;
 mod processor;
+#[path = "../common/random.rs"]
 mod random;
 
 use std::cell::Cell;

@@ -160,7 +160,7 @@ pub(crate) fn runs(group: u32) -> bool {
 
 /// The script that runs an image.
 pub(crate) fn runner() -> PathBuf {
-    root().join("firmware/tools/qemu-run.sh")
+    root().join("checks/tools/qemu-run.sh")
 }
 
 /// Builds an image for the board: cargo decides whether there is anything to do, so it is never stale.

@@ -1,30 +1,26 @@
 //! Golden sweeps: what the emulated chip makes of recorded sweeps is, bit for bit, what this machine makes of them.
 
-use cslam_core::paths::{
-    BeamReport, EstimatedPath, Estimator, EstimatorConfig, PaperEstimator, PathEstimator,
-};
+use cslam_checks::sweep::run;
+use cslam_core::paths::{BeamReport, EstimatedPath, EstimatorConfig, PathEstimator};
+use cslam_core::profile::quad_4x8_gmt_72::{CHANNELS, PATHS};
+use cslam_core::profile::{FlightEstimator, PaperFlightEstimator, Samples};
 use cslam_core::signal::{BeamBlock, Correlator, Iq, SAMPLES, Workspace};
-use cslam_firmware::front_end_check::{Block, CHANNELS};
-use cslam_firmware::sweep_check::{PATHS, run};
 
 use crate::chip;
 use crate::recordings::{self, Recording};
 
-type Best = Estimator<4, 8, CHANNELS, 72, 3, 8, 8, 360, PATHS>;
-type Paper = PaperEstimator<4, 8, CHANNELS, 72, PATHS>;
-
 fn estimator(mode: &str) -> Box<dyn PathEstimator<CHANNELS, PATHS>> {
     let config = EstimatorConfig::single_sweeps();
     match mode {
-        "best" => Box::new(Best::new(&config)),
-        _ => Box::new(Paper::new(&config)),
+        "best" => Box::new(FlightEstimator::new(&config)),
+        _ => Box::new(PaperFlightEstimator::new(&config)),
     }
 }
 
 /// Lines of this machine.
 fn expected(recording: &Recording, estimator: &mut dyn PathEstimator<CHANNELS, PATHS>) -> String {
     let mut lines = String::new();
-    let mut block: Box<Block> = vec![[Iq::ZERO; SAMPLES]; CHANNELS]
+    let mut block: Box<Samples> = vec![[Iq::ZERO; SAMPLES]; CHANNELS]
         .try_into()
         .expect("as many channels");
     let sweeps = run(

@@ -1,8 +1,8 @@
 //! The recorded sweeps: scenes at several SNRs through the channel and the front end, and captures that no gain control
 //! delivers.
 
+use cslam_checks::sweep::{BLOCK, END_OF_SWEEP, header};
 use cslam_core::signal::Iq;
-use cslam_firmware::sweep_check::{BLOCK, END_OF_SWEEP, header};
 use cslam_host_sim::channel::{Block, Impairments, Jammer, Sweep};
 
 use crate::recorder::Recorder;

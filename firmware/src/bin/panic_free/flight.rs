@@ -10,8 +10,7 @@ use cslam_core::profile::Radio;
 use cslam_core::receiver::{Config, LinkStates, Memory, Receiver};
 use cslam_core::telemetry::{Decoder, Key};
 use cslam_firmware::app::{AppConfig, Application, Best, BoardStatus, Downlink, Ground, Map, VOXELS};
-use cslam_firmware::front_end::{FrontEnd, HEADER_LENGTH, SoftwareCrc};
-use cslam_firmware::front_end_check::Block;
+use cslam_firmware::front_end::{Block, FrontEnd, HEADER_LENGTH, SoftwareCrc};
 use cslam_firmware::sensor_stream;
 
 /// Flies on inputs of which the compiler knows nothing.

@@ -100,7 +100,7 @@ impl Board {
         let records = Producer::create(memory(RECORDS_AT)?, RECORD_SLOTS)?;
         let frames = Producer::create(memory(FRAMES_AT)?, FRAME_SLOTS)?;
         let log = File::create(folder.path().join("log"))?;
-        let mut command = Command::new(root().join("firmware/tools/qemu-run.sh"));
+        let mut command = Command::new(root().join("checks/tools/qemu-run.sh"));
         command
             .arg("mps2-an500")
             .arg(image)

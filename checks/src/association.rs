@@ -1,4 +1,4 @@
-//! Check of data association: a round of walls, learnt from many sweeps, and digests of every verdict. Equal digests on two machines mean
+//! Data association: a round of walls, learnt from many sweeps, and digests of every verdict. Equal digests on two machines mean
 //! equal bits.
 //!
 //! The store fills to its last surface. What is counted on a chip is association with a pose that is known as in flight, and with one as after an

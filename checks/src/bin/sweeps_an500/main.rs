@@ -21,10 +21,11 @@ mod words;
 use core::panic::PanicInfo;
 
 use cortex_m_rt::entry;
-use cslam_core::paths::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator};
+use cslam_checks::sweep;
+use cslam_core::paths::{EstimatorConfig, PathEstimator};
+use cslam_core::profile::quad_4x8_gmt_72::{CHANNELS, PATHS};
+use cslam_core::profile::{PaperFlightEstimator, Samples};
 use cslam_core::signal::{Iq, SAMPLES};
-use cslam_firmware::front_end_check::{Block, CHANNELS};
-use cslam_firmware::sweep_check::{self, PATHS};
 use defmt_semihosting as _;
 use semihosting::process::exit;
 
@@ -34,8 +35,7 @@ use recording::Recording;
 use stages::Stages;
 use words::words;
 
-type Best = Estimator<4, 8, CHANNELS, 72, 3, 8, 8, 360, PATHS, &'static Stages>;
-type Paper = PaperEstimator<4, 8, CHANNELS, 72, PATHS>;
+type Best = cslam_firmware::app::Best<&'static Stages>;
 
 #[entry]
 fn main() -> ! {
@@ -59,7 +59,9 @@ fn main() -> ! {
             )
         }
         b"paper" => {
-            let Some(estimator) = cortex_m::singleton!(: Paper = Paper::new(&config)) else {
+            let Some(estimator) =
+                cortex_m::singleton!(: PaperFlightEstimator = PaperFlightEstimator::new(&config))
+            else {
                 exit(101)
             };
             check(
@@ -87,11 +89,11 @@ fn check(
     let (Some(mut recording), Some(mut lines)) = (recording, lines) else {
         usage()
     };
-    let Some(block) = cortex_m::singleton!(: Block = [[Iq::ZERO; SAMPLES]; CHANNELS]) else {
+    let Some(block) = cortex_m::singleton!(: Samples = [[Iq::ZERO; SAMPLES]; CHANNELS]) else {
         exit(101)
     };
     let mut counter = Counter { stages, sweep: 0 };
-    match sweep_check::run(&mut recording, estimator, block, &mut counter, &mut lines) {
+    match sweep::run(&mut recording, estimator, block, &mut counter, &mut lines) {
         Ok(sweeps) if lines.flush().is_ok() => {
             defmt::println!("sweeps: {=u32}", sweeps);
             exit(0)

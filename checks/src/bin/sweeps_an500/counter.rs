@@ -1,7 +1,7 @@
 //! Instructions of a sweep and of its stages.
 
+use cslam_checks::sweep::Observer;
 use cslam_core::paths::{BeamReport, Meter, Stage};
-use cslam_firmware::sweep_check::Observer;
 
 use crate::stages::Stages;
 

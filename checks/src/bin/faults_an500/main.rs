@@ -6,9 +6,9 @@
 #![no_std]
 #![no_main]
 
-#[path = "../armv7m/hard_fault.rs"]
+#[path = "../../../../firmware/src/bin/armv7m/hard_fault.rs"]
 mod hard_fault;
-#[path = "../armv7m/protect.rs"]
+#[path = "../../../../firmware/src/bin/armv7m/protect.rs"]
 mod protect;
 #[path = "../an500/uart.rs"]
 mod uart;

@@ -5,14 +5,12 @@
 
 use core::hint::black_box;
 
+use cslam_checks::link_state::{LINKS, Link, ModelFile, Networks, PAPER_INPUTS, PATHS, Which, trees_digest};
 use cslam_core::kernels::{Kernels, Native, Portable};
 use cslam_core::link_state::{
     Activations, Features, Network, PathClassifier, Probabilities, models, paper_inputs,
 };
 use cslam_core::reflection::InputError;
-use cslam_firmware::link_state_check::{
-    LINKS, Link, ModelFile, Networks, PAPER_INPUTS, PATHS, Which, trees_digest,
-};
 
 use crate::clock::ticks;
 use crate::exit::Exit;

@@ -1,24 +1,29 @@
-//! The library's self-test for processors beside the Cortex-M7. Nothing of the board is used but its memory.
+//! The self-test for processors beside the Cortex-M7: a Cortex-M4F (MPS2+ with the AN386 image) and a Cortex-M55 (MPS3 with the AN547
+//! image), as QEMU emulates them. Nothing of the board is used but its memory.
 //!
 //! First a line `kernels` with those that the target runs, of path estimation and of the networks. Then one line a block of
 //! samples, `block index digest clips unexamined exponent`, through the front end of path estimation, and one line a link,
 //! `link index digest`, through the networks of the link state. They must be the host's lines. Exit code 0.
+#![no_std]
+#![no_main]
 
 use core::panic::PanicInfo;
 
 use cortex_m_rt::entry;
+use cslam_checks::front_end::{self, BLOCKS};
+use cslam_checks::link_state::{LINKS, Link, Networks};
 use cslam_core::kernels::{Native, Native as NativeLayers};
 use cslam_core::link_state::Activations;
+use cslam_core::profile::Samples;
+use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
 use cslam_core::signal::{Correlator, Iq, SAMPLES, Waveform, Workspace};
-use cslam_firmware::front_end_check::{self, BLOCKS, Block, CHANNELS};
-use cslam_firmware::link_state_check::{LINKS, Link, Networks};
 use defmt_semihosting as _;
 use semihosting::process::exit;
 
 #[entry]
 fn main() -> ! {
     let buffers =
-        cortex_m::singleton!(: (Block, Workspace) = ([[Iq::ZERO; SAMPLES]; CHANNELS], Workspace::new()));
+        cortex_m::singleton!(: (Samples, Workspace) = ([[Iq::ZERO; SAMPLES]; CHANNELS], Workspace::new()));
     let Some((block, work)) = buffers else { exit(101) };
     defmt::println!(
         "kernels {=str} {=str}",
@@ -27,7 +32,7 @@ fn main() -> ! {
     );
     let correlator = Correlator::<Native>::new(&Waveform::default());
     for index in 0..BLOCKS {
-        let outcome = front_end_check::run(&correlator, block, index, work);
+        let outcome = front_end::run(&correlator, block, index, work);
         defmt::println!("block {=u32} {}", index, defmt::Display2Format(&outcome));
     }
     let Ok(networks) = Networks::<NativeLayers>::shipped() else {

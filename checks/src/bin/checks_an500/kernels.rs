@@ -5,10 +5,12 @@
 
 use core::hint::black_box;
 
+use cslam_checks::front_end::{self as check, BLOCKS, SUBSET};
 use cslam_core::kernels::{Channel, Kernels, Native, Portable};
+use cslam_core::profile::Samples;
+use cslam_core::profile::quad_4x8_gmt_72::CHANNELS;
 use cslam_core::signal::{Correlator, Detector, Iq, SAMPLES, Waveform, Workspace};
 use cslam_firmware::front_end::{Checksum, SoftwareCrc};
-use cslam_firmware::front_end_check::{self as check, BLOCKS, Block, CHANNELS, SUBSET};
 
 use crate::exit::Exit;
 use crate::measure::report;
@@ -22,7 +24,7 @@ const JAMMED: u32 = 10;
 const WEAK: u32 = 20;
 
 pub(crate) fn run() -> Result<(), Exit> {
-    let buffers = cortex_m::singleton!(: (Block, Workspace, Workspace) = ([[Iq::ZERO; SAMPLES]; CHANNELS], Workspace::new(), Workspace::new()));
+    let buffers = cortex_m::singleton!(: (Samples, Workspace, Workspace) = ([[Iq::ZERO; SAMPLES]; CHANNELS], Workspace::new(), Workspace::new()));
     let (block, work, other) = buffers.ok_or(Exit::Panic)?;
     let waveform = Waveform::default();
     let native = Correlator::<Native>::new(&waveform);
@@ -49,7 +51,7 @@ pub(crate) fn run() -> Result<(), Exit> {
 }
 
 /// Counts every kernel of a set on a nominal block.
-fn costs<K: Kernels>(set: &str, correlator: &Correlator<K>, block: &mut Block, work: &mut Workspace) {
+fn costs<K: Kernels>(set: &str, correlator: &Correlator<K>, block: &mut Samples, work: &mut Workspace) {
     check::fill(block, NOMINAL);
     let mut spectrum: Channel = [Iq::ZERO; SAMPLES];
     if let Some(channel) = block.first() {
@@ -78,7 +80,7 @@ fn costs<K: Kernels>(set: &str, correlator: &Correlator<K>, block: &mut Block, w
 }
 
 /// Counts what is dear only for captures that are not regular.
-fn irregular_costs<K: Kernels>(correlator: &Correlator<K>, block: &mut Block, work: &mut Workspace) {
+fn irregular_costs<K: Kernels>(correlator: &Correlator<K>, block: &mut Samples, work: &mut Workspace) {
     check::fill(block, JAMMED);
     let beam = correlator.level(check::as_captured(block, JAMMED));
     black_box(report("", "correlate, a tone clips in every channel", || {

@@ -1,4 +1,4 @@
-//! Check of the link state classifiers: links of all kinds, the trees and networks that come with the crate, networks of random weights, and digests
+//! The link state classifiers: links of all kinds, the trees and networks that come with the crate, networks of random weights, and digests
 //! of everything between a measured path and its probabilities. Equal digests of two kernels, or of two machines, mean equal
 //! bits.
 

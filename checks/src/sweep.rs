@@ -1,4 +1,4 @@
-//! Check of the whole path estimator: recorded sweeps in, one line of text for everything it makes of them. Equal lines on
+//! The whole path estimator: recorded sweeps in, one line of text for everything it makes of them. Equal lines on
 //! two machines mean equal bits.
 //!
 //! A recording is a stream of blocks: an 8-byte header (u16 [`BLOCK`] or [`END_OF_SWEEP`], u16 transmit beam, i32 exponent)
@@ -7,13 +7,11 @@
 use core::fmt;
 
 use cslam_core::paths::{BeamReport, EstimatedPath, PathEstimator};
+use cslam_core::profile::Samples;
+use cslam_core::profile::quad_4x8_gmt_72::{CHANNELS, PATHS};
 use cslam_core::signal::{BeamBlock, Iq, SAMPLES};
 use embedded_io::{Read, ReadExactError};
 
-use crate::front_end_check::{Block, CHANNELS};
-
-/// Paths of a sweep.
-pub const PATHS: usize = 9;
 /// Tag of a header that samples follow.
 pub const BLOCK: u16 = 1;
 /// Tag of a header that ends a sweep.
@@ -23,7 +21,7 @@ pub const HEADER: usize = 8;
 
 /// Why a check ended early.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SweepCheckError<E> {
+pub enum SweepError<E> {
     /// The stream ended inside a block, or could not be read.
     Read(ReadExactError<E>),
     /// A header has neither tag.
@@ -32,13 +30,13 @@ pub enum SweepCheckError<E> {
     Write,
 }
 
-impl<E> From<ReadExactError<E>> for SweepCheckError<E> {
+impl<E> From<ReadExactError<E>> for SweepError<E> {
     fn from(error: ReadExactError<E>) -> Self {
         Self::Read(error)
     }
 }
 
-impl<E> From<fmt::Error> for SweepCheckError<E> {
+impl<E> From<fmt::Error> for SweepError<E> {
     fn from(_: fmt::Error) -> Self {
         Self::Write
     }
@@ -77,10 +75,10 @@ impl Observer for () {}
 pub fn run<R: Read>(
     recording: &mut R,
     estimator: &mut dyn PathEstimator<CHANNELS, PATHS>,
-    block: &mut Block,
+    block: &mut Samples,
     observer: &mut impl Observer,
     out: &mut dyn fmt::Write,
-) -> Result<u32, SweepCheckError<R::Error>> {
+) -> Result<u32, SweepError<R::Error>> {
     let (mut sweeps, mut blocks) = (0, 0);
     loop {
         let mut bytes = [0; HEADER];
@@ -110,13 +108,13 @@ pub fn run<R: Read>(
                 }
                 (sweeps, blocks) = (sweeps + 1, 0);
             }
-            tag => return Err(SweepCheckError::Tag(tag)),
+            tag => return Err(SweepError::Tag(tag)),
         }
     }
 }
 
 /// Fills a block with the samples that come next.
-fn load<R: Read>(recording: &mut R, block: &mut Block) -> Result<(), ReadExactError<R::Error>> {
+fn load<R: Read>(recording: &mut R, block: &mut Samples) -> Result<(), ReadExactError<R::Error>> {
     let mut bytes = [0; 4 * SAMPLES];
     for channel in block {
         recording.read_exact(&mut bytes)?;

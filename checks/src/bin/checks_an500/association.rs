@@ -2,9 +2,9 @@
 //!
 //! Lines `association, NAME, mean` and `most: instructions`, then one line a sweep, `sweep number digest`.
 
+use cslam_checks::association::{self, Work};
 use cslam_core::receiver::SURFACES;
 use cslam_core::surfaces::{SurfaceConfig, Surfaces};
-use cslam_firmware::association_check::{self, Work};
 
 use crate::clock::ticks;
 use crate::exit::Exit;
@@ -40,7 +40,7 @@ pub(crate) fn run() -> Result<(), Exit> {
             kind.add(instructions);
         }
     };
-    association_check::run(surfaces, measure, |number, digest| {
+    association::run(surfaces, measure, |number, digest| {
         defmt::println!("sweep {=u32} {=u64:016x}", number, digest);
     })
     .ok_or(Exit::Failed)?;

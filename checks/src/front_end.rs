@@ -1,24 +1,20 @@
-//! Check of the path estimator's kernels: sample blocks from the quiet to the extreme, and digests of all that the front
+//! The path estimator's kernels: sample blocks from the quiet to the extreme, and digests of all that the front
 //! end makes of them. Equal digests of two kernel sets, or of two machines, mean equal bits.
 
 use core::fmt;
 
-use cslam_core::kernels::{Channel, Kernels};
+use cslam_core::kernels::Kernels;
+use cslam_core::profile::Samples;
 use cslam_core::signal::{BeamBlock, Correlator, Iq, SAMPLES, Waveform, Workspace};
 use libm::{cos, floor, sin, sqrt};
 
 use crate::digest::Digest;
 use crate::random::Random;
 
-/// Channels of a block.
-pub const CHANNELS: usize = 32;
 /// Number of different blocks.
 pub const BLOCKS: u32 = 32;
 /// Channels of the detection stage: two of each array.
 pub const SUBSET: [u8; 8] = [2, 5, 10, 13, 18, 21, 26, 29];
-
-/// Samples of one beam.
-pub type Block = [Channel; CHANNELS];
 
 impl Random {
     /// Near-normal of an rms, from eight bytes.
@@ -30,7 +26,7 @@ impl Random {
 }
 
 /// Fills block `index` (taken modulo [`BLOCKS`]).
-pub fn fill(block: &mut Block, index: u32) {
+pub fn fill(block: &mut Samples, index: u32) {
     const LOW: i16 = i16::MIN;
     const HIGH: i16 = i16::MAX;
     let index = index % BLOCKS;
@@ -167,7 +163,7 @@ impl fmt::Display for Outcome {
 /// Runs everything on block `index`.
 pub fn run<K: Kernels>(
     correlator: &Correlator<K>,
-    block: &mut Block,
+    block: &mut Samples,
     index: u32,
     work: &mut Workspace,
 ) -> Outcome {
@@ -200,7 +196,7 @@ pub fn run<K: Kernels>(
 }
 
 /// A filled block as the front end takes it.
-pub fn as_captured(samples: &mut Block, index: u32) -> BeamBlock<'_> {
+pub fn as_captured(samples: &mut Samples, index: u32) -> BeamBlock<'_> {
     BeamBlock {
         samples,
         beam: index as u16,
