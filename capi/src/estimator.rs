@@ -2,6 +2,7 @@
 
 use core::ffi::{CStr, c_char, c_void};
 
+use cslam_core::geometry::{Gmt, Rotation, World};
 use cslam_core::paths::PathEstimator;
 use cslam_core::profile::quad_4x8_gmt_72::{BEAMS, CHANNELS, PATHS};
 use cslam_core::profile::{FlightConfig, FlightEstimator, Samples};
@@ -23,7 +24,14 @@ pub struct CslamEstimator {
     _private: [u8; 0],
 }
 
-type EstimatorSlot = Slot<FlightEstimator>;
+/// What lies in that memory.
+struct Estimating {
+    estimator: FlightEstimator,
+    /// Departures come in the axes of the GMT, and go out in those of the world.
+    gmt_attitude: Rotation<Gmt, World>,
+}
+
+type EstimatorSlot = Slot<Estimating>;
 
 const _: () = assert!(align_of::<EstimatorSlot>() <= 16);
 const _: () = assert!(size_of::<Samples>() == 2 * BLOCK);
@@ -85,8 +93,8 @@ pub unsafe extern "C" fn cslam_estimator_init(
         // SAFETY: the caller's promise.
         let out = unsafe { pointer::place(out)? };
         out.write(core::ptr::null_mut());
-        let config = if config.is_null() {
-            FlightConfig::default()
+        let (config, gmt_attitude) = if config.is_null() {
+            (FlightConfig::default(), Rotation::identity())
         } else {
             // SAFETY: the caller's promise.
             unsafe { pointer::read(config)? }
@@ -96,7 +104,8 @@ pub unsafe extern "C" fn cslam_estimator_init(
         // SAFETY: the caller's promise; the whole estimator is written at the address that is given.
         let slot = unsafe {
             EstimatorSlot::init(memory, length, |place| {
-                place.write(FlightEstimator::new(&config));
+                (&raw mut (*place).estimator).write(FlightEstimator::new(&config));
+                (&raw mut (*place).gmt_attitude).write(gmt_attitude);
                 Ok(())
             })?
         };
@@ -209,7 +218,8 @@ pub unsafe extern "C" fn cslam_estimator_push_beam(
         // SAFETY: the caller's promise.
         let block = beam_block(unsafe { block(samples, count)? }, beam, exponent)?;
         // SAFETY: the caller's promise; `with` gives an estimator that nobody else uses.
-        let found = unsafe { EstimatorSlot::with(estimator.cast(), |e| Ok((*e).push_beam(block)))? };
+        let found =
+            unsafe { EstimatorSlot::with(estimator.cast(), |e| Ok((*e).estimator.push_beam(block)))? };
         if !report.is_null() {
             // SAFETY: checked above.
             unsafe { pointer::place(report)? }.write(CslamBeamReport {
@@ -248,10 +258,15 @@ pub unsafe extern "C" fn cslam_estimator_finish(
         // SAFETY: the caller's promise.
         unsafe { pointer::check_size(paths.cast_const())? };
         // SAFETY: the caller's promise; `with` gives an estimator that nobody else uses.
-        let sweep = unsafe { EstimatorSlot::with(estimator.cast(), |e| Ok((*e).finish()))? };
+        let (sweep, gmt_attitude) = unsafe {
+            EstimatorSlot::with(estimator.cast(), |e| {
+                Ok(((*e).estimator.finish(), (*e).gmt_attitude))
+            })?
+        };
         for (index, path) in sweep.iter().enumerate() {
+            let path = path.with_departure_in_world(&gmt_attitude);
             // SAFETY: within the `capacity` structs, which the caller says are there.
-            unsafe { paths.add(index).write(path.into()) };
+            unsafe { paths.add(index).write((&path).into()) };
         }
         found.write(sweep.len());
         Ok(())
@@ -307,7 +322,7 @@ pub unsafe extern "C" fn cslam_estimator_sweep(
         // SAFETY: the caller's promise; `with` gives an estimator that nobody else uses.
         unsafe {
             EstimatorSlot::with(estimator.cast(), |e| {
-                let e = &mut *e;
+                let e = &mut (*e).estimator;
                 let _forgotten = e.finish();
                 for (_, index) in &order {
                     if let (Some(block), Some((beam, exponent))) = (all.get_mut(*index), told().nth(*index)) {

@@ -116,8 +116,8 @@ impl From<&FlightConfig> for CslamEstimatorConfig {
 }
 
 impl CslamEstimatorConfig {
-    /// The configuration, or the name of the field that is wrong.
-    pub(crate) fn checked(&self) -> Result<FlightConfig, &'static CStr> {
+    /// The configuration and how the GMT stands, or the name of the field that is wrong.
+    pub(crate) fn checked(&self) -> Result<(FlightConfig, Rotation<Gmt, World>), &'static CStr> {
         let default = FlightConfig::default();
         // The default is a decimal that single precision does not hold; left as it was, it shall be the default's.
         let false_alarms_per_sweep = if self.false_alarms_per_sweep == default.false_alarms_per_sweep as f32 {
@@ -133,7 +133,6 @@ impl CslamEstimatorConfig {
             Rotation::<Gmt, World>::from_quaternion([w, x, y, z]).map_err(|_| c"gmt_attitude_wxyz")?
         };
         let config = FlightConfig {
-            gmt_attitude,
             false_alarms_per_sweep,
             dynamic_range_db: self.dynamic_range_db,
             screening: flag(self.screening).map_err(|_| c"screening")?,
@@ -148,7 +147,7 @@ impl CslamEstimatorConfig {
             ..default
         };
         match config.check(BEAMS) {
-            Ok(()) => Ok(config),
+            Ok(()) => Ok((config, gmt_attitude)),
             Err(error) => Err(name(error)),
         }
     }
@@ -169,8 +168,8 @@ fn name(error: EstimatorConfigError) -> &'static CStr {
     }
 }
 
-impl From<&EstimatedPath> for CslamPath {
-    fn from(found: &EstimatedPath) -> Self {
+impl From<&EstimatedPath<World>> for CslamPath {
+    fn from(found: &EstimatedPath<World>) -> Self {
         let c = &found.path.covariance;
         let aod = found.path.aod;
         Self {
@@ -196,7 +195,7 @@ mod tests {
     #[test]
     fn the_default_is_that_of_the_core() {
         let told = CslamEstimatorConfig::from(&FlightConfig::default());
-        let config = told.checked().expect("sound");
+        let (config, _) = told.checked().expect("sound");
         assert_eq!(
             config.false_alarms_per_sweep.to_bits(),
             FlightConfig::default().false_alarms_per_sweep.to_bits()

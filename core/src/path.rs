@@ -2,31 +2,42 @@
 
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
-use crate::geometry::{Body, Direction, Frame, Real, Rotation, World};
+use crate::geometry::{Body, Direction, Frame, Gmt, Real, Rotation, World};
 
-/// One propagation path as the receiver sees it, its angle of arrival in frame `F`.
+/// One propagation path as the receiver sees it, its angle of arrival in frame `A`, its angle of departure in frame `D`.
 ///
-/// The array measures in body axes (`Path<Body>`); the reflection solver wants world axes (`Path<World>`), and
-/// [`Path::to_world`] is the only way between the two.
+/// The array measures in body axes, and the transmit beams tell the departure in the axes of the GMT (`Path<Body, f32, Gmt>`); the
+/// reflection solver wants world axes (`Path<World>`). [`Path::to_world`] and [`Departure::to_world`] are the only ways between the two.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Path<F: Frame, T: Real = f32> {
+pub struct Path<A: Frame, T: Real = f32, D: Frame = World> {
     /// Speed of light times the absolute delay, clock offset removed, m.
     pub c_tau_m: T,
     /// Angle of arrival: from the UAV towards where the wave comes from.
-    pub aoa: Direction<F, T>,
+    pub aoa: Direction<A, T>,
     /// Angle of departure, when the transmit beams showed it.
-    pub aod: Option<Departure<T>>,
+    pub aod: Option<Departure<T, D>>,
     /// Covariance of (c tau, angle along e1, angle along e2) in m^2, m rad, rad^2, where (e1, e2) are
     /// [`Direction::tangents`] of the angle of arrival.
     pub covariance: Matrix3<T>,
 }
 
-/// Angle of departure: from the GMT towards the first interaction, in world axes because the GMT's heading is known to
-/// the codebook.
+/// Angle of departure: from the GMT towards the first interaction, in frame `D`.
+///
+/// One in the axes of the GMT where the world's are wanted does not compile:
+///
+/// ```compile_fail,E0308
+/// use cslam_core::geometry::{Direction, Gmt};
+/// use cslam_core::path::Departure;
+///
+/// fn weigh(_left: Departure) {}
+///
+/// let direction: Direction<Gmt> = Direction::from_zenith_azimuth(1.5, 0.3).unwrap();
+/// weigh(Departure { direction, sigma_rad: 0.01 }); // expected `Direction<World>`, found `Direction<Gmt>`
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Departure<T: Real = f32> {
+pub struct Departure<T: Real = f32, D: Frame = World> {
     /// Direction in which the wave left.
-    pub direction: Direction<World, T>,
+    pub direction: Direction<D, T>,
     /// Standard deviation of that direction along any tangent, rad.
     pub sigma_rad: T,
 }
@@ -37,8 +48,19 @@ pub fn diagonal_covariance<T: Real>(c_tau_sigma_m: T, angle_sigma_rad: T) -> Mat
     Matrix3::from_diagonal(&Vector3::new(c_tau_sigma_m * c_tau_sigma_m, angle, angle))
 }
 
-impl<T: Real> Path<Body, T> {
-    /// The same path seen in world axes.
+impl<T: Real> Departure<T, Gmt> {
+    /// The same departure in world axes, by how the GMT stands. An error of `gmt_attitude` is not added.
+    #[must_use]
+    pub fn to_world(&self, gmt_attitude: &Rotation<Gmt, World, T>) -> Departure<T> {
+        Departure {
+            direction: gmt_attitude.apply(self.direction),
+            sigma_rad: self.sigma_rad,
+        }
+    }
+}
+
+impl<T: Real, D: Frame> Path<Body, T, D> {
+    /// The same path with its arrival in world axes; its departure stays as it is.
     ///
     /// `attitude_covariance_rad2` is the covariance of the attitude error as a small rotation vector in world axes; an
     /// error `e` turns the direction `u` by `e x u`, so its part across `u` adds to the angular covariance.
@@ -46,7 +68,7 @@ impl<T: Real> Path<Body, T> {
         &self,
         attitude: &Rotation<Body, World, T>,
         attitude_covariance_rad2: &Matrix3<T>,
-    ) -> Path<World, T> {
+    ) -> Path<World, T, D> {
         let aoa = attitude.apply(self.aoa);
         let (b1, b2) = self.aoa.tangents();
         let (b1, b2) = (attitude.apply_vector(&b1), attitude.apply_vector(&b2));
@@ -92,6 +114,18 @@ mod tests {
             aod: None,
             covariance,
         }
+    }
+
+    #[test]
+    fn a_departure_turns_with_the_gmt() {
+        let north = Rotation::<Gmt, World, f64>::from_yaw_pitch_roll(core::f64::consts::FRAC_PI_2, 0.0, 0.0);
+        let ahead = Departure {
+            direction: Direction::<Gmt, f64>::from_vector(Vector3::x()).expect("unit"),
+            sigma_rad: 0.01,
+        };
+        let left = ahead.to_world(&north.expect("finite"));
+        assert!((left.direction.vector() - Vector3::y()).norm() < 1e-15);
+        assert_eq!(left.sigma_rad, 0.01);
     }
 
     #[test]

@@ -119,7 +119,7 @@ pub struct Estimated {
     pub covariance: [[f64; 3]; 3],
     /// The path as the receiver has it: what the lines of `cslam estimate --csv` are made of.
     #[serde(skip)]
-    pub found: EstimatedPath,
+    pub found: EstimatedPath<World>,
 }
 
 /// Runs an estimator over the blocks of a recording, which it works on in place. `gmt_heading_rad`: azimuth at which the
@@ -146,7 +146,6 @@ pub fn estimate(recording: &mut Recording, mode: Mode, gmt_heading_rad: f64) -> 
         .transpose()
         .map_err(|e| format!("`cslam:uav_quaternion_wb`: {e}"))?;
     let config = EstimatorConfig {
-        gmt_attitude: heading,
         element_errors: ElementErrors::BUDGET,
         ..EstimatorConfig::of(&recording.radio.unwrap_or_default().config())
     };
@@ -171,13 +170,13 @@ pub fn estimate(recording: &mut Recording, mode: Mode, gmt_heading_rad: f64) -> 
         clips,
         paths: paths
             .iter()
-            .map(|path| estimated(path, attitude.as_ref()))
+            .map(|path| estimated(&path.with_departure_in_world(&heading), attitude.as_ref()))
             .collect::<Result<_, _>>()?,
     })
 }
 
 fn estimated(
-    found: &EstimatedPath,
+    found: &EstimatedPath<World>,
     attitude: Option<&Rotation<Body, World, f64>>,
 ) -> Result<Estimated, String> {
     let wide = |e| format!("the estimator gave no direction: {e}");

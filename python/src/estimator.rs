@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError, TryLockError};
 
-use cslam_core::geometry::Rotation;
+use cslam_core::geometry::{Gmt, Rotation, World};
 use cslam_core::paths::{ElementErrors, EstimatedPath, PathEstimator};
 use cslam_core::profile::quad_4x8_gmt_72::{BEAMS, CHANNELS};
 use cslam_core::profile::{FlightConfig, FlightEstimator};
@@ -36,6 +36,7 @@ pub(crate) struct Estimator {
     mode: Mode,
     follow: bool,
     config: FlightConfig,
+    gmt_attitude: Rotation<Gmt, World>,
     flying: Mutex<Box<FlightEstimator>>,
 }
 
@@ -66,7 +67,6 @@ impl Estimator {
         let gmt_attitude = Rotation::from_yaw_pitch_roll(gmt_heading_rad as f32, 0.0, 0.0)
             .map_err(|e| refused(format_args!("gmt_heading_rad: {e}")))?;
         let config = FlightConfig {
-            gmt_attitude,
             false_alarms_per_sweep,
             dynamic_range_db,
             screening,
@@ -82,6 +82,7 @@ impl Estimator {
             mode,
             follow,
             config,
+            gmt_attitude,
             flying: Mutex::new(Box::new(flying)),
         })
     }
@@ -96,7 +97,10 @@ impl Estimator {
     ) -> PyResult<Columns<'py>> {
         let mut blocks = blocks(&iq, &beams, &exponents)?;
         let found = py.detach(|| self.sweep(&mut blocks))?;
-        Ok(columns(py, &found))
+        let in_world = found
+            .iter()
+            .map(|path| path.with_departure_in_world(&self.gmt_attitude));
+        Ok(columns(py, &in_world.collect::<Vec<_>>()))
     }
 }
 
@@ -205,11 +209,11 @@ pub(crate) fn arrays<'py>(
     ))
 }
 
-fn columns<'py>(py: Python<'py>, found: &[EstimatedPath]) -> Columns<'py> {
+fn columns<'py>(py: Python<'py>, found: &[EstimatedPath<World>]) -> Columns<'py> {
     let n = found.len();
     let column =
-        |f: &dyn Fn(&EstimatedPath) -> f64| found.iter().map(f).collect::<Vec<f64>>().into_pyarray(py);
-    let rows = |f: &dyn Fn(&EstimatedPath) -> [f32; 3]| {
+        |f: &dyn Fn(&EstimatedPath<World>) -> f64| found.iter().map(f).collect::<Vec<f64>>().into_pyarray(py);
+    let rows = |f: &dyn Fn(&EstimatedPath<World>) -> [f32; 3]| {
         let flat: Vec<f64> = found.iter().flat_map(|p| f(p).map(f64::from)).collect();
         numpy::ndarray::Array2::from_shape_vec([n, 3], flat)
             .unwrap_or_default()

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard};
 
 use cslam_core::estimator::{Pose, Setup};
-use cslam_core::geometry::Vector3;
+use cslam_core::geometry::{Vector3, World};
 use cslam_core::inertial::{ImuSample, MagneticField};
 use cslam_core::paths::EstimatedPath;
 use cslam_core::receiver::{Localization, MappedPoint, PATHS, SweepReport};
@@ -329,7 +329,7 @@ fn column<'py, T: Element>(py: Python<'py>, numbers: impl Iterator<Item = T>) ->
 /// A sweep: what it is, its pose, columns of its paths, columns of the points that it added, surfaces that were withdrawn.
 fn swept(py: Python<'_>, report: &SweepReport<PATHS>) -> PyResult<Py<PyAny>> {
     let estimated = || report.paths.iter().map(|path| &path.estimated);
-    let arrival = |path: &EstimatedPath| <[f32; 3]>::from(*path.path.aoa.vector());
+    let arrival = |path: &EstimatedPath<World>| <[f32; 3]>::from(*path.path.aoa.vector());
     let paths = (
         column(py, estimated().map(|path| f64::from(path.path.c_tau_m))),
         column(py, estimated().flat_map(arrival).map(f64::from)),

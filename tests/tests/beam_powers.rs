@@ -4,7 +4,7 @@
 use std::sync::OnceLock;
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
-use cslam_core::geometry::{Body, Direction};
+use cslam_core::geometry::{Body, Direction, World as WorldFrame};
 use cslam_core::paths::EstimatedPath;
 use cslam_core::receiver::{PATHS, SweepReport};
 use cslam_core::signal::{Iq, SAMPLES, Waveform};
@@ -106,7 +106,7 @@ fn tell(frames: &mut Frames, lie: impl Fn(&Powers) -> Powers) {
 
 #[derive(Default)]
 struct Log {
-    paths: Vec<Vec<EstimatedPath>>,
+    paths: Vec<Vec<EstimatedPath<WorldFrame>>>,
 }
 
 impl Observer for Log {
@@ -118,7 +118,7 @@ impl Observer for Log {
 }
 
 /// What the receiver makes of the flight when `change` has worked on each sweep.
-fn heard(change: impl Fn(&mut Frames)) -> (Vec<Vec<EstimatedPath>>, Counters) {
+fn heard(change: impl Fn(&mut Frames)) -> (Vec<Vec<EstimatedPath<WorldFrame>>>, Counters) {
     with_board_receiver(|receiver| {
         let (mut log, mut sequence) = (Log::default(), 0);
         let mut samples = Box::new([[Iq::ZERO; 512]; 32]);
@@ -139,17 +139,17 @@ fn heard(change: impl Fn(&mut Frames)) -> (Vec<Vec<EstimatedPath>>, Counters) {
 }
 
 /// What a sound front end's flight gives.
-fn sound() -> &'static (Vec<Vec<EstimatedPath>>, Counters) {
-    static SOUND: OnceLock<(Vec<Vec<EstimatedPath>>, Counters)> = OnceLock::new();
+fn sound() -> &'static (Vec<Vec<EstimatedPath<WorldFrame>>>, Counters) {
+    static SOUND: OnceLock<(Vec<Vec<EstimatedPath<WorldFrame>>>, Counters)> = OnceLock::new();
     SOUND.get_or_init(|| heard(|_| {}))
 }
 
 /// Sweeps that another one followed: what a sweep lacked is counted then.
-fn ended(paths: &[Vec<EstimatedPath>]) -> u32 {
+fn ended(paths: &[Vec<EstimatedPath<WorldFrame>>]) -> u32 {
     paths.len() as u32 - 1
 }
 
-fn total(paths: &[Vec<EstimatedPath>]) -> usize {
+fn total(paths: &[Vec<EstimatedPath<WorldFrame>>]) -> usize {
     paths.iter().map(Vec::len).sum()
 }
 
@@ -162,11 +162,11 @@ fn wrong(counters: &Counters) -> [u32; 3] {
 }
 
 /// Share of the paths that are within 0.5 m and 3 degrees of a true one.
-fn right(paths: &[Vec<EstimatedPath>]) -> f64 {
+fn right(paths: &[Vec<EstimatedPath<WorldFrame>>]) -> f64 {
     let period_m = SAMPLES as f64 * Waveform::default().metres_per_sample();
     let (mut right, mut all) = (0, 0);
     for (found, sweep) in paths.iter().zip(sweeps()) {
-        let is_right = |path: &&EstimatedPath| {
+        let is_right = |path: &&EstimatedPath<WorldFrame>| {
             sweep.truth.iter().any(|(c_tau_m, arrival)| {
                 let off_m = (f64::from(path.path.c_tau_m) - c_tau_m).rem_euclid(period_m);
                 let cross = path.path.aoa.vector().cast::<f64>() - arrival.vector();

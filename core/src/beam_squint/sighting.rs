@@ -5,7 +5,7 @@ use heapless::Vec;
 use super::NULLS;
 use super::bounce::Mirror;
 use crate::array::GmtFace;
-use crate::geometry::{Body, Direction, Gmt};
+use crate::geometry::{Body, Direction, Frame, Gmt};
 use crate::paths::EstimatedPath;
 use crate::signal::DelayPeriod;
 
@@ -75,9 +75,9 @@ impl Sighting {
     /// From the paths of a sweep (strongest first, delays of this period), of which number `los` is the line of sight if there is one, sent by
     /// this face. None when there is no such path.
     #[must_use]
-    pub fn new(
+    pub fn new<D: Frame>(
         line_of_sight: bool,
-        paths: &[EstimatedPath],
+        paths: &[EstimatedPath<D>],
         los: usize,
         face: usize,
         delay_period: &DelayPeriod,

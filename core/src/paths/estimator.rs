@@ -15,7 +15,7 @@ use super::model::ArrayModel;
 use super::search::{Beam, Found, Left, SOURCES, Search};
 use super::template::Template;
 use crate::array::{Codebook, UavArrays};
-use crate::geometry::{Body, Direction, Gmt, Rotation, World};
+use crate::geometry::{Body, Direction, Frame, Gmt, Rotation, World};
 use crate::path::{Departure, Path};
 use crate::paths::early_termination::Screen;
 use crate::paths::warm_start::{FITTED, KnownPaths, Levels, Seen};
@@ -44,8 +44,6 @@ pub struct EstimatorConfig<
     pub waveform: Waveform,
     /// Transmit beams.
     pub codebook: Codebook<f32, FACES, X, Z, ELEVATIONS>,
-    /// Heading and tilt of the GMT.
-    pub gmt_attitude: Rotation<Gmt, World>,
     /// False alarms a sweep on noise alone.
     /// Given: what is asked for (docs/path-estimation.md).
     pub false_alarms_per_sweep: f64,
@@ -81,7 +79,6 @@ impl Default for EstimatorConfig {
             arrays: UavArrays::default(),
             waveform: Waveform::default(),
             codebook: Codebook::default(),
-            gmt_attitude: Rotation::identity(),
             false_alarms_per_sweep: 1e-2,
             dynamic_range_db: 34.0,
             screening: true,
@@ -112,7 +109,6 @@ impl<
             arrays: radio.uav_arrays(),
             waveform: radio.waveform,
             codebook: radio.codebook(),
-            gmt_attitude: default.gmt_attitude,
             false_alarms_per_sweep: default.false_alarms_per_sweep,
             dynamic_range_db: default.dynamic_range_db,
             screening: default.screening,
@@ -138,18 +134,37 @@ impl EstimatorConfig {
     }
 }
 
-/// A path with what else the receiver saw of it.
+/// A path with what else the receiver saw of it. Its departure is in frame `D`: in the axes of the GMT as it is estimated, for only a beacon tells
+/// how these stand in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EstimatedPath {
+pub struct EstimatedPath<D: Frame = Gmt> {
     /// Delay, angles and covariance. The covariance is that of noise (inverse Fisher information) and of the errors of the receive elements
     /// ([`ElementErrors`]), as if each path met another draw of them; what they share, attitude and clock add their own.
-    pub path: Path<Body>,
+    pub path: Path<Body, f32, D>,
     /// Transmit beam in which the path was strongest.
     pub beam: u16,
     /// SNR per element and active subcarrier in that beam, mean over the elements, dB.
     pub snr_db: f32,
     /// Power per active subcarrier in that beam, summed over the elements, amplitude units of the blocks squared.
     pub energy: f32,
+}
+
+impl EstimatedPath {
+    /// The same path with its departure in world axes, by how the GMT stands.
+    #[must_use]
+    pub fn with_departure_in_world(&self, gmt_attitude: &Rotation<Gmt, World>) -> EstimatedPath<World> {
+        EstimatedPath {
+            path: Path {
+                c_tau_m: self.path.c_tau_m,
+                aoa: self.path.aoa,
+                aod: self.path.aod.map(|departure| departure.to_world(gmt_attitude)),
+                covariance: self.path.covariance,
+            },
+            beam: self.beam,
+            snr_db: self.snr_db,
+            energy: self.energy,
+        }
+    }
 }
 
 /// What one beam gave.
@@ -197,7 +212,6 @@ pub struct Estimator<
     threshold: f32,
     correlator: Correlator,
     departures: Departures<BEAMS, FACES, X, Z>,
-    gmt_attitude: Rotation<Gmt, World>,
     /// Energy of the weakest path that is reported, relative to the strongest.
     share: f32,
     // State of a sweep.
@@ -273,7 +287,6 @@ impl<
             screen: config.screening.then(Screen::new::<E>),
             correlator: Correlator::new(&config.waveform),
             departures: Departures::new(&config.codebook, gain_sigma),
-            gmt_attitude: config.gmt_attitude,
             share,
             work: Workspace::new(),
             profile: [0; SAMPLES],
@@ -523,10 +536,7 @@ impl<
         let aod = self
             .departures
             .fit(looks, searches)
-            .map(|(direction, sigma_rad)| Departure {
-                direction: self.gmt_attitude.apply(direction),
-                sigma_rad,
-            });
+            .map(|(direction, sigma_rad)| Departure { direction, sigma_rad });
         // A tap sums Na subcarriers coherently: Na^2 in power for the path, Na for the noise.
         let active = self.template.active();
         let snr = first.energy / (C as f32 * active * first.noise.max(f32::MIN_POSITIVE));

@@ -3,10 +3,11 @@
 use core::fmt;
 
 use super::EstimatedPath;
+use crate::geometry::Frame;
 
 impl EstimatedPath {
     /// Names of the columns of [`EstimatedPath`]'s `Display`, a comma between them: length, arrival as a unit vector in body axes,
-    /// departure as a unit vector with its standard deviation (empty where the beams did not show it), SNR, beam, and the upper
+    /// departure as a unit vector in its own axes with its standard deviation (empty where the beams did not show it), SNR, beam, and the upper
     /// triangle of the covariance by rows, `r` for the length and `1`, `2` for the tangents of the arrival ([`Path::covariance`]).
     ///
     /// [`Path::covariance`]: crate::path::Path::covariance
@@ -16,7 +17,7 @@ impl EstimatedPath {
 
 /// Values of [`EstimatedPath::COLUMNS`], a comma between them: digits after the point are fixed (6 of lengths, 8 of directions and
 /// angles, 5 of dB, 12 of the covariance), so that `printf` of C prints the same of the same bits.
-impl fmt::Display for EstimatedPath {
+impl<D: Frame> fmt::Display for EstimatedPath<D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let aoa = self.path.aoa.vector();
         write!(

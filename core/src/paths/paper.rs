@@ -23,7 +23,7 @@ use super::estimator::{BeamReport, EstimatedPath, EstimatorConfig};
 use super::model::ArrayModel;
 use super::nomp::vertex;
 use super::template::Template;
-use crate::geometry::{Direction, Gmt, Rotation, World};
+use crate::geometry::{Direction, Gmt};
 use crate::kernels::Iq;
 use crate::path::{Departure, Path};
 use crate::signal::{BeamBlock, Correlator, Detector, SAMPLES, Workspace, phasor, round_half_up};
@@ -82,7 +82,6 @@ pub struct PaperEstimator<
     detector: Detector,
     correlator: Correlator,
     beam_directions: [Option<Direction<Gmt>>; BEAMS],
-    gmt_attitude: Rotation<Gmt, World>,
     active: f32,
     share: f32,
     work: Workspace,
@@ -110,7 +109,6 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
                 let beam = config.codebook.beam(m)?;
                 Direction::from_vector(beam.direction()).ok()
             }),
-            gmt_attitude: config.gmt_attitude,
             active: config.waveform.active as f32,
             share: libm::powf(10.0, -0.1 * config.dynamic_range_db),
             work: Workspace::new(),
@@ -304,7 +302,7 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
             .copied()
             .flatten()
             .map(|direction| Departure {
-                direction: self.gmt_attitude.apply(direction),
+                direction,
                 sigma_rad: libm::sqrtf(uniform(14.0_f32.to_radians())),
             });
         let snr = energy / (C as f32 * self.active * noise.max(f32::MIN_POSITIVE));

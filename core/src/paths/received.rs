@@ -1,6 +1,6 @@
 //! A path of a sweep as it leaves path estimation: what was measured, and what the estimator and the network say of it.
 
-use crate::geometry::{Body, Direction, Matrix3};
+use crate::geometry::{Body, Direction, Matrix3, World};
 use crate::link_state::Probabilities;
 use crate::path::Departure;
 use crate::paths::EstimatedPath;
@@ -24,19 +24,17 @@ pub struct ReceivedPath {
 }
 
 impl ReceivedPath {
-    /// Of an estimated path. `corrected`: its arrival without the arrays' estimated errors; `departure`: its departure in world axes, as the mast
-    /// stands.
+    /// Of an estimated path whose departure is in world axes, as the mast stands. `corrected`: its arrival without the arrays' estimated errors.
     #[must_use]
     pub fn of(
-        estimated: &EstimatedPath,
+        estimated: &EstimatedPath<World>,
         corrected: Direction<Body>,
-        departure: Option<Departure>,
         probabilities: Option<Probabilities>,
     ) -> Self {
         Self {
             c_tau_m: f64::from(estimated.path.c_tau_m),
             arrival: corrected,
-            departure,
+            departure: estimated.path.aod,
             covariance: estimated.path.covariance,
             power_db: 10.0 * libm::log10f(estimated.energy.max(f32::MIN_POSITIVE)),
             probabilities,

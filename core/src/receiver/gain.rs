@@ -48,7 +48,7 @@ impl LinkBudget {
         const ELEVATIONS: usize,
     >(
         &self,
-        estimated: &EstimatedPath,
+        estimated: &EstimatedPath<World>,
         arrays: &UavArrays<f32, A, E>,
         codebook: &Codebook<f32, FACES, X, Z, ELEVATIONS>,
         waveform: &Waveform,

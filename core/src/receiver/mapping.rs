@@ -79,7 +79,6 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
             ReceivedPath::of(
                 estimated,
                 self.localizer.corrected(&estimated.path.aoa),
-                estimated.path.aod,
                 classified
                     .get(index)
                     .and_then(|classified| classified.probabilities),

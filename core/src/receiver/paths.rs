@@ -19,7 +19,7 @@ use crate::receiver::{Radio, Receiver};
 /// A path as it was measured, before there is a pose: the estimate, its departure turned into world axes, and its gain.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeasuredPath {
-    pub(super) estimated: EstimatedPath,
+    pub(super) estimated: EstimatedPath<World>,
     pub(super) gain_db: Option<f32>,
 }
 
@@ -88,16 +88,17 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
         let mast = self
             .last_beacon
             .map_or_else(Rotation::identity, |(_, beacon)| beacon.attitude);
-        let to_world = |estimated: &EstimatedPath| {
-            let mut estimated = *estimated;
-            if let Some(departure) = &mut estimated.path.aod
-                && let Ok(left) = Direction::<Gmt>::from_vector(*departure.direction.vector())
+        let in_world = |path: &EstimatedPath| {
+            let mut path = *path;
+            // Of unit length once more: what the fit has rounded is not turned with it.
+            if let Some(departure) = &mut path.path.aod
+                && let Ok(unit) = Direction::from_vector(*departure.direction.vector())
             {
-                departure.direction = mast.apply(left);
+                departure.direction = unit;
             }
-            estimated
+            path.with_departure_in_world(&mast)
         };
-        gather(paths.iter().map(to_world).map(|estimated| MeasuredPath {
+        gather(paths.iter().map(in_world).map(|estimated| MeasuredPath {
             estimated,
             gain_db: self.radio.path_gain_db(&self.config.budget, &estimated, &mast),
         }))

@@ -42,7 +42,7 @@ pub trait Radio {
     fn path_gain_db(
         &self,
         budget: &LinkBudget,
-        path: &EstimatedPath,
+        path: &EstimatedPath<World>,
         gmt_attitude: &Rotation<Gmt, World>,
     ) -> Option<f32>;
 
@@ -162,7 +162,7 @@ impl<
     fn path_gain_db(
         &self,
         budget: &LinkBudget,
-        path: &EstimatedPath,
+        path: &EstimatedPath<World>,
         gmt_attitude: &Rotation<Gmt, World>,
     ) -> Option<f32> {
         let waveform = &self.model.waveform;

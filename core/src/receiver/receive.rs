@@ -54,7 +54,7 @@ pub(super) fn ends(pose: &Pose, gmt_m: &nalgebra::Vector3<f64>) -> Result<Ends, 
 }
 
 /// Departure of an estimate with what calibration leaves in it.
-pub(super) fn departure(estimated: &EstimatedPath, residuals: &Residuals) -> Option<Departure> {
+pub(super) fn departure(estimated: &EstimatedPath<World>, residuals: &Residuals) -> Option<Departure> {
     let square = |x: f32| x * x;
     estimated.path.aod.map(|departure| Departure {
         sigma_rad: libm::sqrtf(square(departure.sigma_rad) + square(residuals.departure_rad)),
@@ -65,7 +65,7 @@ pub(super) fn departure(estimated: &EstimatedPath, residuals: &Residuals) -> Opt
 /// A path in world axes with the clock offset taken out. `corrected`: its angle of arrival without the arrays' estimated
 /// errors.
 pub(super) fn to_world(
-    estimated: &EstimatedPath,
+    estimated: &EstimatedPath<World>,
     corrected: Direction<Body>,
     pose: &Pose,
     period: &DelayPeriod,

@@ -65,8 +65,8 @@ pub struct SurfaceChanges {
 /// A path and what was made of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PathReport {
-    /// As estimated: body axes, clock offset included.
-    pub estimated: EstimatedPath,
+    /// As estimated: arrival in body axes, departure in world axes, clock offset included.
+    pub estimated: EstimatedPath<World>,
     /// Path gain between dipoles, dB, see [`super::LinkBudget::path_gain_db`].
     pub gain_db: Option<f32>,
     /// In world axes with the clock taken out, as the classifier saw it; `None` without a pose.

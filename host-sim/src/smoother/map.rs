@@ -73,7 +73,7 @@ impl<'a> Mapper<'a> {
         for path in &report.paths {
             let estimated = &path.estimated;
             let arrival = self.model.corrected_arrival(&estimated.path.aoa, &state.nominal);
-            let received = ReceivedPath::of(estimated, arrival, estimated.path.aod, path.probabilities);
+            let received = ReceivedPath::of(estimated, arrival, path.probabilities);
             // There is room for every path of a sweep.
             let _fits = paths.push(received);
         }

@@ -69,16 +69,11 @@ impl KnownPose {
         Ok(Self { mode, config })
     }
 
-    /// The estimator of the mode; one for each thread. Its blocks come from a GMT of this attitude.
-    pub(super) fn estimator(
-        &self,
-        arrays: Arrays,
-        gmt_attitude: Rotation<Gmt, World>,
-    ) -> Box<dyn PathEstimator<32, 9>> {
+    /// The estimator of the mode; one for each thread.
+    pub(super) fn estimator(&self, arrays: Arrays) -> Box<dyn PathEstimator<32, 9>> {
         let mut config = EstimatorConfig {
             arrays: UavArrays::default(),
             codebook: Codebook::default(),
-            gmt_attitude,
             ..EstimatorConfig::single_sweeps()
         };
         if arrays == Arrays::Ideal {
@@ -111,6 +106,7 @@ impl KnownPose {
         let paths: Vec<Received> = estimated
             .iter()
             .map(|found| {
+                let found = found.with_departure_in_world(&gmt);
                 // Delays are cyclic; what comes out a little below nothing is a short path with its error.
                 let length_m = f64::from(found.path.c_tau_m) - clock_m - SHORTEST_M;
                 let path = Path {
@@ -122,7 +118,7 @@ impl KnownPose {
                 };
                 Received {
                     path: path.to_world(&attitude, &Matrix3::zeros()),
-                    gain_db: self.gain_db(found, &gmt),
+                    gain_db: self.gain_db(&found, &gmt),
                 }
             })
             .collect();
@@ -149,7 +145,7 @@ impl KnownPose {
         }
     }
 
-    fn gain_db(&self, found: &EstimatedPath, gmt: &Rotation<Gmt, World>) -> Option<f32> {
+    fn gain_db(&self, found: &EstimatedPath<World>, gmt: &Rotation<Gmt, World>) -> Option<f32> {
         let radio = &self.config.radio;
         let (arrays, codebook): (UavArrays, Codebook) = (radio.uav_arrays(), radio.codebook());
         let budget = &self.config.budget;

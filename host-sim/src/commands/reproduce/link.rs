@@ -3,7 +3,6 @@
 use std::io::Write;
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
-use cslam_core::geometry::Rotation;
 use serde::Serialize;
 
 use super::known_pose::{Arrays, KnownPose, Perceived, error_m, nearest};
@@ -130,7 +129,7 @@ fn heard(args: &Args, mode: Mode, link: &Link) -> anyhow::Result<Result> {
         .sweep(link, &instant, 0)
         .map_err(|e| InputError::new(e.to_string()))?;
     let receiver = KnownPose::new(mode)?;
-    let mut estimator = receiver.estimator(args.arrays, Rotation::identity());
+    let mut estimator = receiver.estimator(args.arrays);
     let perceived = receiver.perceive(estimator.as_mut(), &mut sweep, link, &instant)?;
     let truths: Vec<Option<usize>> = (0..link.paths.len())
         .map(|i| nearest(&perceived, link, i))

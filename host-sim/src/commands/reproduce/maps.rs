@@ -5,7 +5,6 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use cslam_core::geometry::Rotation;
 use cslam_core::map::PointCloud;
 use cslam_core::reflection::ReflectionPoint;
 use rayon::prelude::*;
@@ -182,11 +181,10 @@ fn hear(
 ) -> anyhow::Result<(HeardSweep, Vec<Perceived>)> {
     let mut heard = world.sweep(number)?;
     let at = instant(&heard.truth)?;
-    let gmt = Rotation::from_matrix(at.gmt_attitude.matrix().map(|c| c as f32))?;
     let mut all = Vec::with_capacity(receivers.len());
     for receiver in receivers {
         let mut beams = heard.beams.clone();
-        let mut estimator = receiver.estimator(Arrays::Budget, gmt);
+        let mut estimator = receiver.estimator(Arrays::Budget);
         all.push(receiver.perceive(estimator.as_mut(), &mut beams, &heard.link, &at)?);
     }
     // The samples have been heard; the truth is needed on.

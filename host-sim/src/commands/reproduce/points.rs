@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use cslam_core::geometry::{Real, Rotation};
+use cslam_core::geometry::Real;
 use cslam_core::reflection::{Form, Gates};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -265,10 +265,9 @@ fn measured(args: &Args, states: &[Link], modes: &[Mode]) -> anyhow::Result<Vec<
             .enumerate()
             .map_init(
                 || {
-                    let at_rest = Rotation::identity();
                     receivers
                         .iter()
-                        .map(|r| r.estimator(args.arrays, at_rest))
+                        .map(|r| r.estimator(args.arrays))
                         .collect::<Vec<_>>()
                 },
                 |estimators, (place, link)| {
