@@ -33,6 +33,7 @@ pub mod npy;
 pub mod path_flight;
 pub mod paths;
 pub mod progress;
+pub mod radio;
 pub mod random;
 pub mod raw_flight;
 pub mod recording;

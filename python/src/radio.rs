@@ -1,7 +1,7 @@
 //! The radio, as JSON in the form of the table `[radio]`.
 
 use cslam_core::radio::RadioConfig;
-use cslam_host_sim::config::RadioFigures;
+use cslam_host_sim::radio::RadioFigures;
 use pyo3::PyResult;
 
 use crate::refused;

@@ -33,8 +33,13 @@ def started():
     """Starts a process that does not outlive the test, in a session of its own: what it has begun ends with it."""
     processes = []
 
+    # In a job in the background Ctrl-C is ignored, and what it starts would inherit that.
+    heed_interrupts = lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)  # noqa: E731
+
     def start(*words, **options):
-        process = subprocess.Popen([str(word) for word in words], start_new_session=True, **options)
+        process = subprocess.Popen(
+            [str(word) for word in words], start_new_session=True, preexec_fn=heed_interrupts, **options
+        )
         processes.append(process)
         return process
 

@@ -6,7 +6,6 @@
 mod association;
 mod board;
 mod filter;
-mod radio;
 mod receiver;
 
 use std::path::Path;
@@ -19,12 +18,10 @@ use crate::measurement::Sigmas;
 use crate::scene::Scene;
 use crate::world::{GivenLinks, Profile, World, WorldConfig};
 
+pub use crate::radio::RadioFigures;
 pub use association::{AssociationFigures, MOST_SHARE, SurfaceFigures};
 pub use board::BoardConfig;
 pub use filter::{FilterFigures, HpcFigures, ResidualFigures};
-pub use radio::{
-    CodebookFigures, GmtArrayFigures, RadioFigures, SquintFigures, UavArrayFigures, WaveformFigures,
-};
 pub use receiver::{
     DepartureChoice, EarthField, GmtSetup, LinkStateChoice, LocalizationChoice, MappedChoice, Mode,
     ReceiverConfig,

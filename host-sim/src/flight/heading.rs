@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 use nalgebra::{Vector1, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::route::{KNOT_S, SMOOTHING, smooth, still};
+use super::knots::{KNOT_S, SMOOTHING, smooth, still};
 use super::{GmtTrack, Limits, Spline};
 
 /// Below this horizontal speed, or this close above the GMT, the heading is held: m/s, m.

@@ -9,6 +9,7 @@ mod dryden;
 mod given;
 mod gmt;
 mod heading;
+mod knots;
 mod motion;
 mod obstacles;
 mod plan;

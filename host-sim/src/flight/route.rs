@@ -9,13 +9,9 @@ use core::f64::consts::PI;
 
 use nalgebra::Vector3;
 
-use super::heading;
-use super::{Limits, Spline, Trajectory};
+use super::knots::{KNOT_S, SMOOTHING, smooth, still};
+use super::{Limits, Spline, Trajectory, heading};
 
-/// Knot interval of the curve, s. The corner of a tour is rounded over about four of them.
-pub(super) const KNOT_S: f64 = 0.4;
-/// Passes of the binomial kernel (1 4 6 4 1)/16 over the control points.
-pub(super) const SMOOTHING: usize = 2;
 /// Speed is integrated in this many steps a knot.
 const STEPS: u32 = 8;
 /// Lowest speed, m/s.
@@ -188,12 +184,6 @@ impl Route {
     }
 }
 
-/// First control points that stand still so that the UAV does for `rest_s`: all six around an instant must. Smoothing reaches two points a
-/// pass, first over the places, then over the heading that follows from them.
-pub(super) fn still(rest_s: f64) -> usize {
-    (rest_s / KNOT_S) as usize + 7 + 4 * SMOOTHING
-}
-
 /// Control points at which a limit is exceeded, one for each stretch.
 fn over_limit(trajectory: &Trajectory, limits: &Limits, duration_s: f64) -> Vec<usize> {
     let mut faults = Vec::new();
@@ -246,14 +236,6 @@ fn stretches(mut faults: Vec<usize>) -> Vec<usize> {
         }
     }
     kept
-}
-
-/// One pass of the kernel (1 4 6 4 1)/16; the ends are continued by their own values.
-pub(super) fn smooth<const D: usize>(points: &[nalgebra::SVector<f64, D>]) -> Vec<nalgebra::SVector<f64, D>> {
-    let at = |k: usize, shift: usize| points[(k + shift).saturating_sub(2).min(points.len() - 1)];
-    (0..points.len())
-        .map(|k| (at(k, 0) + at(k, 4) + (at(k, 1) + at(k, 3)) * 4.0 + at(k, 2) * 6.0) / 16.0)
-        .collect()
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use cslam_core::signal::SAMPLES;
 use serde::{Deserialize, Serialize};
 
 use crate::channel::Codebook;
-use crate::config::RadioFigures;
+use crate::radio::RadioFigures;
 
 /// Exponents a block may have: an `f64` holds every amplitude.
 const EXPONENTS: std::ops::RangeInclusive<i32> = -200..=200;

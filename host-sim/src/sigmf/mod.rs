@@ -18,9 +18,9 @@ use meta::{ARRAY, Capture, Extension, Global, Meta, check, check_keys};
 
 use crate::channel::Block;
 pub use crate::channel::Codebook;
-use crate::config::RadioFigures;
 use crate::input::limits::SAMPLES_METADATA;
 use crate::input::{InputError, from_json, read_exactly, read_text};
+use crate::radio::RadioFigures;
 
 /// Bytes of a block: 32 channels x 512 samples x (I, Q) x 2.
 const BLOCK_BYTES: usize = CHANNELS * SAMPLES * 4;
