@@ -174,7 +174,7 @@ pub fn run<K: Kernels>(
         digest.add(u64::from(correlator.spectrum(channel, &mut spectrum, work)));
         spectrum.iter().for_each(|x| digest.add(u64::from(x.word())));
     }
-    let beam = correlator.level(as_captured(block, index));
+    let beam = correlator.scale(as_captured(block, index));
     digest.add(beam.mean_power().to_bits());
     let folded = correlator.detect(&beam, &SUBSET, work);
     folded.profile.iter().for_each(|&power| digest.add(power));

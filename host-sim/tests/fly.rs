@@ -319,13 +319,13 @@ fn a_drifted_calibration_takes_the_fixes_that_bring_it_back() {
         "--world",
         "budget",
         "--localization",
-        "hpc",
+        "baseline",
         "--seed",
         "1",
         "--steps",
         "70",
         "--out",
-        "hpc",
+        "baseline",
     ];
     let output = fly(directory.path(), &args);
     assert!(
@@ -333,7 +333,7 @@ fn a_drifted_calibration_takes_the_fixes_that_bring_it_back() {
         "{}",
         String::from_utf8_lossy(&output.stderr)
     );
-    let report = report(&directory.path().join("hpc"));
+    let report = report(&directory.path().join("baseline"));
     let used = report["link_state"]["los_used"].as_u64().expect("a number");
     let median_m = report["trajectory"]["position_median_m"].as_f64().expect("known");
     assert!(used >= 22 && median_m < 1.0, "{used} fixes, {median_m} m");

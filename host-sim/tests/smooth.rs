@@ -94,7 +94,7 @@ fn a_smoothed_flight_is_nearer_to_the_truth_and_on_board_nothing_changes() {
 #[test]
 fn what_has_no_filter_is_refused() {
     let directory = tempfile::tempdir().expect("a directory");
-    let fly = ["fly", "--steps", "2", "--smooth", "--localization", "hpc"];
+    let fly = ["fly", "--steps", "2", "--smooth", "--localization", "baseline"];
     let said = refused(directory.path(), &fly);
     assert!(said.contains("--smooth") && said.contains("filter"), "{said}");
 }

@@ -5,7 +5,7 @@ use std::fs;
 use cslam_tests::{files, root};
 
 /// A word that was given up, and what it is now. The paper's abbreviations in capitals are names of its methods and stay.
-const GIVEN_UP: [(&str, &str); 7] = [
+const GIVEN_UP: [(&str, &str); 12] = [
     ("ltd", "paths, path estimation"),
     ("Ltd", "Path"),
     ("lscn", "link_state"),
@@ -13,6 +13,11 @@ const GIVEN_UP: [(&str, &str); 7] = [
     ("bsm", "beam_squint"),
     ("Bsm", "BeamSquint"),
     ("supposed", "tentative"),
+    ("hpc", "baseline"),
+    ("Hpc", "Baseline"),
+    ("proven", "self_consistent"),
+    ("misfit", "chi2"),
+    ("Levelled", "Scaled"),
 ];
 
 /// What stays: the ending of a model file, the codebooks' names in recordings, the equations' in the paper.

@@ -138,11 +138,11 @@ impl<const A: usize, const E: usize, const C: usize, const ACTIVE: usize> Recept
         correlator: &Correlator,
         work: &mut Workspace,
     ) -> Option<Spectrum<ACTIVE>> {
-        let levelled = correlator.level(block);
+        let scaled = correlator.scale(block);
         let (mut noise, mut count) = (0.0, 0.0);
         // In units of weights of norm one.
         let gain = libm::sqrtf(E as f32);
-        let channels = levelled.samples().as_chunks::<E>().0;
+        let channels = scaled.samples().as_chunks::<E>().0;
         let weights = self.weights.as_chunks::<E>().0;
         for (j, (channels, weights)) in channels.iter().zip(weights).enumerate() {
             let Some(row) = self.rows.get_mut(j) else { continue };
@@ -193,7 +193,7 @@ impl<const A: usize, const E: usize, const C: usize, const ACTIVE: usize> Recept
         // A converter that shows the path and no noise at all rounds it: a twelfth of a squared step, both parts.
         let noise = (noise / count).max(1.0 / 6.0);
         // Symbols have gains of their own in the converter; their amplitudes are to be compared.
-        let scale = libm::scalbnf(1.0, levelled.exponent().saturating_sub(REFERENCE_EXPONENT));
+        let scale = libm::scalbnf(1.0, scaled.exponent().saturating_sub(REFERENCE_EXPONENT));
         let usable = (scale * scale * noise).is_finite() && scale > 0.0;
         usable.then(|| Spectrum {
             bins: bins.map(|y| y * scale),

@@ -76,7 +76,7 @@ impl core::error::Error for StepError {}
 
 /// The paper's localization.
 #[derive(Clone, Debug)]
-pub struct Hpc {
+pub struct Baseline {
     mode: Mode,
     interval_steps: NonZeroU32,
     time_ns: u64,
@@ -89,7 +89,7 @@ pub struct Hpc {
     fix_ns: u64,
 }
 
-impl Hpc {
+impl Baseline {
     /// Begins at a first fix. `interval_steps` is the paper's T_c, in its time steps (sweeps).
     #[must_use]
     pub fn new(mode: Mode, interval_steps: NonZeroU32, start: Start) -> Self {
@@ -200,8 +200,8 @@ mod tests {
         }
     }
 
-    fn hpc(mode: Mode, velocity_m_per_s: [f64; 3]) -> Hpc {
-        Hpc::new(mode, NonZeroU32::MIN, start(velocity_m_per_s))
+    fn baseline(mode: Mode, velocity_m_per_s: [f64; 3]) -> Baseline {
+        Baseline::new(mode, NonZeroU32::MIN, start(velocity_m_per_s))
     }
 
     /// Step `k` of a UAV that turns about z and feels `force` in body axes, constant over each step.
@@ -225,16 +225,17 @@ mod tests {
         // Constant velocity: after a fix the position is the fix, and T later the fix and T of motion. The printed
         // limit would add the period before the fix as well.
         for mode in [Mode::Literal, Mode::VelocityFromFixes] {
-            let mut hpc = hpc(mode, [2.0, 0.0, 0.0]);
+            let mut baseline = baseline(mode, [2.0, 0.0, 0.0]);
             for period in 1..=5 {
                 for k in 0..50 {
-                    hpc.step(&increment(50 * (period - 1) + k, 0.0, [0.0, 0.0, G]), None)
+                    baseline
+                        .step(&increment(50 * (period - 1) + k, 0.0, [0.0, 0.0, G]), None)
                         .expect("in order");
                 }
                 let truth = Vector3::new(1.0 + period as f64, 2.0, 3.0);
-                assert!((hpc.position_m() - truth).norm() < 1e-6, "{mode:?}");
-                hpc.fix(Position::from_vector(truth).expect("finite"));
-                assert!((hpc.position_m() - truth).norm() < 1e-9);
+                assert!((baseline.position_m() - truth).norm() < 1e-6, "{mode:?}");
+                baseline.fix(Position::from_vector(truth).expect("finite"));
+                assert!((baseline.position_m() - truth).norm() < 1e-9);
             }
         }
     }
@@ -243,16 +244,17 @@ mod tests {
     fn literal_keeps_a_velocity_error_for_ever_and_the_other_form_removes_it() {
         let run = |mode| {
             // The UAV stands still; it believes that it flies north at 1 m/s.
-            let mut hpc = hpc(mode, [0.0, 1.0, 0.0]);
+            let mut baseline = baseline(mode, [0.0, 1.0, 0.0]);
             let truth = *start([0.0; 3]).position.vector();
             for k in 0..300 {
-                hpc.step(&increment(k, 0.7, [0.0, 0.0, G]), None)
+                baseline
+                    .step(&increment(k, 0.7, [0.0, 0.0, G]), None)
                     .expect("in order");
                 if k % 100 == 99 && k < 200 {
-                    hpc.fix(Position::from_vector(truth).expect("finite"));
+                    baseline.fix(Position::from_vector(truth).expect("finite"));
                 }
             }
-            hpc.position_m() - truth
+            baseline.position_m() - truth
         };
         assert!((run(Mode::Literal) - Vector3::new(0.0, 1.0, 0.0)).norm() < 1e-5);
         assert!(run(Mode::VelocityFromFixes).norm() < 1e-5);
@@ -264,15 +266,17 @@ mod tests {
         // where the velocity is right in the mean of the period before, b T^2.
         let (b, period_s) = (0.2_f32, 1.0);
         for (mode, expected) in [(Mode::Literal, 4.5), (Mode::VelocityFromFixes, 1.0)] {
-            let mut hpc = hpc(mode, [0.0; 3]);
+            let mut baseline = baseline(mode, [0.0; 3]);
             let truth = *start([0.0; 3]).position.vector();
             for k in 0..500 {
-                hpc.step(&increment(k, 0.0, [b, 0.0, G]), None).expect("in order");
+                baseline
+                    .step(&increment(k, 0.0, [b, 0.0, G]), None)
+                    .expect("in order");
                 if k % 100 == 99 && k < 499 {
-                    hpc.fix(Position::from_vector(truth).expect("finite"));
+                    baseline.fix(Position::from_vector(truth).expect("finite"));
                 }
             }
-            let error = hpc.position_m() - truth;
+            let error = baseline.position_m() - truth;
             let expected = f64::from(b) * period_s * period_s * expected;
             assert!((error.x - expected).abs() < 1e-4, "{mode:?}: {error}");
         }
@@ -282,17 +286,18 @@ mod tests {
     fn force_is_turned_by_the_gyroscope_or_by_the_attitude_that_is_given() {
         // A quarter turn in a second, then a second of force ahead: north by the gyroscope, east by what is given.
         let run = |given: Option<Rotation<Body, World, f64>>| {
-            let mut hpc = hpc(Mode::Literal, [0.0; 3]);
+            let mut baseline = baseline(Mode::Literal, [0.0; 3]);
             for k in 0..200 {
                 let (rate, ahead) = if k < 100 {
                     (core::f32::consts::FRAC_PI_2, 0.0)
                 } else {
                     (0.0, 1.0)
                 };
-                hpc.step(&increment(k, rate, [ahead, 0.0, G]), given)
+                baseline
+                    .step(&increment(k, rate, [ahead, 0.0, G]), given)
                     .expect("in order");
             }
-            hpc.position_m() - start([0.0; 3]).position.vector()
+            baseline.position_m() - start([0.0; 3]).position.vector()
         };
         assert!((run(None) - Vector3::new(0.0, 0.5, 0.0)).norm() < 1e-5);
         assert!((run(Some(Rotation::identity())) - Vector3::new(0.5, 0.0, 0.0)).norm() < 1e-5);
@@ -300,13 +305,17 @@ mod tests {
 
     #[test]
     fn a_gap_is_coasted_and_bad_increments_are_refused() {
-        let mut hpc = hpc(Mode::Literal, [2.0, 0.0, 0.0]);
-        hpc.step(&increment(0, 0.0, [0.0, 0.0, G]), None).expect("first");
-        hpc.step(&increment(99, 0.0, [0.0, 0.0, G]), None).expect("late");
-        assert!((hpc.position_m().x - 3.0).abs() < 1e-6 && hpc.time_ns() == 1_000_000_000);
-        let before = hpc.position_m();
+        let mut baseline = baseline(Mode::Literal, [2.0, 0.0, 0.0]);
+        baseline
+            .step(&increment(0, 0.0, [0.0, 0.0, G]), None)
+            .expect("first");
+        baseline
+            .step(&increment(99, 0.0, [0.0, 0.0, G]), None)
+            .expect("late");
+        assert!((baseline.position_m().x - 3.0).abs() < 1e-6 && baseline.time_ns() == 1_000_000_000);
+        let before = baseline.position_m();
         assert_eq!(
-            hpc.step(&increment(99, 0.0, [0.0; 3]), None),
+            baseline.step(&increment(99, 0.0, [0.0; 3]), None),
             Err(StepError::OutOfOrder)
         );
         let backwards = ImuIncrement {
@@ -314,21 +323,21 @@ mod tests {
             end_ns: 2_000_000_000,
             ..increment(0, 0.0, [0.0; 3])
         };
-        assert_eq!(hpc.step(&backwards, None), Err(StepError::OutOfOrder));
+        assert_eq!(baseline.step(&backwards, None), Err(StepError::OutOfOrder));
         for bad in [
             increment(100, f32::NAN, [0.0; 3]),
             increment(100, 0.0, [f32::INFINITY, 0.0, 0.0]),
         ] {
-            assert_eq!(hpc.step(&bad, None), Err(StepError::NotFinite));
+            assert_eq!(baseline.step(&bad, None), Err(StepError::NotFinite));
         }
-        assert_eq!(hpc.position_m(), before);
+        assert_eq!(baseline.position_m(), before);
     }
 
     #[test]
     fn fixes_fall_on_multiples_of_the_interval() {
-        let hpc = Hpc::new(Mode::Literal, NonZeroU32::new(2).expect("two"), start([0.0; 3]));
+        let baseline = Baseline::new(Mode::Literal, NonZeroU32::new(2).expect("two"), start([0.0; 3]));
         assert_eq!(
-            [0, 1, 2, 3, 4].map(|step| hpc.fix_due(step)),
+            [0, 1, 2, 3, 4].map(|step| baseline.fix_due(step)),
             [true, false, true, false, true]
         );
     }

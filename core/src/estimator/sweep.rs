@@ -19,7 +19,7 @@ const DEAD_AFTER_NS: u64 = 2_000_000_000;
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const MOST_INFLATED: f64 = 4.0;
 /// The same of a path that proves itself: twice over.
-const MOST_INFLATED_PROVEN: f64 = MOST_INFLATED * MOST_INFLATED;
+const MOST_INFLATED_SELF_CONSISTENT: f64 = MOST_INFLATED * MOST_INFLATED;
 /// Without a line of sight, believed or not, for this long, the filter lives on reflections and inertial data, ns.
 /// Derived: of sweeps twice a second, two without one.
 pub(super) const BLIND_AFTER_NS: u64 = 1_200_000_000;
@@ -181,34 +181,35 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.last_innovation = Some(innovation);
         // After an outage the filter may have been led astray, by a wrong reflection even while it seems sure. The first path then
         // needs no second one if it proves itself, and no more than a second one if it does not.
-        let proven = sweep.proven && blind;
-        let most = if proven {
-            MOST_INFLATED_PROVEN
+        let self_consistent = sweep.self_consistent && blind;
+        let most = if self_consistent {
+            MOST_INFLATED_SELF_CONSISTENT
         } else {
             MOST_INFLATED
         };
 
-        let verdict = if chi2 <= gate && (trusted || agrees || proven || self.held >= gates.refix_after) {
-            SweepVerdict::Accepted
-        } else if chi2 <= gate {
-            // After an outage almost any place is possible: one sweep is no proof, a consistent fix elsewhere may be a lie.
-            self.counters.held = self.counters.held.saturating_add(1);
-            self.held = self.held.saturating_add(1);
-            self.contested = 0;
-            return SweepVerdict::Held;
-        } else if chi2 > gate
-            && chi2 < most * gate
-            && (proven || (agrees && (!trusted || self.astray && self.contested > 0)))
-        {
-            // The filter was too sure: its uncertainty of pose and motion is raised to what the sweep says. Only a little:
-            // beyond, a linear step would land anywhere, and the window does better.
-            let factor = libm::sqrt(chi2.min(1e6) / rows.len() as f64);
-            self.covariance.inflate(ATTITUDE + 3, T::of(factor));
-            self.counters.inflations = self.counters.inflations.saturating_add(1);
-            SweepVerdict::Inflated
-        } else {
-            SweepVerdict::Rejected
-        };
+        let verdict =
+            if chi2 <= gate && (trusted || agrees || self_consistent || self.held >= gates.refix_after) {
+                SweepVerdict::Accepted
+            } else if chi2 <= gate {
+                // After an outage almost any place is possible: one sweep is no proof, a consistent fix elsewhere may be a lie.
+                self.counters.held = self.counters.held.saturating_add(1);
+                self.held = self.held.saturating_add(1);
+                self.contested = 0;
+                return SweepVerdict::Held;
+            } else if chi2 > gate
+                && chi2 < most * gate
+                && (self_consistent || (agrees && (!trusted || self.astray && self.contested > 0)))
+            {
+                // The filter was too sure: its uncertainty of pose and motion is raised to what the sweep says. Only a little:
+                // beyond, a linear step would land anywhere, and the window does better.
+                let factor = libm::sqrt(chi2.min(1e6) / rows.len() as f64);
+                self.covariance.inflate(ATTITUDE + 3, T::of(factor));
+                self.counters.inflations = self.counters.inflations.saturating_add(1);
+                SweepVerdict::Inflated
+            } else {
+                SweepVerdict::Rejected
+            };
         if verdict != SweepVerdict::Rejected {
             if verdict == SweepVerdict::Accepted {
                 let usual = if rows.len() == PATH_ROWS { USUAL.1 } else { USUAL.0 };

@@ -15,7 +15,7 @@ pub struct SweepMeasurement<'a> {
     /// The line-of-sight path, if the link state says so.
     pub line_of_sight: Option<PathMeasurement>,
     /// That it is the line of sight shows in the path itself, whatever the position is thought to be.
-    pub proven: bool,
+    pub self_consistent: bool,
     /// Without one: the first path, when it is as strong as through free space, but not from where the pose has the GMT.
     pub contrary: Option<PathMeasurement>,
     /// Yaw of the level attitude ([`super::Filter::level`]), if something tells it before the start.

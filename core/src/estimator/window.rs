@@ -234,13 +234,13 @@ impl Window {
         let on_line = |t: f64| mean + slope * (t - times.mean_s);
         // A wave that a wall has turned makes a window of its own, every fix in order: the image of the flight. But what turns to the
         // left turns to the right in it, against the gyroscope, and the sights part from each other.
-        let (mut misfit, mut sight, mut apart) = (0.0, 0.0, 0.0);
+        let (mut chi2, mut sight, mut apart) = (0.0, 0.0, 0.0);
         for entry in &motion {
             let beside_m = (flat(entry) - on_line(entry.0.dt_s)).norm();
             if beside_m > LINE_TOLERANCE_M {
                 return None;
             }
-            misfit += beside_m * beside_m / entry.1.variance_m2;
+            chi2 += beside_m * beside_m / entry.1.variance_m2;
             sight += off(entry).norm_squared() / (2.0 * times.n);
             apart += (off(entry) - mean_off).norm_squared() / entry.1.sight_variance_rad2;
         }
@@ -251,7 +251,7 @@ impl Window {
         let fitted = if bend.is_some() { 9.0 } else { 6.0 };
         let freedom = (3.0 * times.n - fitted).max(1.0);
         // What the fixes leave over widens what they claim.
-        let excess = (misfit / freedom).max(1.0);
+        let excess = (chi2 / freedom).max(1.0);
         let [position, velocity] = variances(&motion, &times, bend.as_ref()).map(|v| v * excess);
         let attitude_sigma_rad = match known {
             Some(_) => 0.0,

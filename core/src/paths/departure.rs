@@ -252,12 +252,12 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
     pub(super) fn cost(&self, looks: &[(Aim, f32, f32)], u: &Direction<Gmt>, start: &Vector3<f32>) -> f32 {
         let mut fields = [0.0; LOOKS];
         let p = self.strength(looks, u, &mut fields);
-        let misfit: f32 = looks
+        let chi2: f32 = looks
             .iter()
             .zip(&fields)
             .map(|((_, a, w), b)| w * (a - p * b) * (a - p * b))
             .sum();
-        misfit + (u.vector() - start).norm_squared() / (PRIOR_RAD * PRIOR_RAD)
+        chi2 + (u.vector() - start).norm_squared() / (PRIOR_RAD * PRIOR_RAD)
     }
 
     /// Slopes of the beams' amplitudes along a tangent `e` of `u`: array factors by their derivative, the element by a

@@ -21,7 +21,7 @@ use crate::paths::early_termination::Screen;
 use crate::paths::warm_start::{FITTED, KnownPaths, Levels, Seen};
 use crate::radio::RadioConfig;
 use crate::signal::{
-    BeamBlock, Correlator, Detector, Levelled, SAMPLES, TAP_EXPONENT, Waveform, Workspace, fit_threshold,
+    BeamBlock, Correlator, Detector, SAMPLES, Scaled, TAP_EXPONENT, Waveform, Workspace, fit_threshold,
 };
 
 /// Paths of a sweep of which the departure is sought everywhere, the strongest that need it.
@@ -419,8 +419,8 @@ impl<
                 ..weak
             };
         }
-        let levelled = measured.level();
-        let exponent = levelled.exponent().saturating_add(TAP_EXPONENT);
+        let scaled = measured.scale();
+        let exponent = scaled.exponent().saturating_add(TAP_EXPONENT);
         let to_lsb = libm::scalbnf(1.0, exponent.saturating_mul(-2));
         let levels = Levels {
             floor: self.share * self.strongest * to_lsb,
@@ -428,27 +428,25 @@ impl<
             to_lsb,
             threshold: self.threshold,
         };
-        if let Some(paths) = self.look(&levelled, &levels) {
+        if let Some(paths) = self.look(&scaled, &levels) {
             return BeamReport { paths, ..weak };
         }
         BeamReport {
             weak: false,
             power: weak.power,
-            ..self.transform(levelled, levels)
+            ..self.transform(scaled, levels)
         }
     }
 
     /// A cheap look at a beam: how many known paths it shows, when it shows nothing that is worth a transform.
-    fn look(&mut self, levelled: &Levelled<'_, C>, levels: &Levels) -> Option<u8> {
+    fn look(&mut self, scaled: &Scaled<'_, C>, levels: &Levels) -> Option<u8> {
         let screen = self.screen.as_ref()?;
         if !screen.can_tell(levels.floor, levels.noise) {
             return None;
         }
         self.meter.enter(Stage::Detection);
         self.effort.spend(Work::Look);
-        let mut folded = self
-            .correlator
-            .detect(levelled, screen.channels(), &mut self.work);
+        let mut folded = self.correlator.detect(scaled, screen.channels(), &mut self.work);
         let seen: Option<Vec<Seen, FITTED>> = if screen.is_empty(&folded, levels.floor) {
             Some(Vec::new())
         } else if folded.strained {
@@ -466,7 +464,7 @@ impl<
                 .filter(|_| screen.is_empty(&folded, levels.floor))
         };
         let noise_gain = screen.noise_gain();
-        let paths = seen.map(|seen| self.glance(&seen, levels.to_lsb, noise_gain, levelled.beam()));
+        let paths = seen.map(|seen| self.glance(&seen, levels.to_lsb, noise_gain, scaled.beam()));
         if paths.is_none() {
             self.meter.enter(Stage::FrontEnd);
         }
@@ -474,9 +472,9 @@ impl<
     }
 
     /// Transforms a beam and finds its paths.
-    fn transform(&mut self, levelled: Levelled<'_, C>, levels: Levels) -> BeamReport {
+    fn transform(&mut self, scaled: Scaled<'_, C>, levels: Levels) -> BeamReport {
         self.effort.spend(Work::Transform);
-        let taps = self.correlator.correlate(levelled, &mut self.work);
+        let taps = self.correlator.correlate(scaled, &mut self.work);
         let (clips, unexamined) = (taps.clips(), taps.unexamined());
         self.profile = *taps.profile();
         self.found.clear();

@@ -324,9 +324,9 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
     for PaperEstimator<A, E, C, BEAMS, K>
 {
     fn push_beam(&mut self, block: BeamBlock<'_, C>) -> BeamReport {
-        let levelled = self.correlator.level(block);
-        let power = levelled.mean_power() as f32;
-        let taps = self.correlator.correlate(levelled, &mut self.work);
+        let scaled = self.correlator.scale(block);
+        let power = scaled.mean_power() as f32;
+        let taps = self.correlator.correlate(scaled, &mut self.work);
         let (clips, unexamined) = (taps.clips(), taps.unexamined());
         let peak = self.detector.peak(taps.profile());
         let BeamBlock {

@@ -11,10 +11,10 @@ use heapless::Vec;
 use super::departure::{Aim, Departures, LOOKS, PASSES, STILL_RAD};
 use crate::geometry::{Direction, Gmt};
 
-/// Misfit a degree of freedom above which a fit is not believed. An honest one has 1.
+/// Chi-square a degree of freedom above which a fit is not believed. An honest one has 1.
 /// Tuned: `cslam accuracy`, and `cslam campaign` with tuning seeds (docs/path-estimation.md).
-const MISFIT: f32 = 2.0;
-/// Looks that tell anything about a misfit.
+const MOST_CHI2: f32 = 2.0;
+/// Looks from which on a chi-square tells anything.
 /// Derived: two parameters and a strength are fitted.
 const LEAST_LOOKS: usize = 6;
 /// Step of the search in both cosines of the face.
@@ -49,7 +49,7 @@ struct Place {
     /// Twice the negative log-likelihood, up to a constant.
     score: f32,
     /// Sum of weighted squared errors.
-    misfit: f32,
+    chi2: f32,
 }
 
 impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Departures<BEAMS, FACES, X, Z> {
@@ -67,7 +67,7 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
         }
         let freedom = looks.len().saturating_sub(3) as f32;
         let near = self.place(looks, variances, found, hessian);
-        if near.misfit <= MISFIT * freedom {
+        if near.chi2 <= MOST_CHI2 * freedom {
             return Some((found, hessian));
         }
         *searches = searches.checked_sub(1)?;
@@ -97,8 +97,8 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
             next.direction.angle_to_rad(&best.direction) <= APART_RAD || next.score - best.score > lead
         });
         // What is still left over widens what is claimed.
-        let excess = (best.misfit / freedom).max(1.0);
-        (leads && excess < 2.0 * MISFIT).then(|| (best.direction, best.hessian.map(|h| h / excess)))
+        let excess = (best.chi2 / freedom).max(1.0);
+        (leads && excess < 2.0 * MOST_CHI2).then(|| (best.direction, best.hessian.map(|h| h / excess)))
     }
 
     /// Sets the weights for a path that leaves towards `u`: what element errors leave in a beam is a share of what a beam
@@ -133,13 +133,13 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
         let error = PASSES.last().copied().unwrap_or(0.0);
         self.weigh(looks, variances, &direction, error);
         // At its own place the prior says nothing.
-        let misfit = self.cost(looks, &direction, direction.vector());
+        let chi2 = self.cost(looks, &direction, direction.vector());
         let spread: f32 = looks.iter().map(|look| libm::logf(look.2)).sum();
         Place {
             direction,
             hessian,
-            score: misfit - spread,
-            misfit,
+            score: chi2 - spread,
+            chi2,
         }
     }
 

@@ -32,7 +32,7 @@ pub enum Localization<'m> {
     Filter(FilterConfig),
     /// The paper's periodic calibration. The strongest path corrects it where this network says that the link state is line
     /// of sight; what the pose says of the path does not count, for nothing tells this pose that it has drifted.
-    Hpc(HpcConfig, PaperClassifier<'m>),
+    Baseline(BaselineConfig, PaperClassifier<'m>),
 }
 
 impl Localization<'_> {
@@ -40,7 +40,7 @@ impl Localization<'_> {
     pub(super) fn gates(&self) -> Option<estimator::Gates> {
         match self {
             Self::Filter(config) => Some(config.gates),
-            Self::Hpc(..) => None,
+            Self::Baseline(..) => None,
         }
     }
 }
@@ -48,7 +48,7 @@ impl Localization<'_> {
 /// Figures of the paper's localization.
 /// Given: the paper's method, a baseline, and what the gates need of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HpcConfig {
+pub struct BaselineConfig {
     /// Where the velocity between fixes comes from.
     pub mode: baseline::Mode,
     /// Sweeps between fixes: the paper's T_c.
@@ -59,7 +59,7 @@ pub struct HpcConfig {
     pub attitude_sigma_rad: f32,
 }
 
-impl Default for HpcConfig {
+impl Default for BaselineConfig {
     /// A fix every second sweep (docs/signal-model.md, "Default configuration"); 0.3 m and 0.5 degrees.
     fn default() -> Self {
         Self {
@@ -228,7 +228,7 @@ impl<'m> Config<'m> {
     #[must_use]
     pub fn paper(network: PaperClassifier<'m>) -> Self {
         Self {
-            localization: Localization::Hpc(HpcConfig::default(), network),
+            localization: Localization::Baseline(BaselineConfig::default(), network),
             departures: Departures::SquintPick,
             accept: AcceptGate {
                 min_probability: 0.0,

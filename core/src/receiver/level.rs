@@ -52,7 +52,7 @@ const LEAST_LEG_M: f64 = 0.1;
 
 /// A place and a yaw that sweeps agree on.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stand {
+pub(super) struct LevelFix {
     time_ns: u64,
     place_m: Vector3<f64>,
     yaw_rad: f64,
@@ -140,8 +140,8 @@ fn told_yaw(agreed: Option<f64>, direct: Option<f64>) -> Option<f64> {
     }
 }
 
-impl Stand {
-    /// This sweep's stand with what it shares with the one before.
+impl LevelFix {
+    /// This sweep's fix with what it shares with the one before.
     fn after(self, before: Option<&Self>) -> Self {
         let same = before.filter(|before| {
             let dt_s = self.time_ns.saturating_sub(before.time_ns) as f64 * 1e-9;
@@ -158,7 +158,7 @@ impl Stand {
 
 impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS, STATES> {
     /// Index of the path that is the line of sight of a UAV at rest, and how the UAV is turned, when the last sweeps agree on it.
-    pub(super) fn level_sight(
+    pub(super) fn level_start(
         &mut self,
         measured: &[MeasuredPath],
         gmt: &Transmitter,
@@ -167,26 +167,26 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
         let found = self
             .localizer
             .level()
-            .and_then(|level| self.stand(measured, &level, gmt, time_ns));
-        let before = self.stand.take();
-        let (first, stand) = found?;
-        let stand = stand.after(before.as_ref());
-        self.stand = Some(stand);
+            .and_then(|level| self.level_fix(measured, &level, gmt, time_ns));
+        let before = self.level_fix.take();
+        let (first, fix) = found?;
+        let fix = fix.after(before.as_ref());
+        self.level_fix = Some(fix);
         let yaw = LevelYaw {
-            yaw_rad: stand.yaw_rad,
+            yaw_rad: fix.yaw_rad,
             sigma_rad: YAW_SIGMA_RAD,
         };
-        (stand.sweeps >= SWEEPS).then_some((first, yaw))
+        (fix.sweeps >= SWEEPS).then_some((first, yaw))
     }
 
     /// Where this sweep alone puts the UAV.
-    fn stand(
+    fn level_fix(
         &self,
         measured: &[MeasuredPath],
         level: &Matrix3<f64>,
         gmt: &Transmitter,
         time_ns: u64,
-    ) -> Option<(usize, Stand)> {
+    ) -> Option<(usize, LevelFix)> {
         let offset_m = self.offset_m(time_ns)?;
         let period = self.delay_period();
         let length = |path: &MeasuredPath| length_m(path.estimated.path.c_tau_m, offset_m, &period);
@@ -220,7 +220,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
         let yaw_rad = told_yaw(agreed_yaw(&ways), direct)?;
         let place_m = gmt.position_m - rotation(&Vector3::new(0.0, 0.0, yaw_rad)) * sight * range_m;
         let ground = self.config.accept.point.ground_z_m;
-        let stand = Stand {
+        let fix = LevelFix {
             time_ns,
             place_m,
             yaw_rad,
@@ -228,7 +228,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
         };
         ground
             .is_none_or(|ground_z_m| place_m.z > f64::from(ground_z_m))
-            .then_some((first, stand))
+            .then_some((first, fix))
     }
 }
 

@@ -3,9 +3,9 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::clock::TwoWayClock;
-use super::config::{HpcConfig, Localization};
+use super::config::{BaselineConfig, Localization};
 use crate::array::GmtFace;
-use crate::estimator::baseline::{Hpc, Start};
+use crate::estimator::baseline::{Baseline, Start};
 use crate::estimator::{
     ClockEstimate, Counters, FaceDirection, Filter, Health, MappedPlane, PathMeasurement, Pose,
     SweepMeasurement, SweepVerdict, TestRatios, Transmitter,
@@ -29,14 +29,14 @@ pub(super) enum Localizer<const STATES: usize> {
     /// The filter.
     Filter(Filter<f32, STATES>),
     /// The paper's.
-    Hpc(Calibrated),
+    Baseline(Calibrated),
 }
 
 impl<const STATES: usize> Localizer<STATES> {
     pub(super) fn new(localization: &Localization<'_>, radio: &RadioModel) -> Self {
         match localization {
             Localization::Filter(config) => Self::Filter(Filter::new(radio, *config, 0)),
-            Localization::Hpc(config, _) => Self::Hpc(Calibrated::new(*config, radio)),
+            Localization::Baseline(config, _) => Self::Baseline(Calibrated::new(*config, radio)),
         }
     }
 
@@ -52,7 +52,7 @@ impl<const STATES: usize> Localizer<STATES> {
     pub(super) fn aligned(&mut self, alignment: &Alignment) {
         match self {
             Self::Filter(filter) => filter.aligned(alignment),
-            Self::Hpc(hpc) => hpc.aligned(alignment),
+            Self::Baseline(baseline) => baseline.aligned(alignment),
         }
     }
 
@@ -60,7 +60,7 @@ impl<const STATES: usize> Localizer<STATES> {
     pub(super) fn imu_errors(&self) -> ImuErrors {
         match self {
             Self::Filter(filter) => filter.imu_errors(),
-            Self::Hpc(hpc) => hpc.errors,
+            Self::Baseline(baseline) => baseline.errors,
         }
     }
 
@@ -68,7 +68,7 @@ impl<const STATES: usize> Localizer<STATES> {
     pub(super) fn step(&mut self, step: &ImuStep) {
         match self {
             Self::Filter(filter) => filter.step(step),
-            Self::Hpc(hpc) => hpc.step(step),
+            Self::Baseline(baseline) => baseline.step(step),
         }
     }
 
@@ -78,9 +78,9 @@ impl<const STATES: usize> Localizer<STATES> {
                 // The filter counts what it does not take.
                 let _counted = filter.two_way(time_ns, offset_m);
             }
-            Self::Hpc(hpc) => {
+            Self::Baseline(baseline) => {
                 // The receiver's own clock counts the same refusals.
-                let _counted = hpc.clock.exchange(time_ns, offset_m);
+                let _counted = baseline.clock.exchange(time_ns, offset_m);
             }
         }
     }
@@ -102,7 +102,7 @@ impl<const STATES: usize> Localizer<STATES> {
     pub(super) fn is_confirmed(&self) -> bool {
         match self {
             Self::Filter(filter) => filter.is_confirmed(),
-            Self::Hpc(_) => true,
+            Self::Baseline(_) => true,
         }
     }
 
@@ -110,7 +110,7 @@ impl<const STATES: usize> Localizer<STATES> {
     pub(super) fn expected(&self) -> Option<Pose> {
         match self {
             Self::Filter(filter) => filter.present(),
-            Self::Hpc(hpc) => hpc.pose(),
+            Self::Baseline(baseline) => baseline.pose(),
         }
     }
 
@@ -118,7 +118,7 @@ impl<const STATES: usize> Localizer<STATES> {
     pub(super) fn clock_offset_m(&self, time_ns: u64) -> Option<f64> {
         match self {
             Self::Filter(filter) => filter.clock_offset_m(time_ns),
-            Self::Hpc(_) => None,
+            Self::Baseline(_) => None,
         }
     }
 
@@ -126,7 +126,7 @@ impl<const STATES: usize> Localizer<STATES> {
     pub(super) fn level(&self) -> Option<Matrix3<f64>> {
         match self {
             Self::Filter(filter) => filter.level(),
-            Self::Hpc(_) => None,
+            Self::Baseline(_) => None,
         }
     }
 
@@ -134,7 +134,7 @@ impl<const STATES: usize> Localizer<STATES> {
     pub(super) fn corrected(&self, aoa: &Direction<Body>) -> Direction<Body> {
         match self {
             Self::Filter(filter) => filter.corrected_aoa(aoa),
-            Self::Hpc(_) => *aoa,
+            Self::Baseline(_) => *aoa,
         }
     }
 
@@ -142,7 +142,7 @@ impl<const STATES: usize> Localizer<STATES> {
     pub(super) fn sweep(&mut self, sweep: u32, measurement: &SweepMeasurement<'_>) -> SweepVerdict {
         match self {
             Self::Filter(filter) => filter.sweep(measurement),
-            Self::Hpc(hpc) => hpc.sweep(sweep, measurement),
+            Self::Baseline(baseline) => baseline.sweep(sweep, measurement),
         }
     }
 
@@ -150,7 +150,7 @@ impl<const STATES: usize> Localizer<STATES> {
     pub(super) fn plausible(&self, time_ns: u64, claimed: &Transmitter) -> Transmitter {
         match self {
             Self::Filter(filter) => filter.plausible(time_ns, claimed),
-            Self::Hpc(_) => *claimed,
+            Self::Baseline(_) => *claimed,
         }
     }
 
@@ -158,7 +158,7 @@ impl<const STATES: usize> Localizer<STATES> {
     pub(super) fn transmitter(&self) -> Option<&Transmitter> {
         match self {
             Self::Filter(filter) => filter.transmitter(),
-            Self::Hpc(_) => None,
+            Self::Baseline(_) => None,
         }
     }
 
@@ -169,7 +169,7 @@ impl<const STATES: usize> Localizer<STATES> {
                 filter.advance(time_ns);
                 filter.pose()
             }
-            Self::Hpc(hpc) => hpc.pose(),
+            Self::Baseline(baseline) => baseline.pose(),
         }
     }
 
@@ -177,7 +177,7 @@ impl<const STATES: usize> Localizer<STATES> {
     pub(super) fn planes(&self) -> impl Iterator<Item = &MappedPlane> {
         let filter = match self {
             Self::Filter(filter) => Some(filter),
-            Self::Hpc(_) => None,
+            Self::Baseline(_) => None,
         };
         filter.into_iter().flat_map(Filter::planes)
     }
@@ -193,7 +193,7 @@ impl<const STATES: usize> Localizer<STATES> {
     pub(super) fn pose(&self) -> Option<Pose> {
         match self {
             Self::Filter(filter) => filter.pose(),
-            Self::Hpc(hpc) => hpc.pose(),
+            Self::Baseline(baseline) => baseline.pose(),
         }
     }
 
@@ -201,7 +201,7 @@ impl<const STATES: usize> Localizer<STATES> {
     pub(super) fn test_ratios(&self) -> Option<TestRatios> {
         match self {
             Self::Filter(filter) => Some(filter.test_ratios()),
-            Self::Hpc(_) => None,
+            Self::Baseline(_) => None,
         }
     }
 
@@ -209,15 +209,15 @@ impl<const STATES: usize> Localizer<STATES> {
     pub(super) fn counters(&self) -> Counters {
         match self {
             Self::Filter(filter) => filter.counters(),
-            Self::Hpc(_) => Counters::default(),
+            Self::Baseline(_) => Counters::default(),
         }
     }
 
     pub(super) fn health(&self) -> Health {
         match self {
             Self::Filter(filter) => filter.health(),
-            Self::Hpc(hpc) => Health {
-                starting: hpc.hpc.is_none(),
+            Self::Baseline(baseline) => Health {
+                starting: baseline.baseline.is_none(),
                 ..Health::default()
             },
         }
@@ -229,31 +229,31 @@ impl<const STATES: usize> Localizer<STATES> {
 /// two-way exchanges.
 #[derive(Clone, Debug)]
 pub(super) struct Calibrated {
-    config: HpcConfig,
+    config: BaselineConfig,
     faces: heapless::Vec<GmtFace<f64>, MOST_FACES>,
     delay_period: DelayPeriod,
     errors: ImuErrors,
     /// Attitude since rest, of unknown yaw, until the first fix.
     waiting: Option<Turn<f64>>,
-    hpc: Option<Hpc>,
+    baseline: Option<Baseline>,
     clock: TwoWayClock,
 }
 
 impl Calibrated {
-    fn new(config: HpcConfig, radio: &RadioModel) -> Self {
+    fn new(config: BaselineConfig, radio: &RadioModel) -> Self {
         Self {
             config,
             faces: radio.faces.clone(),
             delay_period: radio.waveform.delay_period(),
             errors: ImuErrors::default(),
             waiting: None,
-            hpc: None,
+            baseline: None,
             clock: TwoWayClock::default(),
         }
     }
 
     fn aligned(&mut self, alignment: &Alignment) {
-        if self.hpc.is_none() {
+        if self.baseline.is_none() {
             self.errors.gyro_bias_rad_per_s = alignment.gyro_bias_rad_per_s;
             self.waiting = Some(alignment.attitude(0.0));
         }
@@ -264,9 +264,9 @@ impl Calibrated {
         if step.motion == Motion::Coasting {
             return;
         }
-        if let Some(hpc) = &mut self.hpc {
+        if let Some(baseline) = &mut self.baseline {
             // A step that is out of order or not finite changes nothing.
-            let _unchanged = hpc.step(&step.increment, None);
+            let _unchanged = baseline.step(&step.increment, None);
         } else if let Some(attitude) = &mut self.waiting {
             let turn = Turn::from_rotation_vector(&step.increment.delta_angle_rad.map(f64::from));
             *attitude = attitude.then(&turn).renormalised();
@@ -292,18 +292,18 @@ impl Calibrated {
         let Some(fix) = self.fix(measurement, path) else {
             return SweepVerdict::Waiting;
         };
-        let Some(hpc) = &mut self.hpc else {
+        let Some(baseline) = &mut self.baseline else {
             return self.start(measurement.time_ns, &fix, path);
         };
-        if !hpc.fix_due(sweep) {
+        if !baseline.fix_due(sweep) {
             return SweepVerdict::NoSight;
         }
         // The inertial sum has gone on since the sweep began.
-        let since_s = hpc.time_ns().saturating_sub(measurement.time_ns) as f64 * NS;
-        let now = fix.position_m + hpc.velocity_m_per_s() * since_s;
+        let since_s = baseline.time_ns().saturating_sub(measurement.time_ns) as f64 * NS;
+        let now = fix.position_m + baseline.velocity_m_per_s() * since_s;
         match Position::from_vector(now) {
             Ok(position) => {
-                hpc.fix(position);
+                baseline.fix(position);
                 SweepVerdict::Accepted
             }
             Err(_) => SweepVerdict::Rejected,
@@ -328,21 +328,25 @@ impl Calibrated {
             velocity_m_per_s: Vector3::zeros(),
             attitude,
         };
-        self.hpc = Some(Hpc::new(self.config.mode, self.config.interval_sweeps, start));
+        self.baseline = Some(Baseline::new(
+            self.config.mode,
+            self.config.interval_sweeps,
+            start,
+        ));
         SweepVerdict::Started
     }
 
     fn pose(&self) -> Option<Pose> {
-        let hpc = self.hpc.as_ref()?;
+        let baseline = self.baseline.as_ref()?;
         let square = |x: f32| x * x;
-        let narrow = hpc.attitude().matrix().map(|c| c as f32);
+        let narrow = baseline.attitude().matrix().map(|c| c as f32);
         Some(Pose {
-            time_ns: hpc.time_ns(),
-            position: Position::from_vector(hpc.position_m()).ok()?,
-            velocity_m_per_s: hpc.velocity_m_per_s().map(|c| c as f32),
+            time_ns: baseline.time_ns(),
+            position: Position::from_vector(baseline.position_m()).ok()?,
+            velocity_m_per_s: baseline.velocity_m_per_s().map(|c| c as f32),
             attitude: Rotation::<Body, World>::from_matrix(narrow).ok()?,
             clock: ClockEstimate {
-                offset_m: self.delay_period.wrap_m(self.clock.offset_m(hpc.time_ns())?),
+                offset_m: self.delay_period.wrap_m(self.clock.offset_m(baseline.time_ns())?),
                 offset_sigma_m: 0.0,
                 drift_m_per_s: 0.0,
                 drift_sigma_m_per_s: 0.0,

@@ -51,7 +51,7 @@ mod rules;
 mod sight;
 mod sweep;
 
-pub use config::{Config, ConfigError, Departures, HpcConfig, LinkStates, Localization, Mapped};
+pub use config::{BaselineConfig, Config, ConfigError, Departures, LinkStates, Localization, Mapped};
 pub use gain::LinkBudget;
 pub use mapping::{MOST_GMT_SIGMA_M, map_learned};
 pub use radio::{Antennas, Radio};
@@ -62,7 +62,7 @@ pub use rules::Rules;
 use nalgebra::Vector3;
 
 use self::clock::TwoWayClock;
-use self::level::Stand;
+use self::level::LevelFix;
 use self::localizer::Localizer;
 use self::sweep::Open;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
@@ -153,7 +153,7 @@ pub struct Receiver<'m, R: Radio, const VOXELS: usize, const STATES: usize = { s
     last_heading_ns: u64,
     localizer: Localizer<STATES>,
     surfaces: Surfaces<SURFACES>,
-    stand: Option<Stand>,
+    level_fix: Option<LevelFix>,
     open: Option<Open>,
     last_beacon: Option<(u64, Beacon)>,
     clock: TwoWayClock,
@@ -172,7 +172,7 @@ impl<'m, R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'m, R, VOX
             rest: Some(RestAlignment::new(config.rest)),
             last_heading_ns: 0,
             surfaces: config.no_surfaces(),
-            stand: None,
+            level_fix: None,
             localizer: Localizer::new(&config.localization, radio.model()),
             radio,
             open: None,

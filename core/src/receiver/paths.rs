@@ -32,7 +32,7 @@ pub(super) struct ClassifiedPath {
 
 /// A path against the straight way from where it may have come from: the GMT, or an image of it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Straight {
+pub(super) struct Excess {
     /// Length beyond the straight way, m, and the variance of that.
     pub(super) excess_m: f32,
     pub(super) length_variance_m2: f32,
@@ -42,7 +42,7 @@ pub(super) struct Straight {
     pub(super) across_variance_rad2: f32,
 }
 
-impl Straight {
+impl Excess {
     /// `towards`: from the UAV to there, m. `None` when it is there.
     pub(super) fn against(
         path: &Path<World>,

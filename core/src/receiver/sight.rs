@@ -5,14 +5,14 @@
 //! Without such a pose it is the first path, since nothing else comes before the line of sight, if that is one: the path must have come nearly as strong as through free space and, as soon as the attitude is known, from the direction opposite to
 //! its departure; a start or a re-fix then takes several that agree.
 //!
-//! The paper's calibration has a rule of its own ([`Localization::Hpc`]), which asks its network and not the pose: that pose
+//! The paper's calibration has a rule of its own ([`Localization::Baseline`]), which asks its network and not the pose: that pose
 //! does not know when it has drifted, and one that has drifted would refuse every fix that could bring it back.
 
 use super::PATHS;
 use super::bend::{Bend, UNREFLECTED_DB};
 use super::config::Localization;
 use super::localizer::left;
-use super::paths::{MeasuredPath, Straight};
+use super::paths::{Excess, MeasuredPath};
 use super::receive::length_m;
 use crate::array::{GmtArrays, GmtFace, half_wave_dipole};
 use crate::beam_squint::{Expected, Sighting};
@@ -41,7 +41,7 @@ const EXCESS: (f32, f32) = (0.6, 4.0);
 const ANGLE: (f32, f32) = (0.05, 4.0);
 /// A path proves itself with an attitude and a departure of this standard deviation, when the two ends differ by no more, rad.
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
-const PROVEN_RAD: f32 = 0.01;
+const SELF_CONSISTENT_RAD: f32 = 0.01;
 /// How far from where the pose puts the line of sight beam squint looks for it, halves of a beam.
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const POSE_RADIUS: f32 = 0.8;
@@ -70,7 +70,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
     pub(super) fn line_of_sight(&self, measured: &[MeasuredPath], time_ns: u64) -> Option<Sight> {
         let pose = self.localizer.expected();
         // Before its first fix nobody knows how the body is turned, which the network must: it begins as ours does.
-        if let (Localization::Hpc(_, network), Some(pose)) = (&self.config.localization, &pose) {
+        if let (Localization::Baseline(_, network), Some(pose)) = (&self.config.localization, &pose) {
             return self.classified(network, measured, pose).map(Sight::straight);
         }
         let gmt = self.transmitter(time_ns).map(|(gmt, _)| gmt);
@@ -80,7 +80,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
                 // The strongest of those that may be: artefacts of it come before it as well as after.
                 let (index, path, in_world) = (measured.iter().zip(&received).enumerate())
                     .map(|(index, (path, received))| (index, path, &received.path))
-                    .filter(|(_, _, in_world)| is_direct(in_world, &pose, &gmt))
+                    .filter(|(_, _, in_world)| fits_line_of_sight(in_world, &pose, &gmt))
                     .max_by(|(_, a, _), (_, b, _)| a.estimated.energy.total_cmp(&b.estimated.energy))?;
                 let bend = self.bend(path, in_world, &pose, &gmt)?;
                 Some(Sight { index, bend })
@@ -90,7 +90,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
                 let path = measured.get(first)?;
                 let direct = pose.is_none_or(|pose| {
                     let left = path.estimated.path.aod;
-                    left.is_some_and(|left| is_straight(path, &left, &pose, ANGLE.0))
+                    left.is_some_and(|left| ends_agree(path, &left, &pose, ANGLE.0))
                 });
                 direct.then_some(Sight::straight(first))
             }
@@ -164,7 +164,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
     /// Whether a path proves by itself that it is the line of sight: it has lost no more than through free space, and it comes,
     /// with an attitude that is known, from just where it left for. A wave that is turned so little by a reflection has made
     /// no detour.
-    pub(super) fn is_proven(
+    pub(super) fn is_self_consistent(
         &self,
         path: &MeasuredPath,
         departure: &FaceDirection,
@@ -187,11 +187,11 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
             sigma_rad: x.max(z) as f32,
         };
         let period = self.delay_period();
-        let sure = |sigma_rad: f32| sigma_rad < PROVEN_RAD;
+        let sure = |sigma_rad: f32| sigma_rad < SELF_CONSISTENT_RAD;
         sure(sigma(&pose.attitude_covariance_rad2))
             && sure(left.sigma_rad)
             && self.is_unreflected(path, length_m(path.estimated.path.c_tau_m, offset_m, &period))
-            && is_straight(path, &left, &pose, PROVEN_RAD)
+            && ends_agree(path, &left, &pose, SELF_CONSISTENT_RAD)
     }
 
     /// What beam squint needs to know of the line of sight, path number `index`.
@@ -254,9 +254,9 @@ pub(super) fn first_of(
 }
 
 /// Whether a path is as long as the straight way and comes from where the GMT is.
-fn is_direct(path: &Path<World>, pose: &Pose, gmt: &Transmitter) -> bool {
+fn fits_line_of_sight(path: &Path<World>, pose: &Pose, gmt: &Transmitter) -> bool {
     let towards = (gmt.position_m - pose.position.vector()).map(|c| c as f32);
-    let Some(straight) = Straight::against(path, &towards, &pose.position_covariance_m2) else {
+    let Some(straight) = Excess::against(path, &towards, &pose.position_covariance_m2) else {
         return false;
     };
     let covariance = &path.covariance;
@@ -266,7 +266,7 @@ fn is_direct(path: &Path<World>, pose: &Pose, gmt: &Transmitter) -> bool {
 }
 
 /// Whether a path comes from the direction opposite to its departure, within an angle and what the attitude is not known to.
-fn is_straight(path: &MeasuredPath, left: &Departure, pose: &Pose, within_rad: f32) -> bool {
+fn ends_agree(path: &MeasuredPath, left: &Departure, pose: &Pose, within_rad: f32) -> bool {
     let attitude_sigma = sigma(&pose.attitude_covariance_rad2);
     if attitude_sigma > ORIENTED_RAD {
         return true;
@@ -359,9 +359,10 @@ mod tests {
 
     #[test]
     fn a_path_proves_itself_by_the_angle_between_its_two_ends() {
-        let straight = |turned_rad| is_straight(&path(), &turned(turned_rad), &pose(0.002), PROVEN_RAD);
+        let straight =
+            |turned_rad| ends_agree(&path(), &turned(turned_rad), &pose(0.002), SELF_CONSISTENT_RAD);
         // Four times the root sum of 3.5 mrad of attitude and 3 of departure beside the 10 mrad.
         assert!(straight(0.0) && straight(0.025) && !straight(0.035));
-        assert!(is_straight(&path(), &turned(0.035), &pose(0.002), ANGLE.0));
+        assert!(ends_agree(&path(), &turned(0.035), &pose(0.002), ANGLE.0));
     }
 }

@@ -185,10 +185,10 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
             .and_then(|index| measured.get(index))
             .and_then(|path| self.line_measurement(path, &Bend::default(), None, gmt, open.time_ns));
         let departure = line_of_sight.and_then(|path| path.departure);
-        let proven = line
+        let self_consistent = line
             .and_then(|index| measured.get(index))
             .zip(departure)
-            .is_some_and(|(path, left)| self.is_proven(path, &left, gmt, open.time_ns));
+            .is_some_and(|(path, left)| self.is_self_consistent(path, &left, gmt, open.time_ns));
         let mut measurements = Vec::<_, PATHS>::new();
         if self.config.delta_ranges {
             // There is room for every path.
@@ -214,7 +214,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
                 gmt: *gmt,
                 stop,
                 line_of_sight,
-                proven,
+                self_consistent,
                 contrary,
                 level_yaw: level.map(|(_, yaw)| yaw),
                 reflections: &reflections,

@@ -46,7 +46,7 @@ impl<'a, const CHANNELS: usize> Measured<'a, CHANNELS> {
         }
     }
 
-    /// See [`Levelled::mean_power`].
+    /// See [`Scaled::mean_power`].
     #[must_use]
     pub fn mean_power(&self) -> f64 {
         self.mean_power
@@ -59,7 +59,7 @@ impl<'a, const CHANNELS: usize> Measured<'a, CHANNELS> {
 
     /// Shifts the block in place where its level asks for it.
     #[must_use]
-    pub fn level(self) -> Levelled<'a, CHANNELS> {
+    pub fn scale(self) -> Scaled<'a, CHANNELS> {
         let Self {
             mut block,
             mean_power,
@@ -71,18 +71,18 @@ impl<'a, const CHANNELS: usize> Measured<'a, CHANNELS> {
         };
         rescale(block.samples, shift);
         block.exponent = block.exponent.saturating_add(shift);
-        Levelled { block, mean_power }
+        Scaled { block, mean_power }
     }
 }
 
 /// A beam block at the level of the transform.
 #[derive(Debug)]
-pub struct Levelled<'a, const CHANNELS: usize> {
+pub struct Scaled<'a, const CHANNELS: usize> {
     block: BeamBlock<'a, CHANNELS>,
     mean_power: f64,
 }
 
-impl<'a, const CHANNELS: usize> Levelled<'a, CHANNELS> {
+impl<'a, const CHANNELS: usize> Scaled<'a, CHANNELS> {
     /// Mean power of a sample, all channels added, in squared amplitude units (exponent applied): comparable over beams.
     /// No path of the beam can be stronger.
     #[must_use]
@@ -90,7 +90,7 @@ impl<'a, const CHANNELS: usize> Levelled<'a, CHANNELS> {
         self.mean_power
     }
 
-    /// Amplitude of the levelled samples = integer x 2^exponent.
+    /// Amplitude of the scaled samples = integer x 2^exponent.
     #[must_use]
     pub fn exponent(&self) -> i32 {
         self.block.exponent
@@ -101,13 +101,13 @@ impl<'a, const CHANNELS: usize> Levelled<'a, CHANNELS> {
         self.block.beam
     }
 
-    /// The levelled samples.
+    /// The scaled samples.
     #[must_use]
     pub fn samples(&self) -> &[Channel; CHANNELS] {
         self.block.samples
     }
 
-    /// Gives the block back, levelled.
+    /// Gives the block back, scaled.
     #[must_use]
     pub fn into_block(self) -> BeamBlock<'a, CHANNELS> {
         self.block

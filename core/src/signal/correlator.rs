@@ -13,7 +13,7 @@ use crate::kernels::stages::{
     self, COLUMNS, Channel, FOLDED_COLUMNS, FoldedChannel, FoldedPowers, Powers, tap_at,
 };
 use crate::kernels::{Iq, Kernels, Native};
-use crate::signal::{BeamBlock, Levelled, Measured, SAMPLES, Waveform};
+use crate::signal::{BeamBlock, Measured, SAMPLES, Scaled, Waveform};
 
 /// Taps of the half-length correlation.
 pub const FOLDED_TAPS: usize = SAMPLES / 2;
@@ -108,14 +108,14 @@ impl<K: Kernels> Correlator<K> {
     }
 
     /// Measures a beam block and brings it to the level of the transform, in place.
-    pub fn level<'a, const CHANNELS: usize>(&self, block: BeamBlock<'a, CHANNELS>) -> Levelled<'a, CHANNELS> {
-        self.measure(block).level()
+    pub fn scale<'a, const CHANNELS: usize>(&self, block: BeamBlock<'a, CHANNELS>) -> Scaled<'a, CHANNELS> {
+        self.measure(block).scale()
     }
 
     /// Correlates all channels of a beam, in place, and sums their power.
     pub fn correlate<'a, const CHANNELS: usize>(
         &self,
-        beam: Levelled<'a, CHANNELS>,
+        beam: Scaled<'a, CHANNELS>,
         work: &'a mut Workspace,
     ) -> BeamTaps<'a, CHANNELS> {
         let BeamBlock {
@@ -163,7 +163,7 @@ impl<K: Kernels> Correlator<K> {
     /// with 8 of 32 channels. Scale of the full taps: same exponent, a path's tap half as large.
     pub fn detect<'a, const CHANNELS: usize>(
         &self,
-        beam: &Levelled<'_, CHANNELS>,
+        beam: &Scaled<'_, CHANNELS>,
         channels: &[u8],
         work: &'a mut Workspace,
     ) -> Folded<'a> {

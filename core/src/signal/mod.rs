@@ -1,10 +1,10 @@
 //! From the int16 samples of a transmit beam to its taps and their power-delay profile, in integers.
 //!
 //! ```text
-//! block --Correlator::level--> Levelled --Correlator::correlate--> BeamTaps --Detector::peak--> Peak
+//! block --Correlator::scale--> Scaled --Correlator::correlate--> BeamTaps --Detector::peak--> Peak
 //!                                `-----Correlator::detect--> profile of a few channels, at an eighth of the cost
 //! ```
-//! A block is a [`BeamBlock`], channels array-major (8 j + i), samples as packed [`Iq`] words; it is levelled, transformed and kept in
+//! A block is a [`BeamBlock`], channels array-major (8 j + i), samples as packed [`Iq`] words; it is scaled, transformed and kept in
 //! place. Everything up to the profile is integer arithmetic with stated roundings, the same bits on every machine; source:
 //! docs/signal-model.md, "Fixed point". The [`Waveform`] says what is sent.
 //!
@@ -25,7 +25,7 @@
 //! let mut samples = [core::array::from_fn(|n| sample(n as i32)).map(|x: Complex<f32>| Iq::new((300.0 * x.re) as i16, (300.0 * x.im) as i16))];
 //! let (correlator, mut work) = (<Correlator>::new(&waveform), Workspace::new());
 //! let block = BeamBlock { samples: &mut samples, beam: 0, exponent: 0 };
-//! let taps = correlator.correlate(correlator.level(block), &mut work);
+//! let taps = correlator.correlate(correlator.scale(block), &mut work);
 //! let peak = (0..512).max_by_key(|tap| taps.profile()[*tap]);
 //! assert_eq!(peak, Some(40)); // 48.8 m
 //! ```
@@ -42,7 +42,7 @@ mod taps;
 mod waveform;
 
 pub use block::BeamBlock;
-pub use block_scaling::{Levelled, Measured};
+pub use block_scaling::{Measured, Scaled};
 pub(crate) use correlator::TAP_EXPONENT;
 pub use correlator::{Correlator, FOLDED_CHANNELS, FOLDED_TAPS, Folded, Workspace};
 pub use delay::DelayPeriod;

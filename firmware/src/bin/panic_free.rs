@@ -128,7 +128,7 @@ fn any_sender(key: &Key) -> Sender {
 fn listen(correlator: &Correlator, samples: &mut Block, work: &mut Workspace) {
     let detector = Detector::new(black_box(32), black_box(1e-2), black_box(30_000));
     black_box(correlator.spectrum(&black_box([Iq::ZERO; SAMPLES]), &mut [Iq::ZERO; SAMPLES], work));
-    let beam = correlator.level(BeamBlock {
+    let beam = correlator.scale(BeamBlock {
         samples,
         beam: black_box(0),
         exponent: black_box(0),

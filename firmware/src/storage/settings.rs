@@ -273,7 +273,7 @@ mod tests {
         assert!(told.magnetic_field.is_none());
         let setup = |config: &Config<'_>| match &config.localization {
             Localization::Filter(filter) => filter.beacon.setup,
-            Localization::Hpc(..) => None,
+            Localization::Baseline(..) => None,
         };
         assert!(setup(&told).is_none());
         let settings = Settings {

@@ -300,10 +300,10 @@ fn the_receiver_loses_no_bits_and_finds_the_path() {
     let mut strongest = (0.0, 0);
     for block in &mut sweep.blocks {
         let exponent = block.exponent;
-        let levelled = correlator.level(block.view());
+        let scaled = correlator.scale(block.view());
         // Never down, which would lose bits; up where a block lies near the lower end of the gain control's last step.
-        assert!((exponent - 1..=exponent).contains(&levelled.exponent()));
-        let taps = correlator.correlate(levelled, &mut work);
+        assert!((exponent - 1..=exponent).contains(&scaled.exponent()));
+        let taps = correlator.correlate(scaled, &mut work);
         assert_eq!(taps.clips(), 0);
         let peak = detector.peak(taps.profile());
         let scale = libm::ldexp(1.0, 2 * taps.exponent());

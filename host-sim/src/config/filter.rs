@@ -5,7 +5,7 @@
 use cslam_core::estimator::{
     BeaconLimits, FilterConfig, Gates, Priors, ProcessNoise, RadioNoise, Setup, baseline,
 };
-use cslam_core::receiver::{HpcConfig, Residuals};
+use cslam_core::receiver::{BaselineConfig, Residuals};
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 
@@ -100,15 +100,15 @@ impl FilterFigures {
     }
 }
 
-/// Table `[receiver.hpc]`: figures of the paper's localization.
+/// Table `[receiver.baseline]`: figures of the paper's localization.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
-pub struct HpcFigures(#[serde(with = "HpcConfigKeys")] HpcConfig);
+pub struct BaselineFigures(#[serde(with = "BaselineConfigKeys")] BaselineConfig);
 
-impl HpcFigures {
+impl BaselineFigures {
     /// For the flight code, in a mode.
-    pub fn config(&self, mode: baseline::Mode) -> HpcConfig {
-        HpcConfig { mode, ..self.0 }
+    pub fn config(&self, mode: baseline::Mode) -> BaselineConfig {
+        BaselineConfig { mode, ..self.0 }
     }
 
     pub(super) fn check(&self) -> Result<(), InputError> {
@@ -216,8 +216,12 @@ struct BeaconLimitsKeys {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(remote = "HpcConfig", default = "HpcConfig::default", deny_unknown_fields)]
-struct HpcConfigKeys {
+#[serde(
+    remote = "BaselineConfig",
+    default = "BaselineConfig::default",
+    deny_unknown_fields
+)]
+struct BaselineConfigKeys {
     // The choice of a localization says it.
     #[serde(skip)]
     mode: baseline::Mode,

@@ -21,7 +21,7 @@ use crate::world::{GivenLinks, Profile, World, WorldConfig};
 pub use crate::radio::RadioFigures;
 pub use association::{AssociationFigures, MOST_SHARE, SurfaceFigures};
 pub use board::BoardConfig;
-pub use filter::{FilterFigures, HpcFigures, ResidualFigures};
+pub use filter::{BaselineFigures, FilterFigures, ResidualFigures};
 pub use receiver::{
     DepartureChoice, EarthField, GmtSetup, LinkStateChoice, LocalizationChoice, MappedChoice, Mode,
     ReceiverConfig,

@@ -8,7 +8,7 @@ use cslam_core::inertial::MagneticField;
 use cslam_firmware::storage::{self, GmtPlace};
 use serde::{Deserialize, Serialize};
 
-use super::{AssociationFigures, FilterFigures, HpcFigures, ResidualFigures, SurfaceFigures};
+use super::{AssociationFigures, BaselineFigures, FilterFigures, ResidualFigures, SurfaceFigures};
 use crate::estimate;
 use crate::input::{InputError, within};
 use crate::sensors::MagnetometerConfig;
@@ -45,7 +45,7 @@ pub struct ReceiverConfig {
     /// The error-state filter.
     pub filter: FilterFigures,
     /// The paper's localization.
-    pub hpc: HpcFigures,
+    pub baseline: BaselineFigures,
     /// Data association.
     pub association: AssociationFigures,
     /// The surfaces that it associates with.
@@ -78,7 +78,7 @@ impl ReceiverConfig {
         }
         self.residuals.check().map_err(|error| error.under("residuals"))?;
         self.filter.check().map_err(|error| error.under("filter"))?;
-        self.hpc.check().map_err(|error| error.under("hpc"))?;
+        self.baseline.check().map_err(|error| error.under("baseline"))?;
         self.association
             .check()
             .map_err(|error| error.under("association"))?;
@@ -130,9 +130,9 @@ pub enum LocalizationChoice {
     /// The same without the growth of paths from sweep to sweep
     FilterNoDeltaRanges,
     /// The paper's periodic calibration, velocity from the fixes, gated by the paper's network
-    Hpc,
+    Baseline,
     /// The same to the letter, velocity running free
-    HpcLiteral,
+    BaselineLiteral,
 }
 
 /// Where the direction in which the line of sight left the GMT comes from.
@@ -165,7 +165,7 @@ impl DepartureChoice {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MappedChoice {
-    /// Every path, of several reflections where known mirrors explain it
+    /// Every path, of several reflections where confirmed surfaces explain it
     Every,
     /// Paths of one reflection
     FirstOrder,

@@ -33,7 +33,7 @@ impl MeasuredPath {
 
     /// Verdict of an accepted reflection point.
     pub const OK: &'static str = "ok";
-    /// Verdict of a path whose several reflections off known mirrors were accepted.
+    /// Verdict of a path whose several reflections off confirmed surfaces were accepted.
     pub const OK_HIGHER_ORDER: &'static str = "ok, of higher order";
     /// Whether a verdict is that of a path that became points.
     pub fn is_accepted(verdict: &str) -> bool {

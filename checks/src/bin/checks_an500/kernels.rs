@@ -60,7 +60,7 @@ fn costs<K: Kernels>(set: &str, correlator: &Correlator<K>, block: &mut Samples,
         });
     }
     let beam = report(set, "level, 32 channels", || {
-        correlator.level(check::as_captured(black_box(block), NOMINAL))
+        correlator.scale(check::as_captured(black_box(block), NOMINAL))
     });
     let detector = Detector::new(SUBSET.len(), 1e-2, 72 * 256);
     let folded = report(set, "detect, 8 channels folded", || {
@@ -82,12 +82,12 @@ fn costs<K: Kernels>(set: &str, correlator: &Correlator<K>, block: &mut Samples,
 /// Counts what is dear only for captures that are not regular.
 fn irregular_costs<K: Kernels>(correlator: &Correlator<K>, block: &mut Samples, work: &mut Workspace) {
     check::fill(block, JAMMED);
-    let beam = correlator.level(check::as_captured(block, JAMMED));
+    let beam = correlator.scale(check::as_captured(block, JAMMED));
     black_box(report("", "correlate, a tone clips in every channel", || {
         correlator.correlate(black_box(beam), work)
     }));
     check::fill(block, WEAK);
     black_box(report("", "level, 32 channels, with a shift", || {
-        correlator.level(check::as_captured(black_box(block), WEAK))
+        correlator.scale(check::as_captured(black_box(block), WEAK))
     }));
 }

@@ -66,7 +66,7 @@ pub(super) fn measurement(time_ns: u64, path: PathMeasurement) -> SweepMeasureme
         gmt: gmt(),
         stop: (time_ns / SWEEP_NS / 2) as u32,
         line_of_sight: Some(path),
-        proven: false,
+        self_consistent: false,
         level_yaw: None,
         contrary: None,
         reflections: &[],

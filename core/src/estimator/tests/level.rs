@@ -55,7 +55,7 @@ fn sweep(time_ns: u64, with_departure: bool, yaw: bool) -> SweepMeasurement<'sta
         gmt: gmt(),
         stop: 0,
         line_of_sight: Some(path(with_departure)),
-        proven: false,
+        self_consistent: false,
         contrary: None,
         level_yaw: yaw.then_some(LevelYaw {
             yaw_rad: YAW_RAD + YAW_ERROR_RAD,

@@ -106,7 +106,7 @@ fn an_attitude_that_is_wrong_is_found_anew() {
 }
 
 /// Out of sight from some time on, and at 12 s in sight again, with the filter as far aside of what it believes; the first verdict after that.
-fn seen_again(proven: bool, aside_m: f64, hidden_from_ns: u64, heard: bool) -> (SweepVerdict, f64) {
+fn seen_again(self_consistent: bool, aside_m: f64, hidden_from_ns: u64, heard: bool) -> (SweepVerdict, f64) {
     let (mut filter, mut first) = (
         Filter49::new(&RadioModel::default(), FilterConfig::default(), 0),
         None,
@@ -118,7 +118,7 @@ fn seen_again(proven: bool, aside_m: f64, hidden_from_ns: u64, heard: bool) -> (
         }
         if now.is_multiple_of(SWEEP_NS) {
             let mut sweep = measurement(now, path(now));
-            sweep.proven = proven;
+            sweep.self_consistent = self_consistent;
             let hidden = (hidden_from_ns..12_000_000_000).contains(&now);
             match &mut sweep.line_of_sight {
                 // Seen a little aside just before: contradicted, but heard.
@@ -152,7 +152,7 @@ fn a_path_that_proves_itself_needs_no_second_one_after_an_outage() {
     let (verdict, sigma) = seen_again(true, 1.0, 10_500_000_000, false);
     assert!(sigma < 0.4, "{sigma}");
     assert_eq!(verdict, SweepVerdict::Inflated);
-    for (proven, aside_m, hidden_from_ns, heard, expected) in [
+    for (self_consistent, aside_m, hidden_from_ns, heard, expected) in [
         (false, 1.0, 10_500_000_000, false, SweepVerdict::Rejected),
         // Nor is it the first one when another was heard, and not believed, a sweep before.
         (true, 1.0, 10_500_000_000, true, SweepVerdict::Rejected),
@@ -162,15 +162,18 @@ fn a_path_that_proves_itself_needs_no_second_one_after_an_outage() {
         (true, 0.4, 10_500_000_000, false, SweepVerdict::Accepted),
         (true, 10.0, 10_500_000_000, false, SweepVerdict::Rejected),
     ] {
-        let (verdict, _) = seen_again(proven, aside_m, hidden_from_ns, heard);
-        assert_eq!(verdict, expected, "{proven} {aside_m} {hidden_from_ns} {heard}");
+        let (verdict, _) = seen_again(self_consistent, aside_m, hidden_from_ns, heard);
+        assert_eq!(
+            verdict, expected,
+            "{self_consistent} {aside_m} {hidden_from_ns} {heard}"
+        );
     }
 }
 
 #[test]
 fn a_filter_that_is_not_sure_believes_a_path_that_proves_itself() {
     let mut verdicts = [SweepVerdict::NoSight; 2];
-    for (verdict, proven) in verdicts.iter_mut().zip([false, true]) {
+    for (verdict, self_consistent) in verdicts.iter_mut().zip([false, true]) {
         let mut filter = flown(12_000_000_000, 0, |time_ns, _, sweep| {
             if time_ns > 8_000_000_000 {
                 sweep.line_of_sight = None;
@@ -181,7 +184,7 @@ fn a_filter_that_is_not_sure_believes_a_path_that_proves_itself() {
         filter.increment(&increment(12_000_000_000));
         let now = 12_000_000_000 + STEP_NS;
         let mut sweep = measurement(now, seen_from(Vector3::new(0.5, 0.0, 0.0), now));
-        sweep.proven = proven;
+        sweep.self_consistent = self_consistent;
         *verdict = filter.sweep(&sweep);
     }
     assert_eq!(verdicts, [SweepVerdict::Held, SweepVerdict::Accepted]);

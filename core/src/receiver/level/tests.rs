@@ -86,7 +86,7 @@ fn a_reflection_taken_for_the_line_of_sight_proves_nothing() {
 
 #[test]
 fn sweeps_agree_while_the_uav_stands() {
-    let stand = |time_ns: u64, x_m: f64, yaw_rad: f64| Stand {
+    let fix = |time_ns: u64, x_m: f64, yaw_rad: f64| LevelFix {
         time_ns,
         place_m: Vector3::new(x_m, 0.0, 5.0),
         yaw_rad,
@@ -94,22 +94,22 @@ fn sweeps_agree_while_the_uav_stands() {
     };
     let half = 500_000_000;
     // The yaw's turn to -pi is no difference.
-    let first = stand(0, 2.0, 3.138).after(None);
-    let second = stand(half, 2.1, -3.138).after(Some(&first));
-    let third = stand(2 * half, 2.1, 3.138).after(Some(&second));
-    assert_eq!([first, second, third].map(|stand| stand.sweeps), [1, 2, SWEEPS]);
+    let first = fix(0, 2.0, 3.138).after(None);
+    let second = fix(half, 2.1, -3.138).after(Some(&first));
+    let third = fix(2 * half, 2.1, 3.138).after(Some(&second));
+    assert_eq!([first, second, third].map(|fix| fix.sweeps), [1, 2, SWEEPS]);
     assert_eq!(
-        stand(3 * half, 2.4, 3.138).after(Some(&third)).sweeps,
+        fix(3 * half, 2.4, 3.138).after(Some(&third)).sweeps,
         1,
         "it has moved"
     );
     assert_eq!(
-        stand(3 * half, 2.1, 3.1).after(Some(&third)).sweeps,
+        fix(3 * half, 2.1, 3.1).after(Some(&third)).sweeps,
         1,
         "it has turned"
     );
     assert_eq!(
-        stand(5 * half, 2.1, 3.138).after(Some(&third)).sweeps,
+        fix(5 * half, 2.1, 3.138).after(Some(&third)).sweeps,
         1,
         "too long ago"
     );

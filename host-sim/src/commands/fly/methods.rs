@@ -66,17 +66,17 @@ pub(super) fn methods(told: &ReceiverConfig, setup: Option<Setup>) -> anyhow::Re
             ..CoreConfig::paper(network)
         },
     };
-    let with = |mode| Localization::Hpc(told.hpc.config(mode), network);
+    let with = |mode| Localization::Baseline(told.baseline.config(mode), network);
     config.localization = match told.localization {
         None => match config.localization {
             Localization::Filter(_) => Localization::Filter(told.filter.config(setup)),
-            Localization::Hpc(hpc, _) => with(hpc.mode),
+            Localization::Baseline(baseline, _) => with(baseline.mode),
         },
         Some(LocalizationChoice::Filter | LocalizationChoice::FilterNoDeltaRanges) => {
             Localization::Filter(told.filter.config(setup))
         }
-        Some(LocalizationChoice::Hpc) => with(baseline::Mode::VelocityFromFixes),
-        Some(LocalizationChoice::HpcLiteral) => with(baseline::Mode::Literal),
+        Some(LocalizationChoice::Baseline) => with(baseline::Mode::VelocityFromFixes),
+        Some(LocalizationChoice::BaselineLiteral) => with(baseline::Mode::Literal),
     };
     if let Some(choice) = told.localization {
         config.delta_ranges = choice != LocalizationChoice::FilterNoDeltaRanges;

@@ -86,7 +86,7 @@ fn setups(what: What) -> Vec<(&'static str, ReceiverConfig)> {
             // The kindest reading of what the paper leaves open.
             let mut kind = of(Mode::Paper);
             kind.estimator = Some(estimate::Mode::PaperInterpolated);
-            kind.localization = Some(LocalizationChoice::Hpc);
+            kind.localization = Some(LocalizationChoice::Baseline);
             vec![
                 ("best", of(Mode::Best)),
                 ("paper", of(Mode::Paper)),
@@ -125,11 +125,11 @@ fn setups(what: What) -> Vec<(&'static str, ReceiverConfig)> {
             ),
             (
                 "paper's HPC",
-                without(|s| s.localization = Some(LocalizationChoice::HpcLiteral)),
+                without(|s| s.localization = Some(LocalizationChoice::BaselineLiteral)),
             ),
             (
                 "paper's HPC, velocity of fixes",
-                without(|s| s.localization = Some(LocalizationChoice::Hpc)),
+                without(|s| s.localization = Some(LocalizationChoice::Baseline)),
             ),
             (
                 "strongest subcarrier of squint",

@@ -2,7 +2,7 @@
 
 use cslam_core::estimator::baseline::Mode;
 use cslam_core::link_state::{PaperClassifier, models};
-use cslam_core::receiver::{Config as Receiver, HpcConfig, Localization};
+use cslam_core::receiver::{BaselineConfig, Config as Receiver, Localization};
 
 use crate::raw_flight::board_config;
 
@@ -42,18 +42,18 @@ pub(super) const ROWS: [Row; 6] = [
         Ok(())
     }),
     Row::new("HPC, velocity from fixes", |receiver| {
-        hpc(receiver, Mode::VelocityFromFixes)
+        baseline(receiver, Mode::VelocityFromFixes)
     }),
-    Row::new("HPC, literal", |receiver| hpc(receiver, Mode::Literal)),
+    Row::new("HPC, literal", |receiver| baseline(receiver, Mode::Literal)),
 ];
 
 /// The paper's calibration.
-fn hpc(receiver: &mut Receiver<'static>, mode: Mode) -> anyhow::Result<()> {
+fn baseline(receiver: &mut Receiver<'static>, mode: Mode) -> anyhow::Result<()> {
     let network = PaperClassifier::new(models::paper()?)?;
-    let config = HpcConfig {
+    let config = BaselineConfig {
         mode,
-        ..HpcConfig::default()
+        ..BaselineConfig::default()
     };
-    receiver.localization = Localization::Hpc(config, network);
+    receiver.localization = Localization::Baseline(config, network);
     Ok(())
 }
