@@ -167,7 +167,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
         stop: u32,
         bearing: Option<&Bearing>,
     ) -> Localized {
-        let level = self.level_sight(measured, gmt, open.time_ns);
+        let level = self.level_start(measured, gmt, open.time_ns);
         let sight = self
             .line_of_sight(measured, open.time_ns)
             .or(level.map(|(first, _)| Sight::straight(first)));

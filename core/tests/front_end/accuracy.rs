@@ -104,7 +104,7 @@ fn the_folded_profile_is_that_of_the_even_subcarriers() {
         }
     }
     let correlator = correlator();
-    let beam = correlator.level(at_unit_scale(&mut block));
+    let beam = correlator.scale(at_unit_scale(&mut block));
     let scale = 4_f64.powi(beam.exponent() + 3);
     let mut work = Workspace::new();
     let folded = correlator.detect(&beam, &channels, &mut work);
@@ -138,7 +138,7 @@ fn beams_of_different_gain_compare() {
         let weaker: Channel = samples.map(|x| Iq::new(part(x.re()), part(x.im())));
         let mut block = [weaker; 32];
         let correlator = correlator();
-        let beam = correlator.level(BeamBlock {
+        let beam = correlator.scale(BeamBlock {
             samples: &mut block,
             beam: 3,
             exponent: bits - 20,

@@ -43,7 +43,7 @@ fn false_alarms_come_at_their_rate() {
     let mut variance = 0.0;
     for _ in 0..beams {
         let mut block = noise_block(NOMINAL_RMS, &mut random);
-        let taps = correlator.correlate(correlator.level(at_unit_scale(&mut block)), &mut work);
+        let taps = correlator.correlate(correlator.scale(at_unit_scale(&mut block)), &mut work);
         fired += u32::from(detector.peak(taps.profile()).is_some());
         variance +=
             f64::from(detector.noise(taps.profile())) * 4_f64.powi(taps.exponent()) / f64::from(beams);
@@ -83,7 +83,7 @@ fn a_path_at_minus_20_db_is_detected() {
                 );
             }
         }
-        let taps = correlator.correlate(correlator.level(at_unit_scale(&mut block)), &mut work);
+        let taps = correlator.correlate(correlator.scale(at_unit_scale(&mut block)), &mut work);
         let peak = detector.peak(taps.profile());
         detected += u32::from(peak.is_some_and(|peak| (100..=101).contains(&peak.tap)));
     }

@@ -138,7 +138,7 @@ pub(crate) fn at_unit_scale(samples: &mut [Channel; 32]) -> BeamBlock<'_> {
 /// Correlates a block of equal channels.
 pub(crate) fn correlate<'a>(block: &'a mut [Channel; 32], work: &'a mut Workspace) -> BeamTaps<'a, 32> {
     let correlator = correlator();
-    correlator.correlate(correlator.level(at_unit_scale(block)), work)
+    correlator.correlate(correlator.scale(at_unit_scale(block)), work)
 }
 
 /// Largest distance of a component between two spectra or tap vectors.
