@@ -40,6 +40,7 @@
 //! assert!((direction.azimuth_rad().to_degrees() - 30.0).abs() < 1e-3);
 //! ```
 
+mod bearing;
 mod bounce;
 mod fit;
 mod joined;
@@ -57,13 +58,13 @@ mod tests;
 use heapless::Vec;
 use nalgebra::Matrix2;
 
+pub use bearing::{Bearing, Delay, FACE_BIAS_SIGMA};
 pub use joined::Joined;
 pub use reception::NULLS;
 pub use refusal::Refusal;
 pub use sighting::{Expected, Ground, Sighting};
 
-use crate::array::{GmtFace, SquintSymbol, UavArrays};
-use crate::geometry::{Direction, Gmt};
+use crate::array::{SquintSymbol, UavArrays};
 use crate::numeric::gather;
 use crate::radio::RadioConfig;
 use crate::signal::{BeamBlock, Correlator, Workspace};
@@ -71,14 +72,6 @@ use bounce::Mirror;
 use fit::{Place, ReceivedSymbols};
 use pattern::Band;
 use reception::{Reception, Spectrum};
-
-/// Standard deviation of what calibration errors of a face (5 degrees and 20 ps an element) add to its cosines (s_x, s_z),
-/// the same in every direction. Not in a [`Bearing`]'s covariance: a constant of the face is a state of the filter, not
-/// noise.
-/// Independent phase errors of e rad over 8 x 8 elements tilt the wave front by `e / (pi sqrt(sum n^2))` along each axis,
-/// `sum n^2` = 64 x 5.25: 1.5 mrad for 5 degrees, whatever reads the pattern.
-/// Derived: 5 degrees and 20 ps an element of the error budget.
-pub const FACE_BIAS_SIGMA: [f32; 2] = [1.5e-3, 1.5e-3];
 
 /// Energy beyond what noise gives that a fit must explain, in noise variances.
 /// Derived: a false one in 1e12.
@@ -119,42 +112,6 @@ impl BeamSquintConfig {
             residual_sigma: [0.0; 2],
             delay_sigma_m: 0.0,
         }
-    }
-}
-
-/// A measured delay.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Delay {
-    /// Speed of light times delay, on the receiver's clock (its offset included), m.
-    pub c_tau_m: f32,
-    /// Variance, m^2.
-    pub variance_m2: f32,
-}
-
-/// Direction and delay of the UAV as the GMT's face sees it. Direction and delay are uncorrelated.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bearing {
-    /// Face of the GMT.
-    pub face: usize,
-    /// Direction cosines along the row and up the column of the face: s_x, s_z.
-    pub cosines: [f32; 2],
-    /// Covariance of the cosines: noise and what varies of the face's calibration error, without the constant part
-    /// ([`FACE_BIAS_SIGMA`]).
-    pub covariance: Matrix2<f32>,
-    /// Delay; only the maximum-likelihood fit measures it.
-    pub delay: Option<Delay>,
-}
-
-impl Bearing {
-    /// The direction from the GMT: `sqrt(1 - s_x^2 - s_z^2)` along the face's normal, s_x along its row, s_z up.
-    #[must_use]
-    pub fn direction(&self, face: &GmtFace) -> Option<Direction<Gmt>> {
-        let [x, z] = self.cosines;
-        let ahead = 1.0 - x * x - z * z;
-        let up = face.normal.cross(&face.tangent);
-        (ahead > 0.0)
-            .then(|| face.normal * libm::sqrtf(ahead) + face.tangent * x + up * z)
-            .and_then(|v| Direction::from_vector(v).ok())
     }
 }
 

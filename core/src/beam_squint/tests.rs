@@ -1,6 +1,7 @@
 use super::*;
 use crate::array::{SquintConfig, SquintScheme};
 use crate::geometry::{Complex, Vector3};
+use crate::geometry::{Direction, Gmt};
 use crate::signal::Waveform;
 
 const SEQUENTIAL: SquintScheme = SquintScheme::Sequential;

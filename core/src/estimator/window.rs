@@ -8,8 +8,11 @@
 //!
 //! The fixes judge each other: a wrong path among them bends the line, and nothing is given until it has left.
 
+mod bend;
+
 use nalgebra::{Matrix3, Vector3};
 
+use self::bend::{Bend, Times};
 use super::nominal::rotation;
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::inertial::ImuIncrement;
@@ -321,83 +324,6 @@ fn attitude_at_first(motion: &[(Segment, Fix)], bend: &Bend) -> Option<(Matrix3<
         there * here.transpose(),
         libm::hypot(force, FORCE_TILT_RAD) / sine,
     ))
-}
-
-/// The times of some fixes.
-struct Times {
-    /// How many.
-    n: f64,
-    mean_s: f64,
-    /// Sum of squares about the mean.
-    spread: f64,
-}
-
-impl Times {
-    fn over(motion: &[(Segment, Fix)]) -> Self {
-        let n = motion.len() as f64;
-        let mean_s = motion.iter().map(|(since, _)| since.dt_s).sum::<f64>() / n;
-        let mut times = Self {
-            n,
-            mean_s,
-            spread: 0.0,
-        };
-        for entry in motion {
-            let t = times.of(entry);
-            times.spread += t * t;
-        }
-        times
-    }
-
-    /// Time of a fix from the mean, s.
-    fn of(&self, (since, _): &(Segment, Fix)) -> f64 {
-        since.dt_s - self.mean_s
-    }
-}
-
-/// The part of a curve through the times of some fixes that is neither constant nor slope.
-struct Bend {
-    /// Weights of the fixes that give its coefficient.
-    weights: heapless::Vec<f64, WINDOW>,
-    /// The shape is `t^2 - level - lean t`, t from the mean time.
-    level: f64,
-    lean: f64,
-}
-
-impl Bend {
-    fn over(motion: &[(Segment, Fix)], times: &Times) -> Option<Self> {
-        let from_mean = || motion.iter().map(|entry| times.of(entry));
-        let mut s3 = 0.0;
-        for t in from_mean() {
-            s3 += t * t * t;
-        }
-        if times.spread.is_nan() || times.spread <= 0.0 {
-            return None;
-        }
-        let mut bend = Self {
-            weights: heapless::Vec::new(),
-            level: times.spread / times.n,
-            lean: s3 / times.spread,
-        };
-        let square = |t: f64| {
-            let [shape, _] = bend.shape(t);
-            shape * shape
-        };
-        let norm: f64 = from_mean().map(square).sum();
-        if norm.is_nan() || norm < LEAST_NORM {
-            return None;
-        }
-        for t in from_mean() {
-            let [shape, _] = bend.shape(t);
-            // Collecting would panic on one too many; there are as many as fixes.
-            bend.weights.push(shape / norm).ok()?;
-        }
-        Some(bend)
-    }
-
-    /// The shape and its slope, `t` from the mean time.
-    fn shape(&self, t: f64) -> [f64; 2] {
-        [t * t - self.level - self.lean * t, 2.0 * t - self.lean]
-    }
 }
 
 /// Orthonormal axes from a sure direction and a less sure one, and the sine between these; `None` when they are parallel.

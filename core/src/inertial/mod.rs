@@ -50,6 +50,7 @@ mod increment;
 mod integrator;
 mod magnetometer;
 mod monitor;
+mod step;
 mod strapdown;
 mod timeline;
 mod turn;
@@ -61,9 +62,10 @@ pub use health::{ImuCounters, ImuHealth};
 pub use increment::{ImuErrors, ImuIncrement, ImuSample};
 pub use integrator::Integrator;
 pub use magnetometer::{Heading, HeadingRefusal, MagneticField};
+pub use step::{ImuStep, Motion};
 pub use strapdown::Strapdown;
 pub use turn::Turn;
-pub use unit::{Imu, ImuStep, Motion};
+pub use unit::Imu;
 
 #[cfg(test)]
 mod motion_tests;

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::health::{Fault, Flags};
 use super::monitor::{Judged, Monitor};
+use super::step::{ImuStep, Motion};
 use super::timeline::{Stamp, Timeline};
 use super::{ImuConfig, ImuCounters, ImuHealth, Integrator};
 use crate::inertial::{ImuErrors, ImuIncrement, ImuSample};
@@ -23,29 +24,6 @@ const GAP_ANGULAR_ACCELERATION: f32 = 10.0;
 /// Standard deviation of the change of force over time within a bridged gap, m/s^3.
 /// Given: what a quadrotor can do.
 const GAP_JERK_M_PER_S3: f32 = 50.0;
-
-/// Where an increment comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Motion {
-    /// From samples.
-    Measured,
-    /// From nothing: the increment is zero, and stands for constant velocity and attitude. Gravity must not be added.
-    Coasting,
-}
-
-/// An increment and how far it can be trusted.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ImuStep {
-    /// The motion.
-    pub increment: ImuIncrement,
-    /// Measured, or a guess.
-    pub motion: Motion,
-    /// Variance of the rotation beyond the sensor's noise, rad^2 per axis; 0 in sound operation.
-    pub angle_variance_rad2: f32,
-    /// Variance of the velocity beyond the sensor's noise, (m/s)^2 per axis; 0 in sound operation.
-    pub velocity_variance_m2_per_s2: f32,
-}
 
 /// The increment in the making.
 #[derive(Clone, Debug, PartialEq)]

@@ -15,9 +15,12 @@
 //!
 //! Given: numbers here are those of the paper's method, or bounds of its work; it is a baseline.
 
+mod gram;
+
 use heapless::Vec;
 use nalgebra::{Complex, Matrix3, Vector3};
 
+use self::gram::Gram;
 use super::PathEstimator;
 use super::estimator::{BeamReport, EstimatedPath, EstimatorConfig};
 use super::model::ArrayModel;
@@ -35,8 +38,6 @@ const AZIMUTH_STEP_DEG: usize = 1;
 const ELEVATION_STEP_DEG: usize = 2;
 /// Points of the spatial spectrum in which the scan looks directions up; linear in between would change nothing visible.
 const BINS: usize = 256;
-/// Power iterations for one singular vector.
-const ITERATIONS: usize = 60;
 /// Taps on either side of the strongest one, and steps of half a tap, by which a delay between taps is sought.
 const AROUND: usize = 2;
 const HALF_TAP_STEPS: i32 = 16;
@@ -86,8 +87,8 @@ pub struct PaperEstimator<
     share: f32,
     work: Workspace,
     beams: [Option<Kept<C>>; BEAMS],
-    /// `Y Y^H` of the unfolding, deflated path by path.
-    gram: [[Complex<f32>; C]; C],
+    /// Of the unfolding, deflated path by path.
+    gram: Gram<C>,
 }
 
 impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K: usize>
@@ -113,7 +114,7 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
             share: libm::powf(10.0, -0.1 * config.dynamic_range_db),
             work: Workspace::new(),
             beams: [None; BEAMS],
-            gram: [[Complex::new(0.0, 0.0); C]; C],
+            gram: Gram::zero(),
         }
     }
 
@@ -141,45 +142,6 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
                 (m, kept.first + t, column)
             })
         })
-    }
-
-    fn build_gram(&mut self, exponent: i32) {
-        let mut gram = [[Complex::new(0.0, 0.0); C]; C];
-        for (_, _, column) in self.columns(exponent) {
-            for (row, a) in gram.iter_mut().zip(&column) {
-                for (sum, b) in row.iter_mut().zip(&column) {
-                    *sum += a * b.conj();
-                }
-            }
-        }
-        self.gram = gram;
-    }
-
-    /// Leading eigenvector of the Gram matrix, unit norm, taken out of it, and its eigenvalue. None when nothing is left.
-    fn next_vector(&mut self) -> Option<([Complex<f32>; C], f32)> {
-        // Start from the strongest row: it has the largest part of the leading vector.
-        let power = |row: &[Complex<f32>; C]| row.iter().map(|x| x.norm_sqr()).sum::<f32>();
-        let mut vector = *self.gram.iter().max_by(|a, b| power(a).total_cmp(&power(b)))?;
-        for x in &mut vector {
-            *x = x.conj();
-        }
-        let mut value = normalise(&mut vector)?;
-        for _ in 0..ITERATIONS {
-            let mut next = [Complex::new(0.0, 0.0); C];
-            for (sum, row) in next.iter_mut().zip(&self.gram) {
-                for (g, x) in row.iter().zip(&vector) {
-                    *sum += g * x;
-                }
-            }
-            vector = next;
-            value = normalise(&mut vector)?;
-        }
-        for (row, a) in self.gram.iter_mut().zip(&vector) {
-            for (g, b) in row.iter_mut().zip(&vector) {
-                *g -= a * b.conj() * value;
-            }
-        }
-        Some((vector, value))
     }
 
     /// Direction of the grid that a singular vector fits best, arrays added without phase.
@@ -367,9 +329,9 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
         let mut paths: Vec<EstimatedPath, K> = Vec::new();
         let exponent = self.beams.iter().flatten().map(|kept| kept.exponent).max();
         if let Some(exponent) = exponent {
-            self.build_gram(exponent);
+            self.gram = Gram::of(self.columns(exponent).map(|(_, _, column)| column));
             while !paths.is_full() {
-                let Some((vector, value)) = self.next_vector() else {
+                let Some((vector, value)) = self.gram.next_vector() else {
                     break;
                 };
                 // No entry of a right singular vector has more energy than its eigenvalue. One that could not be reported is
@@ -389,18 +351,6 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
         self.beams = [None; BEAMS];
         paths
     }
-}
-
-/// Scales to unit norm; gives the norm, or none where there is nothing to scale.
-fn normalise<const C: usize>(vector: &mut [Complex<f32>; C]) -> Option<f32> {
-    let norm = libm::sqrtf(vector.iter().map(|x| x.norm_sqr()).sum());
-    if !(norm > 0.0 && norm.is_finite()) {
-        return None;
-    }
-    for x in vector {
-        *x /= norm;
-    }
-    Some(norm)
 }
 
 #[cfg(test)]

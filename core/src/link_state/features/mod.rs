@@ -9,16 +9,20 @@
 //! point is solved for an excess of a centimetre. Nothing here knows the world, its bounds or its material.
 
 mod beside;
+mod departure;
+mod paper;
 mod twins;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 pub use self::beside::{TREE_INPUTS, tree_names};
-use self::twins::{agreement, twins};
+use self::departure::Point;
+pub use self::paper::{PAPER_INPUTS_PER_PATH, PAPER_NAMES, paper_inputs};
+use self::twins::twins;
 use super::bounce::Bounce;
 use crate::geometry::{Direction, World};
 use crate::kernels::sqrt;
-use crate::path::{Departure, Path};
+use crate::path::Path;
 use crate::reflection::{Ends, InputError, Jacobians, VectorSolution, point_covariance, vector_point};
 use crate::signal::Waveform;
 
@@ -66,12 +70,6 @@ pub const GEOMETRIC_INPUTS: usize = 17;
 
 /// Inputs of the geometric network with angle of departure.
 pub const GEOMETRIC_WITH_DEPARTURE_INPUTS: usize = 23;
-
-/// Inputs of each path of the paper's network: c tau in m, zenith and azimuth of arrival in rad.
-pub const PAPER_INPUTS_PER_PATH: usize = 3;
-
-/// Names of [`PAPER_INPUTS_PER_PATH`].
-pub const PAPER_NAMES: [&str; PAPER_INPUTS_PER_PATH] = ["c_tau_m", "aoa_zenith_rad", "aoa_azimuth_rad"];
 
 /// The point is solved for at least this much excess delay, m.
 const LEAST_EXCESS_M: f32 = 0.01;
@@ -133,13 +131,6 @@ pub struct LinkGeometry<'a> {
     wavelength_m: f32,
     /// The two greatest residuals of reflected paths.
     residuals: [f32; 2],
-}
-
-/// The point of a path seen from the GMT.
-struct Point {
-    from_gmt: Vector3<f32>,
-    line: Direction<World>,
-    covariance: Matrix3<f32>,
 }
 
 /// What a path shows without its departure.
@@ -357,43 +348,6 @@ impl<'a> LinkGeometry<'a> {
         ];
         Ok(Arrived { values, single, rank })
     }
-
-    /// The features that need an angle of departure. `group` are the path and its twins.
-    fn departure_features<'p>(
-        &self,
-        path: &Path<World>,
-        departure: &Departure,
-        point: &Point,
-        group: impl Iterator<Item = &'p Path<World>>,
-    ) -> Result<[f32; GEOMETRIC_WITH_DEPARTURE_INPUTS - GEOMETRIC_INPUTS], InputError> {
-        let (left, line) = (&departure.direction, point.line.vector());
-        let mismatch_rad = point.line.angle_to_rad(left);
-        // Only the point's error across the line from the GMT turns it; both tangents together.
-        let across_m2 = (point.covariance.trace() - line.dot(&(point.covariance * line))).max(0.0);
-        let variance = 2.0 * departure.sigma_rad * departure.sigma_rad
-            + across_m2 / point.from_gmt.norm_squared().max(NEAREST_M * NEAREST_M);
-        let straight = Direction::<World>::from_vector(self.baseline)?;
-        // Off a right-angled corner, the commonest double bounce of a town, the wave comes back against the way it left.
-        let (a, d) = (path.aoa.vector(), left.vector());
-        let turn_rad = libm::atan2f((a.x * d.y - a.y * d.x).abs(), a.x * d.x + a.y * d.y);
-        let (mut plan_rad, mut plan_sigmas) = (0.0, 0.0);
-        if let Some(agreement) = agreement(&point.from_gmt, group) {
-            let level = Vector3::new(-point.from_gmt.y, point.from_gmt.x, 0.0);
-            let distance_m2 = level.norm_squared().max(NEAREST_M * NEAREST_M);
-            let across_m2 = level.dot(&(point.covariance * level)).max(0.0) / distance_m2;
-            let variance = agreement.variance_rad2 + across_m2 / distance_m2;
-            plan_rad = agreement.mismatch_rad.abs();
-            plan_sigmas = plan_rad / sqrt(variance).max(1e-6);
-        }
-        Ok([
-            compressed(mismatch_rad, ANGLE_UNIT_RAD),
-            compressed(mismatch_rad, sqrt(variance).max(1e-6)),
-            compressed(straight.angle_to_rad(left), ANGLE_UNIT_RAD),
-            compressed(turn_rad, ANGLE_UNIT_RAD),
-            compressed(plan_rad, ANGLE_UNIT_RAD),
-            compressed(plan_sigmas, 1.0),
-        ])
-    }
 }
 
 fn check(ends: &Ends, received: &Received) -> Result<(), InputError> {
@@ -429,23 +383,6 @@ fn all_finite<F>(features: F, values: &[f32]) -> Result<F, InputError> {
 
 fn decibels(value_db: f32) -> f32 {
     value_db.clamp(-MOST_DB, MOST_DB) / DB_UNIT
-}
-
-/// Inputs of the paper's network: c tau (m), zenith and azimuth of arrival (rad) of each path, strongest first, as many
-/// as there is room for. Where there are fewer paths, zeros.
-pub fn paper_inputs(paths: &[Received], inputs: &mut [f32]) {
-    inputs.fill(0.0);
-    for (path, place) in paths.iter().zip(inputs.chunks_exact_mut(PAPER_INPUTS_PER_PATH)) {
-        let values = [
-            path.path.c_tau_m,
-            path.path.aoa.zenith_rad(),
-            path.path.aoa.azimuth_rad(),
-        ];
-        place
-            .iter_mut()
-            .zip(values)
-            .for_each(|(place, value)| *place = value);
-    }
 }
 
 #[cfg(test)]

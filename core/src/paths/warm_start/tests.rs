@@ -1,5 +1,7 @@
 //! Known paths in folded taps that are made by the definition of the signal.
 
+use nalgebra::Complex;
+
 use super::*;
 use crate::array::{UavArrayConfig, UavArrays, UavLayout};
 use crate::kernels::Iq;
