@@ -12,7 +12,7 @@ use crate::paths::template::Template;
 use crate::signal::{FOLDED_TAPS, Folded, phasor};
 
 /// Taps of the matched filter on both sides of a path.
-/// Derived: as in the fit ([`super::super::fit::REACH`]).
+/// Derived: as in the fit ([`crate::paths::fit::REACH`]).
 const REACH: usize = 6;
 const WINDOW: usize = 2 * REACH + 1;
 
