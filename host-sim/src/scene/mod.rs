@@ -4,8 +4,10 @@
 //! the seeded city generator; all of them pass the same validation. A face is the boundary of a solid: it reflects on its
 //! front, where its vertices run counter-clockwise, and blocks from both sides. World frame ENU, metres.
 
+mod bounds;
 mod city;
 mod drawn;
+mod error;
 mod face;
 mod index;
 mod indoor;
@@ -25,6 +27,8 @@ mod triangles;
 mod uneven;
 mod weld;
 
+pub use bounds::Bounds;
+pub use error::SceneError;
 pub use face::{Face, FaceError, MAX_COORDINATE_M, PLANARITY_TOLERANCE_M};
 pub use material::{Lobe, MATERIAL_NAMES, Material, Roughness};
 pub use place::{BUILT_IN_NAMES, REFERENCE_SCENE_JSON};
@@ -57,42 +61,6 @@ pub struct RawFace {
     pub object: Option<u32>,
 }
 
-/// Which face of a scene is wrong, and why.
-#[derive(Clone, Debug, PartialEq)]
-pub enum SceneError {
-    /// A face that is no planar simple polygon; the index counts from 0 in the order of the file.
-    Face {
-        /// Index of the face.
-        index: usize,
-        /// What is wrong with it.
-        error: FaceError,
-    },
-    /// More faces than [`SCENE_FACES`], or more vertices in all of them than [`SCENE_VERTICES`].
-    TooLarge {
-        /// Number of faces.
-        faces: usize,
-        /// Number of their vertices.
-        vertices: usize,
-    },
-    /// No face at all, or a tree too deep to search; in words.
-    Unusable(&'static str),
-}
-
-impl std::fmt::Display for SceneError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Face { index, error } => write!(f, "face {index}: {error}"),
-            Self::TooLarge { faces, vertices } => write!(
-                f,
-                "has {faces} faces with {vertices} vertices, at most {SCENE_FACES} with {SCENE_VERTICES} are read"
-            ),
-            Self::Unusable(why) => f.write_str(why),
-        }
-    }
-}
-
-impl std::error::Error for SceneError {}
-
 /// Horizontal unit vectors to the four sides, off the axes that walls like to run along.
 const AROUND: [[f64; 3]; 4] = [
     [0.8, 0.6, 0.0],
@@ -107,47 +75,6 @@ struct FirstFace {
     distance_m: f64,
     /// Seen from behind, that is from inside the object.
     back: bool,
-}
-
-/// An axis-aligned box, m.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    /// Corner of least coordinates, m.
-    pub min_m: [f64; 3],
-    /// Corner of greatest coordinates, m.
-    pub max_m: [f64; 3],
-}
-
-impl Bounds {
-    /// Whether the point lies in the closed box.
-    pub fn contains(&self, point_m: [f64; 3]) -> bool {
-        (0..3).all(|i| self.min_m[i] <= point_m[i] && point_m[i] <= self.max_m[i])
-    }
-
-    /// Its eight corners.
-    fn corners(&self) -> [Vec3; 8] {
-        let of = |corner: usize, axis: usize| match corner >> axis & 1 {
-            0 => self.min_m[axis],
-            _ => self.max_m[axis],
-        };
-        core::array::from_fn(|corner| Vec3::from_fn(|axis, _| of(corner, axis)))
-    }
-
-    /// Smallest box around the vertices of all faces; `None` without a vertex.
-    fn of(faces: &[Face]) -> Option<Self> {
-        Self::around(faces.iter().flat_map(Face::vertices))
-    }
-
-    /// Smallest box around points; `None` without one.
-    fn around<'p>(points: impl IntoIterator<Item = &'p Vec3>) -> Option<Self> {
-        let mut vertices = points.into_iter();
-        let first = vertices.next()?;
-        let (min, max) = vertices.fold((*first, *first), |(lo, hi), v| (lo.inf(v), hi.sup(v)));
-        Some(Self {
-            min_m: min.into(),
-            max_m: max.into(),
-        })
-    }
 }
 
 /// The faces of polygons, in their order.

@@ -5,20 +5,20 @@
 //! of which edge a source may light depends on the transmitter alone and is found once ([`LitEdges`]). A bound on the gain
 //! spares most of the tests for clearance.
 
-use core::f64::consts::PI;
+mod crossing;
+mod dyad;
 
-use nalgebra::Complex;
-
+use self::crossing::Crossing;
+use self::dyad::diffract;
+use super::Diffraction;
 use super::beam::{Plane, SLACK_M, one_face_hides};
-use super::edges::{AboutEdge, Edges, Flank, IN_FRONT_M, Wedge};
-use super::field::{Bounce, Field, along, departing, dipole, received, reflect};
+use super::edges::{AboutEdge, Edges, IN_FRONT_M, Wedge};
+use super::field::{Bounce, departing, dipole, received, reflect};
 use super::path::{Place, TracedPath};
-use super::surface::{Surface, Surfaces};
+use super::surface::Surfaces;
 use super::utd::Incidence;
-use super::{Diffraction, LEAST_DISTANCE_M};
 use crate::paths::{Interaction, Kind};
 use crate::scene::{Scene, Vec3};
-use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 
 /// Square of the dipole's greatest amplitude, for both ends.
 const DIPOLES: f64 = 1.643;
@@ -262,53 +262,6 @@ impl<'t> LitEdges<'t> {
     }
 }
 
-/// How a wave bends from one place about an edge to another.
-struct Crossing {
-    /// Where on the edge, m along it.
-    at_m: f64,
-    incidence: Incidence,
-    /// Spreading of the wave, unfolded.
-    spread: f64,
-}
-
-impl Crossing {
-    /// The crossing from a source at an angle about the edge to a receiver, if it is at a place that is allowed.
-    fn of(
-        wedge: &Wedge,
-        source: &AboutEdge,
-        phi_in_rad: f64,
-        receiver: &AboutEdge,
-        frequency_hz: f64,
-        allowed: impl Fn(f64) -> bool,
-    ) -> Option<Self> {
-        let off_m = source.off_m + receiver.off_m;
-        let at_m = (source.along_m * receiver.off_m + receiver.along_m * source.off_m) / off_m;
-        if !allowed(at_m) {
-            return None;
-        }
-        let hypotenuse = |a: f64, b: f64| (a * a + b * b).sqrt();
-        let before_m = hypotenuse(source.off_m, at_m - source.along_m);
-        let behind_m = hypotenuse(receiver.off_m, receiver.along_m - at_m);
-        if before_m.min(behind_m) < LEAST_DISTANCE_M {
-            return None;
-        }
-        let wavelength_m = SPEED_OF_LIGHT_M_PER_S / frequency_hz;
-        Some(Self {
-            at_m,
-            incidence: Incidence {
-                n: wedge.exterior_rad / PI,
-                k_rad_per_m: 2.0 * PI / wavelength_m,
-                sin_beta: off_m / (before_m + behind_m),
-                before_m,
-                behind_m,
-                phi_in_rad,
-                phi_out_rad: receiver.angle_rad(),
-            },
-            spread: wavelength_m / (4.0 * PI) / (before_m * behind_m * (before_m + behind_m)).sqrt(),
-        })
-    }
-}
-
 fn least_amplitude(options: &Diffraction) -> f64 {
     libm::pow(10.0, options.least_gain_db / 20.0)
 }
@@ -396,94 +349,6 @@ impl Trial<'_> {
             gain,
         )
     }
-}
-
-/// The field behind an edge over that before it, spreading apart (sqrt(m)): the four scalars with the Fresnel dyads of the
-/// faces, `-D2 I - D1 Mn M0 + D4 M0 + D3 Mn`, where face 0 is the one nearer to the incoming ray.
-fn diffract(
-    field: &Field,
-    wedge: &Wedge,
-    incidence: &Incidence,
-    incoming: &Vec3,
-    outgoing: &Vec3,
-    surfaces: &Surfaces<'_>,
-) -> Field {
-    let [first, second] = &wedge.flanks;
-    let exterior_rad = wedge.exterior_rad;
-    let turned = incidence.phi_in_rad > 0.5 * exterior_rad;
-    let (near, far, z, incidence) = if turned {
-        let other = |angle_rad: f64| exterior_rad - angle_rad;
-        let incidence = Incidence {
-            phi_in_rad: other(incidence.phi_in_rad),
-            phi_out_rad: other(incidence.phi_out_rad),
-            ..*incidence
-        };
-        (second, first, -wedge.along, incidence)
-    } else {
-        (first, second, wedge.along, *incidence)
-    };
-    let [d1, d2, d3, d4] = incidence.scalars();
-    let before = frame_before(&z, incoming);
-    let e = before.map(|unit| along(field, &unit));
-    // Off face 0 the incoming ray is mirrored; into the outgoing ray one that comes in mirrored at face n.
-    let mirrored = |ray: &Vec3, flank: &Flank| ray - flank.normal * (2.0 * ray.dot(&flank.normal));
-    let m_near = dyad(
-        near,
-        &z,
-        incoming,
-        &mirrored(incoming, near),
-        surfaces.of(near.face),
-    );
-    let m_far = dyad(far, &z, &mirrored(outgoing, far), outgoing, surfaces.of(far.face));
-    let once = times(&m_near, &e);
-    let (twice, last) = (times(&m_far, &once), times(&m_far, &e));
-    let [b, phi] = frame_behind(&z, outgoing);
-    let [e_b, e_phi] = [0, 1].map(|i| d4 * once[i] + d3 * last[i] - d2 * e[i] - d1 * twice[i]);
-    b.map(|c| e_b * c) + phi.map(|c| e_phi * c)
-}
-
-/// Unit vectors `[b', phi']` of a ray that comes to an edge along z.
-fn frame_before(z: &Vec3, ray: &Vec3) -> [Vec3; 2] {
-    let phi = -z.cross(ray).normalize();
-    [phi.cross(ray), phi]
-}
-
-/// Unit vectors `[b, phi]` of a ray that leaves an edge along z.
-fn frame_behind(z: &Vec3, ray: &Vec3) -> [Vec3; 2] {
-    let phi = z.cross(ray).normalize();
-    [phi.cross(ray), phi]
-}
-
-/// Fresnel dyad of a face of the wedge, rows `[b, phi]` of the reflected ray, columns `[b', phi']` of the incoming one.
-fn dyad(
-    flank: &Flank,
-    z: &Vec3,
-    incoming: &Vec3,
-    reflected: &Vec3,
-    surface: &Surface,
-) -> [[Complex<f64>; 2]; 2] {
-    if flank.black {
-        return [[Complex::new(0.0, 0.0); 2]; 2];
-    }
-    // Far from its boundaries a term may have a ray from behind; the coefficient of its angle serves.
-    let normal = if incoming.dot(&flank.normal) > 0.0 {
-        -flank.normal
-    } else {
-        flank.normal
-    };
-    let bounce = Bounce {
-        normal: &normal,
-        surface,
-    };
-    let columns = frame_before(z, incoming).map(|unit| {
-        let field = reflect(&unit.map(|c| Complex::new(c, 0.0)), incoming, &bounce, reflected);
-        frame_behind(z, reflected).map(|row| along(&field, &row))
-    });
-    [0, 1].map(|row| [columns[0][row], columns[1][row]])
-}
-
-fn times(m: &[[Complex<f64>; 2]; 2], e: &[Complex<f64>; 2]) -> [Complex<f64>; 2] {
-    [0, 1].map(|row| m[row][0] * e[0] + m[row][1] * e[1])
 }
 
 #[cfg(test)]

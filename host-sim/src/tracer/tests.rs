@@ -1,5 +1,8 @@
 //! The tracer against the committed reference lists, closed forms, reciprocity, and a search without any pruning.
 
+mod batches;
+mod pruning;
+
 use std::path::Path;
 
 use super::*;
@@ -8,7 +11,7 @@ use crate::random::Stream;
 use crate::scene::{Bounds, Face, Material, RawFace, Vec3};
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 
-fn fixture(name: &str) -> std::path::PathBuf {
+pub(super) fn fixture(name: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures").join(name)
 }
 
@@ -252,172 +255,13 @@ fn a_path_and_its_reverse_are_one() {
     assert!(seen > 100, "{seen} paths");
 }
 
-fn free_point(scene: &Scene, random: &mut Stream) -> [f64; 3] {
+pub(super) fn free_point(scene: &Scene, random: &mut Stream) -> [f64; 3] {
     let Bounds { min_m, max_m } = scene.bounds();
     loop {
         let point = [0, 1, 2].map(|i| min_m[i] + (max_m[i] - min_m[i]) * random.uniform());
         if scene.is_free(point) {
             return point;
         }
-    }
-}
-
-/// Face sequences of all paths: every sequence is tried, every leg is tested against every face.
-fn unpruned(scene: &Scene, tx: [f64; 3], rx: [f64; 3], max_order: usize) -> Vec<Vec<u32>> {
-    fn extend(
-        scene: &Scene,
-        chain: &mut Vec<(u32, Vec3)>,
-        ends: [Vec3; 2],
-        left: usize,
-        found: &mut Vec<Vec<u32>>,
-    ) {
-        if clear(scene, chain, ends) {
-            found.push(chain.iter().map(|(f, _)| *f).collect());
-        }
-        let last = chain.last().copied();
-        for (i, face) in scene.faces().iter().enumerate() {
-            let image = last.map_or(ends[0], |(_, image)| image);
-            if left > 0 && face.height_m(&image) > 0.0 && last.is_none_or(|(f, _)| f != i as u32) {
-                chain.push((i as u32, face.mirror(&image)));
-                extend(scene, chain, ends, left - 1, found);
-                chain.pop();
-            }
-        }
-    }
-    /// Whether the chain's reflection points exist and all legs are free.
-    fn clear(scene: &Scene, chain: &[(u32, Vec3)], [tx, rx]: [Vec3; 2]) -> bool {
-        let mut points = vec![rx];
-        for (index, image) in chain.iter().rev() {
-            let face: &Face = &scene.faces()[*index as usize];
-            let from = *points.last().unwrap();
-            let Some(t) = face.crossing(&from, image) else {
-                return false;
-            };
-            if face.height_m(&from) <= 0.0 {
-                return false;
-            }
-            points.push(from + (image - from) * t);
-        }
-        points.push(tx);
-        points.windows(2).enumerate().all(|(leg, ends)| {
-            let own = |i: usize| {
-                let here = |bounce: usize| {
-                    chain
-                        .iter()
-                        .rev()
-                        .nth(bounce)
-                        .is_some_and(|(f, _)| *f as usize == i)
-                };
-                here(leg) || leg.checked_sub(1).is_some_and(here)
-            };
-            scene
-                .faces()
-                .iter()
-                .enumerate()
-                .all(|(i, f)| own(i) || f.crossing(&ends[0], &ends[1]).is_none())
-        })
-    }
-    let mut found = Vec::new();
-    extend(
-        scene,
-        &mut Vec::new(),
-        [tx.into(), rx.into()],
-        max_order,
-        &mut found,
-    );
-    found.sort();
-    found
-}
-
-/// The scene less all objects from a number on.
-fn first_objects(scene: &Scene, objects: u32) -> Scene {
-    let raw = scene
-        .faces()
-        .iter()
-        .filter(|f| f.object() < objects)
-        .map(|f| RawFace {
-            vertices: f.vertices().iter().map(|v| (*v).into()).collect(),
-            normal: None,
-            object: Some(f.object()),
-        });
-    Scene::new("part", Material::PAPER, 30e9, Some(scene.bounds()), raw.collect()).unwrap()
-}
-
-#[test]
-fn pruning_loses_nothing_in_any_kind_of_scene() {
-    let mut by_order = [0; 4];
-    let cases = [
-        ("outdoor", 99, 2),
-        ("indoor", 99, 2),
-        ("street", 99, 2),
-        ("city:4", 9, 3),
-        ("city:9", 9, 3),
-        ("indoor", 8, 3),
-    ];
-    for (stream, (name, objects, order)) in cases.into_iter().enumerate() {
-        let scene = first_objects(&Scene::load(name).unwrap(), objects);
-        let tracer = Tracer::new(&scene, order).unwrap();
-        let mut random = Stream::new(3, stream as u64);
-        for _ in 0..if order == 2 { 40 } else { 12 } {
-            let [tx, rx] = [0, 1].map(|_| free_point(&scene, &mut random));
-            let mut traced: Vec<Vec<u32>> = tracer
-                .transmitter(tx)
-                .trace(rx)
-                .iter()
-                .map(|p| p.faces().to_vec())
-                .collect();
-            traced.sort();
-            assert_eq!(
-                traced,
-                unpruned(&scene, tx, rx, order),
-                "{name}: {tx:?} to {rx:?}"
-            );
-            traced.iter().for_each(|faces| by_order[faces.len()] += 1);
-        }
-    }
-    assert!(
-        by_order.iter().all(|&n| n > 40),
-        "the test compares few paths: {by_order:?}"
-    );
-}
-
-#[test]
-fn neither_threads_nor_batches_change_a_byte() {
-    let (scene, list) = reference("outdoor_a");
-    let tracer = Tracer::new(&scene, 3).unwrap();
-    let mut transmitters: Vec<[f64; 3]> = list.iter().map(|l| l.tx).collect();
-    transmitters.dedup();
-    let receivers: Vec<[f64; 3]> = list[..200].iter().map(|l| l.rx).collect();
-    let lines = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        let mut lines = Vec::new();
-        pool.install(|| {
-            let line = |tree: &ImageTree<'_>, rx_m: [f64; 3], paths: Vec<TracedPath>| {
-                serde_json::to_string(&tree.to_link(rx_m, &paths)).unwrap()
-            };
-            for_each_link(&tracer, &transmitters, &receivers, line, |line| {
-                lines.push(line);
-                Ok::<(), ()>(())
-            })
-        })
-        .unwrap();
-        lines
-    };
-    let one = lines(1);
-    assert_eq!(one.len(), transmitters.len() * receivers.len());
-    assert_eq!(one, lines(2));
-    // A tracer of its own for a single link, made after nothing else.
-    for link in [0, 123, 456, 999] {
-        let alone = Tracer::new(&scene, 3).unwrap();
-        let tree = alone.transmitter(transmitters[link / 200]);
-        let rx_m = receivers[link % 200];
-        assert_eq!(
-            one[link],
-            serde_json::to_string(&tree.to_link(rx_m, &tree.trace(rx_m))).unwrap()
-        );
     }
 }
 
@@ -471,44 +315,6 @@ fn links_tell_the_horizontal_component_when_asked_and_change_in_nothing_else() {
     path.across = path.gain * 0.25;
     path.weaken(nalgebra::Complex::new(0.0, 0.5));
     assert!((path.across - path.gain * 0.25).norm() < 1e-18);
-}
-
-#[test]
-fn every_batch_is_traced_in_order() {
-    let scene = canyon();
-    let tracer = Tracer::new(&scene, 0).unwrap();
-    let transmitters: Vec<[f64; 3]> = (0..40).map(|i| [f64::from(i), 1.0, 0.0]).collect();
-    let receivers: Vec<[f64; 3]> = (0..3000).map(|i| [0.1 * f64::from(i), 5.0, 0.0]).collect();
-    let mut seen = Vec::new();
-    let ends = |tree: &ImageTree<'_>, rx_m: [f64; 3], _| (tree.transmitter_m(), rx_m);
-    for_each_link(&tracer, &transmitters, &receivers, ends, |ends| {
-        seen.push(ends);
-        Ok::<(), ()>(())
-    })
-    .unwrap();
-    let all = transmitters
-        .iter()
-        .flat_map(|tx| receivers.iter().map(|rx| (*tx, *rx)));
-    assert!(all.eq(seen), "some are missing or out of order");
-}
-
-#[test]
-fn the_first_error_of_the_sink_ends_the_work() {
-    let scene = canyon();
-    let tracer = Tracer::new(&scene, 1).unwrap();
-    let receivers: Vec<[f64; 3]> = (0..10).map(|i| [f64::from(i), 5.0, 0.0]).collect();
-    let mut taken = 0;
-    let result = for_each_link(
-        &tracer,
-        &[[0.5, 1.0, 0.0]],
-        &receivers,
-        |_, rx_m, _| rx_m,
-        |rx_m| {
-            taken += 1;
-            if rx_m[0] == 3.0 { Err("full") } else { Ok(()) }
-        },
-    );
-    assert_eq!((result, taken), (Err("full"), 4));
 }
 
 #[test]

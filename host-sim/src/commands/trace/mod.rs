@@ -1,23 +1,25 @@
 //! `cslam trace`: propagation paths of every transmitter with every receiver.
 
+mod check;
+mod points;
 mod route;
 
 use std::fs::File;
 use std::io::{BufWriter, IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::Serialize;
 
+use self::check::{check, check_diffraction};
+use self::points::{point, points};
 use crate::commands::threads::Threads;
-use crate::input::limits::{POINT_COUNT, POINTS};
-use crate::input::{InputError, lines, read_text};
-use crate::paths::{self, Link, LinkPath};
+use crate::input::InputError;
+use crate::paths::{Link, LinkPath};
 use crate::progress;
-use crate::scene::{Lobe, MAX_COORDINATE_M, Placement, Scene, Unevenness};
-use crate::table::Table;
+use crate::scene::{Lobe, Placement, Scene, Unevenness};
 use crate::tracer::{
-    Comparison, DEFAULT_MAX_ORDER, Diffraction, DiffractionComparison, Diffuse, EDGE_EXCEPTION_M, ImageTree,
-    LEAST_DISTANCE_M, MAX_ORDER, Propagation, STRONG_DB, Tally, TracedPath, Tracer, for_each_link,
+    DEFAULT_MAX_ORDER, Diffraction, Diffuse, ImageTree, LEAST_DISTANCE_M, MAX_ORDER, Propagation, TracedPath,
+    Tracer, for_each_link,
 };
 use crate::world::SceneConfig;
 
@@ -326,132 +328,4 @@ impl<'a> Detailed<'a> {
             paths: link.paths.into_iter().zip(paths).map(detailed).collect(),
         }
     }
-}
-
-/// Points of an option: one as x,y,z, or a file with one a line. Empty lines and lines that start with # are skipped.
-fn points(option: &str, value: Option<&str>) -> Result<Vec<[f64; 3]>, InputError> {
-    let value = value.ok_or_else(|| InputError::new(format!("{option}: expected a point or a file")))?;
-    if let Some(point) = point(value) {
-        return Ok(vec![point]);
-    }
-    let file = Path::new(value);
-    if !file.exists() {
-        return Err(InputError::new(format!(
-            "{option} {value}: expected x,y,z in metres, or a file that has one such point a line"
-        )));
-    }
-    let text = read_text(file, &POINTS)?;
-    let mut points = Vec::new();
-    for line in lines(file, &text, &POINTS) {
-        let (number, line) = line?;
-        let line = line.trim();
-        if line.is_empty() || line.starts_with('#') {
-            continue;
-        }
-        points.push(point(line).ok_or_else(|| {
-            InputError::at_line(
-                file,
-                number,
-                format!("expected x,y,z in metres, found \"{line}\""),
-            )
-        })?);
-        if points.len() > POINT_COUNT {
-            let message = format!("expected at most {POINT_COUNT} points");
-            return Err(InputError::at_line(file, number, message));
-        }
-    }
-    if points.is_empty() {
-        return Err(InputError::in_file(file, "has no point: expected x,y,z a line"));
-    }
-    Ok(points)
-}
-
-fn point(text: &str) -> Option<[f64; 3]> {
-    let numbers: Option<Vec<f64>> = text
-        .split(',')
-        .map(|word| {
-            word.trim()
-                .parse()
-                .ok()
-                .filter(|x: &f64| x.abs() <= MAX_COORDINATE_M)
-        })
-        .collect();
-    numbers?.try_into().ok()
-}
-
-/// What a comparison comes to, for `--json`.
-#[derive(Serialize)]
-struct Verdict<'a, C: Serialize> {
-    passes: bool,
-    #[serde(flatten)]
-    comparison: &'a C,
-}
-
-fn check(tracer: &Tracer<'_>, reference: &Path, json: bool) -> anyhow::Result<()> {
-    let found = Comparison::run(tracer, &paths::read(reference)?);
-    let summary = format!(
-        "{} links; matched paths: c tau within {:.2e} m, angles within {:.2e} rad, gain within {:.4} dB ({} off)",
-        found.links, found.worst_length_m, found.worst_angle_rad, found.worst_gain_db, found.gain_off
-    );
-    let table = tallies([found.confirmed, found.unconfirmed, found.traced]);
-    conclude(
-        &found,
-        found.passes(),
-        &format!("{table}{summary}"),
-        reference,
-        json,
-    )
-}
-
-/// Comparison of the diffracted paths alone.
-fn check_diffraction(tracer: &Tracer<'_>, reference: &Path, json: bool) -> anyhow::Result<()> {
-    let found = DiffractionComparison::run(tracer, &paths::read(reference)?);
-    let summary = format!(
-        "{} links, kinds D, RD and DR above {STRONG_DB} dB; matched paths: c tau within {:.2e} m, angles within {:.2e} rad, \
-         edge points within {:.2e} m, gain within {:.4} dB ({} off) and {:.5} rad",
-        found.links,
-        found.worst_length_m,
-        found.worst_angle_rad,
-        found.worst_point_m,
-        found.worst_gain_db,
-        found.gain_off,
-        found.worst_phase_rad,
-    );
-    let table = tallies([found.confirmed, found.unconfirmed, found.traced]);
-    conclude(
-        &found,
-        found.passes(),
-        &format!("{table}{summary}"),
-        reference,
-        json,
-    )
-}
-
-/// Prints what a comparison came to; an error when the paths disagree.
-fn conclude<C: Serialize>(
-    comparison: &C,
-    passes: bool,
-    text: &str,
-    reference: &Path,
-    json: bool,
-) -> anyhow::Result<()> {
-    if json {
-        println!("{}", serde_json::to_string(&Verdict { passes, comparison })?);
-    } else {
-        println!("{text}");
-    }
-    anyhow::ensure!(passes, "the traced paths disagree with {}", reference.display());
-    Ok(())
-}
-
-/// Table of what was found of the confirmed and the other reference paths, and of ours.
-fn tallies(of: [Tally; 3]) -> Table {
-    let at_edge = format!("within {} mm of an edge", 1e3 * EDGE_EXCEPTION_M);
-    let mut table = Table::new(["paths", "all", "matched", at_edge.as_str(), "unexplained"]);
-    let names = ["reference, confirmed", "reference, unconfirmed", "traced"];
-    for (name, tally) in names.into_iter().zip(of) {
-        let counts = [tally.total, tally.matched, tally.at_edge, tally.unexplained()];
-        table.row([name.to_owned()].into_iter().chain(counts.map(|n| n.to_string())));
-    }
-    table
 }
