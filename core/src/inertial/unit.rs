@@ -377,5 +377,4 @@ impl Imu {
 }
 
 #[cfg(test)]
-#[path = "unit_tests.rs"]
 mod tests;

@@ -3,6 +3,7 @@
 mod attack;
 mod contrary;
 mod covariance;
+mod faults;
 mod flight;
 mod level;
 mod outage;

@@ -1,103 +1,17 @@
 //! Faults of the sensor, one by one: what comes out, how soon it is flagged, and what it costs the motion.
 
+mod sensor;
+
 use std::println;
 use std::vec::Vec;
 
+use self::sensor::{Outcome, Sensor, run};
 use super::*;
 
 extern crate std;
 
 const MS: u64 = 1_000_000;
 const G: f32 = 9.80665;
-
-/// A sensor with noise, in a turn of 0.5 rad/s with a push of 1 m/s^2 to the left: the codes never repeat for long.
-struct Sensor(u32);
-
-impl Sensor {
-    /// White noise in -1..1, of a linear congruential generator.
-    fn noise(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (self.0 >> 8) as f32 / 8_388_608.0 - 1.0
-    }
-
-    fn at(&mut self, time_ns: u64) -> ImuSample {
-        let mut noisy = |level: f32, size: f32| level + size * self.noise();
-        let rate = [noisy(0.0, 3e-3), noisy(0.0, 3e-3), noisy(0.5, 3e-3)];
-        ImuSample {
-            time_ns,
-            rate_rad_per_s: Vector3::from(rate),
-            specific_force_m_per_s2: Vector3::new(noisy(0.0, 0.04), noisy(1.0, 0.04), noisy(G, 0.04)),
-        }
-    }
-}
-
-/// What became of a run of samples.
-struct Outcome {
-    imu: Imu,
-    steps: Vec<ImuStep>,
-    /// When a flag first stood, ms of the run.
-    flagged_ms: Option<u64>,
-}
-
-impl Outcome {
-    /// Sum of the rotation about z over the steps, rad, and variances added to rotation and velocity.
-    fn sums(&self) -> (f32, f32, f32) {
-        self.steps.iter().fold((0.0, 0.0, 0.0), |(angle, a, v), step| {
-            (
-                angle + step.increment.delta_angle_rad.z,
-                a + step.angle_variance_rad2,
-                v + step.velocity_variance_m2_per_s2,
-            )
-        })
-    }
-
-    /// Steps follow each other without hole or overlap.
-    fn is_seamless(&self) -> bool {
-        self.steps
-            .windows(2)
-            .all(|pair| pair[0].increment.end_ns == pair[1].increment.start_ns)
-    }
-
-    fn coasted_ms(&self) -> u64 {
-        let coasting = self.steps.iter().filter(|s| s.motion == Motion::Coasting);
-        coasting
-            .map(|s| s.increment.end_ns - s.increment.start_ns)
-            .sum::<u64>()
-            / MS
-    }
-}
-
-/// Two seconds of samples, changed (or left out) by `fault`, which is given the time in ms; the clock ticks beside.
-fn run(mut fault: impl FnMut(u64, ImuSample) -> Option<ImuSample>) -> Outcome {
-    let mut sensor = Sensor(7);
-    let mut outcome = Outcome {
-        imu: Imu::new(ImuConfig::default()),
-        steps: Vec::new(),
-        flagged_ms: None,
-    };
-    for ms in 0..=2000 {
-        let sample = sensor.at(ms * MS);
-        if let Some(sample) = fault(ms, sample) {
-            outcome.steps.extend(outcome.imu.push(&sample));
-        }
-        if ms % 10 == 0 {
-            while let Some(step) = outcome.imu.elapse(ms * MS) {
-                outcome.steps.push(step);
-            }
-        }
-        if outcome.flagged_ms.is_none() && !outcome.imu.health(ms * MS).is_sound() {
-            outcome.flagged_ms = Some(ms);
-        }
-        assert!(
-            outcome
-                .steps
-                .iter()
-                .all(|s| s.increment.delta_angle_rad.norm().is_finite())
-        );
-    }
-    outcome.steps.extend(outcome.imu.finish_step());
-    outcome
-}
 
 #[test]
 fn a_sound_sensor_gives_a_step_every_ten_milliseconds_and_no_flag() {
