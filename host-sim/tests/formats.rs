@@ -1,5 +1,7 @@
 //! docs/formats.md: its examples go through the commands, and every key of every format stands there.
 //!
+//! Long: one page, section by section.
+//!
 //! Which keys there are is asked of the readers: they name those that they know to whoever gives one that they do not.
 
 use std::collections::BTreeSet;

@@ -1,5 +1,5 @@
 //! Instruction text of the transform's kernels: what several of them do, as macros that give string literals.
-//! No code of its own.
+//! No code of its own. Long: one vocabulary, whose words share their registers.
 //!
 //! Registers: r0..r3 data, r4..r6 factors, r8 temporary, r9 from, r10 to, r11 table, r12 rounding, lr ones, r7 loop.
 

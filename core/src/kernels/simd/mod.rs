@@ -8,6 +8,8 @@
 //! PKHTB); a factor of +-j costs nothing (QASX, QSAX); four neighbouring words move in one LDM or STM, which is why the
 //! stages keep their data in the order of the next reader.
 //!
+//! Long: what is unsafe stands in one file.
+//!
 //! Strain (`stages::Pass`) is noticed by a probe on every sum that can clip: SSAT16 #15 sets the Q flag when a lane exceeds
 //! half the range.
 //!

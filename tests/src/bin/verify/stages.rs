@@ -1,4 +1,4 @@
-//! The table of stages: what is checked, in which order, by which command.
+//! The table of stages: what is checked, in which order, by which command. Long: one table.
 
 use crate::command::{Expect, Program, Step};
 use crate::setup;
