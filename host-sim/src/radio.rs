@@ -234,7 +234,6 @@ impl RadioFigures {
     /// # Errors
     /// [`InputError`] naming the key and what was expected.
     pub fn check(&self) -> Result<(), InputError> {
-        self.squint.check().map_err(|error| error.under("squint"))?;
         self.config().check().map_err(|error| {
             let key = match error.field() {
                 "uav_arrays.tilt_rad" => "uav_arrays.tilt_deg",
@@ -259,28 +258,6 @@ impl WaveformFigures {
     /// Its name in recordings: the sequence's length and root, [`Waveform::NAME`] by default.
     pub(crate) fn name(&self) -> String {
         format!("zc{}-{}", self.sequence_length, self.root)
-    }
-}
-
-impl SquintFigures {
-    fn check(&self) -> Result<(), InputError> {
-        let cosine = |value: &f64| value.abs() <= 1.0;
-        let sound = [
-            ("half_width", cosine(&self.half_width) && self.half_width > 0.0),
-            ("elevations", self.elevations.iter().all(cosine)),
-            (
-                "rise",
-                self.rise.iter().all(cosine) && self.rise[0] != self.rise[1],
-            ),
-            ("sector", cosine(&self.sector)),
-        ];
-        match sound.into_iter().find(|(_, is_sound)| !is_sound) {
-            None => Ok(()),
-            Some((key, _)) => Err(InputError::at_key(
-                key,
-                "expected direction cosines, and a sweep that moves",
-            )),
-        }
     }
 }
 

@@ -41,8 +41,18 @@ pub enum RadioConfigError {
     Sector,
     /// `codebook.elevations_rad` has one beyond the vertical.
     Elevations,
-    /// A field of `squint` is no direction cosine, or a sweep stands still.
-    Squint,
+    /// `squint.half_width` is not above 0 and at most 1.
+    SquintHalfWidth,
+    /// `squint.elevations` has one that is no direction cosine.
+    SquintElevations,
+    /// `squint.rise` has an end that is no direction cosine, or stands still.
+    SquintRise,
+    /// `squint.sector` is no direction cosine.
+    SquintSector,
+    /// `squint.passes` is 0.
+    SquintPasses,
+    /// `squint.raster_rise` has an end that is no direction cosine, or stands still.
+    SquintRasterRise,
 }
 
 impl RadioConfigError {
@@ -61,7 +71,12 @@ impl RadioConfigError {
             Self::NoBeams => "codebook.azimuths",
             Self::Sector => "codebook.sector_rad",
             Self::Elevations => "codebook.elevations_rad",
-            Self::Squint => "squint",
+            Self::SquintHalfWidth => "squint.half_width",
+            Self::SquintElevations => "squint.elevations",
+            Self::SquintRise => "squint.rise",
+            Self::SquintSector => "squint.sector",
+            Self::SquintPasses => "squint.passes",
+            Self::SquintRasterRise => "squint.raster_rise",
         }
     }
 
@@ -77,7 +92,12 @@ impl RadioConfigError {
             Self::UavElement | Self::GmtElement => "finite numbers",
             Self::NoBeams => "at least one beam a face",
             Self::Sector => "above 0 and at most a quarter of a turn",
-            Self::Squint => "direction cosines of -1 to 1, and sweeps that move",
+            Self::SquintHalfWidth
+            | Self::SquintElevations
+            | Self::SquintRise
+            | Self::SquintSector
+            | Self::SquintPasses
+            | Self::SquintRasterRise => "direction cosines, and a sweep that moves",
         }
     }
 }
@@ -117,6 +137,9 @@ impl<const ELEVATIONS: usize, const AZIMUTH_SWEEPS: usize, const ELEVATION_SWEEP
         let gmt_element = [sent.least_cosine, sent.rear_amplitude];
         let spaced = |wavelengths: f64| wavelengths > 0.0 && wavelengths <= MOST_SPACING;
         let angle = |rad: &f64| rad.abs() <= FRAC_PI_2;
+        let squint = &self.squint;
+        let cosine = |cosine: &f64| cosine.abs() <= 1.0;
+        let moves = |[first, last]: &[f64; 2]| cosine(first) && cosine(last) && first != last;
         let looks_somewhere = match uav.layout {
             UavLayout::Around => true,
             UavLayout::Planar { azimuth_rad } => azimuth_rad.abs() <= TAU,
@@ -135,25 +158,20 @@ impl<const ELEVATIONS: usize, const AZIMUTH_SWEEPS: usize, const ELEVATION_SWEEP
                 Error::Sector,
             ),
             (codebook.elevations_rad.iter().all(angle), Error::Elevations),
-            (self.squint_is_sound(), Error::Squint),
+            (
+                squint.half_width > 0.0 && cosine(&squint.half_width),
+                Error::SquintHalfWidth,
+            ),
+            (squint.elevations.iter().all(cosine), Error::SquintElevations),
+            (moves(&squint.rise), Error::SquintRise),
+            (cosine(&squint.sector), Error::SquintSector),
+            (squint.passes > 0, Error::SquintPasses),
+            (moves(&squint.raster_rise), Error::SquintRasterRise),
         ];
         match sound.into_iter().find(|(is_sound, _)| !is_sound) {
             Some((_, error)) => Err(error),
             None => Ok(()),
         }
-    }
-
-    fn squint_is_sound(&self) -> bool {
-        let squint = &self.squint;
-        let cosine = |cosine: &f64| cosine.abs() <= 1.0;
-        let moves = |[first, last]: &[f64; 2]| cosine(first) && cosine(last) && first != last;
-        squint.half_width > 0.0
-            && cosine(&squint.half_width)
-            && squint.elevations.iter().all(cosine)
-            && moves(&squint.rise)
-            && cosine(&squint.sector)
-            && squint.passes > 0
-            && moves(&squint.raster_rise)
     }
 }
 
@@ -246,18 +264,19 @@ mod tests {
 
     #[test]
     fn sweeps_are_of_direction_cosines_and_move() {
-        let wrong: [fn(&mut RadioConfig); 8] = [
-            |r| r.squint.half_width = 0.0,
-            |r| r.squint.half_width = 1.1,
-            |r| r.squint.elevations[0] = f64::NAN,
-            |r| r.squint.rise = [0.2, 0.2],
-            |r| r.squint.rise[1] = 1.5,
-            |r| r.squint.sector = -1.1,
-            |r| r.squint.passes = 0,
-            |r| r.squint.raster_rise = [0.0, 0.0],
+        type Change = fn(&mut RadioConfig);
+        let wrong: [(Change, &str); 8] = [
+            (|r| r.squint.half_width = 0.0, "squint.half_width"),
+            (|r| r.squint.half_width = 1.1, "squint.half_width"),
+            (|r| r.squint.elevations[0] = f64::NAN, "squint.elevations"),
+            (|r| r.squint.rise = [0.2, 0.2], "squint.rise"),
+            (|r| r.squint.rise[1] = 1.5, "squint.rise"),
+            (|r| r.squint.sector = -1.1, "squint.sector"),
+            (|r| r.squint.passes = 0, "squint.passes"),
+            (|r| r.squint.raster_rise = [0.0, 0.0], "squint.raster_rise"),
         ];
-        for change in wrong {
-            assert_eq!(refused(change), Some("squint"));
+        for (change, field) in wrong {
+            assert_eq!(refused(change), Some(field));
         }
     }
 }

@@ -68,6 +68,10 @@ fn what_is_told_is_taken_and_what_cannot_work_is_named_as_it_is_written() {
             "uav_arrays expected finite numbers",
         ),
         (
+            "squint.rise = [0.2, 0.2]",
+            "squint.rise expected direction cosines, and a sweep that moves",
+        ),
+        (
             "codebook.sector_deg = 0.0",
             "codebook.sector_deg expected above 0 and at most a quarter of a turn",
         ),
