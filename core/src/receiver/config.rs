@@ -152,19 +152,35 @@ pub enum LinkStates<'m> {
     Rules(Rules),
 }
 
-/// What a configuration cannot be.
+/// What a configuration cannot be: the field, in the words of [`ConfigError::field`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ConfigError {
-    /// The squint scheme has not as many symbols a face as the receiver's type says, or the waveform not as many subcarriers.
+    /// `radio.squint_scheme` has not as many symbols a face as the receiver's type says, or the waveform not as many subcarriers.
     Squint,
+}
+
+impl ConfigError {
+    /// Name of the field that is wrong.
+    #[must_use]
+    pub fn field(self) -> &'static str {
+        match self {
+            Self::Squint => "radio.squint_scheme",
+        }
+    }
+
+    /// What was expected of it.
+    #[must_use]
+    pub fn expected(self) -> &'static str {
+        match self {
+            Self::Squint => "as many symbols a face, on as many subcarriers, as the receiver's type says",
+        }
+    }
 }
 
 impl core::fmt::Display for ConfigError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::Squint => "the squint scheme does not send as many symbols a face, on as many subcarriers, as the receiver's type says",
-        })
+        write!(f, "{}: expected {}", self.field(), self.expected())
     }
 }
 
