@@ -184,7 +184,7 @@ impl<'a, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
         let lost = (draws.uniform() < impairments.dropped_beam_probability) || lost;
         let mut array_phase: [C64; ARRAYS] =
             std::array::from_fn(|_| phasor(std::f64::consts::TAU * draws.uniform()));
-        if simulator.arrays.have_one_oscillator() {
+        if simulator.radio.is_one_board() {
             array_phase = [array_phase[0]; ARRAYS];
         }
         let jammer_phase = phasor(std::f64::consts::TAU * draws.uniform());
@@ -289,7 +289,7 @@ impl<'a, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
             phase_noise::block(gaussian, simulator.seed, stream)
         };
         let of_gmt = phase_rad(ARRAYS);
-        let channels = if simulator.arrays.have_one_oscillator() {
+        let channels = if simulator.radio.is_one_board() {
             CHANNELS
         } else {
             ELEMENTS

@@ -1,6 +1,5 @@
 //! The errors a device is built with: drawn once from a seed, the same in every sweep.
 
-use cslam_core::array::UavLayout;
 use nalgebra::Vector3;
 
 use super::C64;
@@ -33,11 +32,11 @@ pub struct Calibration<const ARRAYS: usize = 4, const ELEMENTS: usize = 8> {
 }
 
 impl<const ARRAYS: usize, const ELEMENTS: usize> Calibration<ARRAYS, ELEMENTS> {
-    /// Draws a device. Each kind of error has its own stream, so setting one to zero leaves the others as they were. The rows of a planar
-    /// array are one stiff board behind one oscillator: they turn, move and are late together.
+    /// Draws a device. Each kind of error has its own stream, so setting one to zero leaves the others as they were. The rows of one
+    /// board turn, move and are late together.
     pub fn draw(impairments: &Impairments, radio: &Radio, seed: u64) -> Self {
         let counts = &radio.gmt;
-        let one_board = radio.uav_arrays.layout != UavLayout::Around;
+        let one_board = radio.is_one_board();
         let normal = |draw: Draw, rms: f64| {
             let mut stream = draw.stream(seed);
             move || rms * stream.normal()
@@ -94,10 +93,8 @@ fn each<T>(count: usize, mut draw: impl FnMut() -> T) -> Vec<T> {
 
 #[cfg(test)]
 mod tests {
-    use cslam_core::profile::planar_8x8_gmt_72;
-
     use super::*;
-    use crate::channel::{GmtArrayErrors, GmtCounts, UavArrayErrors};
+    use crate::channel::{GmtArrayErrors, UavArrayErrors};
 
     fn draw(impairments: &Impairments, seed: u64) -> Calibration {
         Calibration::draw(impairments, &Radio::default(), seed)
@@ -168,7 +165,7 @@ mod tests {
 
     #[test]
     fn rows_of_one_board_turn_move_and_are_late_together() {
-        let radio = Radio::new(&planar_8x8_gmt_72::radio(), GmtCounts::default()).expect("sound");
+        let radio = Radio::planar();
         let impairments = Impairments {
             uav_arrays: UavArrayErrors {
                 centre_rms_mm: 1.0,

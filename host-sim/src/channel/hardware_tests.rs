@@ -98,7 +98,7 @@ fn coupling_mixes_the_elements_of_an_array() {
         coupling_unknown_share: 0.2,
         ..UavArrayErrors::default()
     });
-    let coupling = Coupling::<4, 8>::draw(0.2, false, Draw::Coupling.stream(SEED));
+    let coupling = Coupling::<4, 8>::draw(0.2, &Radio::default(), Draw::Coupling.stream(SEED));
     let known = cslam_core::array::UavArrays::<f64>::default();
     let steering = known
         .phase_step_rad(&arrival())
@@ -170,8 +170,8 @@ fn ripple_multiplies_the_element_pattern() {
         ripple_rms_deg: 5.0,
         ..UavArrayErrors::default()
     });
-    let ripple =
-        Ripple::<4, 8>::draw((1.0, 5.0), false, Draw::Ripple.stream(SEED)).factors(arrival().vector());
+    let ripple = Ripple::<4, 8>::draw((1.0, 5.0), &Radio::default(), Draw::Ripple.stream(SEED))
+        .factors(arrival().vector());
     assert_near(&factors(with, &Instant::at_rest()), 3e-3, |c, _| {
         ripple[c / 8][c % 8]
     });

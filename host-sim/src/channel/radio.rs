@@ -1,6 +1,8 @@
 //! The radio of a simulated world: what the GMT sends, and with which arrays the two ends send and hear.
 
-use cslam_core::array::{CodebookConfig, GmtArrayConfig, SquintConfig, SquintScheme, UavArrayConfig};
+use cslam_core::array::{
+    CodebookConfig, GmtArrayConfig, SquintConfig, SquintScheme, UavArrayConfig, UavLayout,
+};
 use cslam_core::radio::RadioConfig;
 use cslam_core::signal::Waveform;
 
@@ -187,6 +189,18 @@ impl Radio {
                 raster_rise: squint.raster_rise,
             },
         })
+    }
+
+    /// Whether the UAV's arrays are the rows of one stiff board, with one oscillator and one line to the converter.
+    pub(super) fn is_one_board(&self) -> bool {
+        self.uav_arrays.layout != UavLayout::Around
+    }
+
+    /// One with a planar array on the UAV.
+    #[cfg(test)]
+    pub(super) fn planar() -> Self {
+        let planar = cslam_core::profile::planar_8x8_gmt_72::radio();
+        Self::new(&planar, GmtCounts::default()).expect("sound")
     }
 
     /// Beams of a sweep.

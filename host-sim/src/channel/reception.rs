@@ -74,12 +74,11 @@ impl<const ARRAYS: usize, const ELEMENTS: usize> ReceiveArrays<ARRAYS, ELEMENTS>
         }
         let set = &impairments.uav_arrays;
         let ripples = set.ripple_rms_db != 0.0 || set.ripple_rms_deg != 0.0;
-        let one_board = arrays.are_one_board();
         let ripple = || {
             let rms = (set.ripple_rms_db, set.ripple_rms_deg);
-            Ripple::draw(rms, one_board, Draw::Ripple.stream(seed))
+            Ripple::draw(rms, radio, Draw::Ripple.stream(seed))
         };
-        let coupling = || Coupling::draw(set.coupling_unknown_share, one_board, Draw::Coupling.stream(seed));
+        let coupling = || Coupling::draw(set.coupling_unknown_share, radio, Draw::Coupling.stream(seed));
         Self {
             arrays,
             carrier_hz: radio.waveform.carrier_hz,
@@ -99,11 +98,6 @@ impl<const ARRAYS: usize, const ELEMENTS: usize> ReceiveArrays<ARRAYS, ELEMENTS>
     /// Whether elements of an array have delays of their own.
     pub(super) fn squints(&self) -> bool {
         self.squint
-    }
-
-    /// Whether all arrays have one oscillator.
-    pub(super) fn have_one_oscillator(&self) -> bool {
-        self.arrays.are_one_board()
     }
 
     #[cfg(test)]

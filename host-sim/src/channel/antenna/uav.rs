@@ -61,11 +61,6 @@ impl<const ARRAYS: usize> UavArrays<ARRAYS> {
         }
     }
 
-    /// Whether the arrays are rows of one board, with one oscillator and one line to the converter.
-    pub(in crate::channel) fn are_one_board(&self) -> bool {
-        self.column.is_some()
-    }
-
     /// Phase of each element at the carrier against the middle of its array, of a planar one against the middle of the whole, for a wave from
     /// `u`, rad: `n_i pi axis . u` at half a wavelength, n_i = i - (ELEMENTS - 1)/2.
     pub(in crate::channel) fn phase_rad<const ELEMENTS: usize>(

@@ -5,6 +5,7 @@
 //! all hear the product of both.
 
 use crate::channel::C64;
+use crate::channel::Radio;
 use crate::channel::antenna::phasor;
 use crate::random::Stream;
 
@@ -25,7 +26,7 @@ pub(in crate::channel) struct Coupling<const ARRAYS: usize, const ELEMENTS: usiz
 impl<const ARRAYS: usize, const ELEMENTS: usize> Coupling<ARRAYS, ELEMENTS> {
     /// Draws what calibration measured: each coefficient with a relative error of `unknown_share` rms, for each array, or for the rows and
     /// for the columns of one board.
-    pub(in crate::channel) fn draw(unknown_share: f64, one_board: bool, mut stream: Stream) -> Self {
+    pub(in crate::channel) fn draw(unknown_share: f64, radio: &Radio, mut stream: Stream) -> Self {
         let truth = COEFFICIENTS.map(|[amplitude, phase]| phasor(phase) * amplitude);
         let mut measured = || {
             truth.map(|c| {
@@ -33,7 +34,7 @@ impl<const ARRAYS: usize, const ELEMENTS: usize> Coupling<ARRAYS, ELEMENTS> {
                 c + c * error
             })
         };
-        if one_board {
+        if radio.is_one_board() {
             Self {
                 within: [left(truth, measured()); ARRAYS],
                 between: Some(left(truth, measured())),
@@ -138,7 +139,7 @@ mod tests {
 
     #[test]
     fn rows_of_one_board_couple_like_the_elements_of_a_row() {
-        let coupling = Coupling::<5, 3>::draw(0.3, true, Stream::new(4, 0));
+        let coupling = Coupling::<5, 3>::draw(0.3, &Radio::planar(), Stream::new(4, 0));
         let between = coupling.between.expect("one board");
         assert!(coupling.within.iter().all(|row| *row == coupling.within[0]));
         // One element that hears a wave: its own row and column, and by both all others.
@@ -150,7 +151,7 @@ mod tests {
             assert!((heard[j][i] - expected).norm() < 1e-14, "{j} {i}");
         }
         assert!(
-            Coupling::<5, 3>::draw(0.3, false, Stream::new(4, 0))
+            Coupling::<5, 3>::draw(0.3, &Radio::default(), Stream::new(4, 0))
                 .between
                 .is_none()
         );
@@ -160,12 +161,12 @@ mod tests {
     fn a_fifth_unknown_leaves_minus_32_db_between_neighbours_and_nothing_unknown_nothing() {
         let (mut power, draws) = (0.0, 400);
         for seed in 0..draws {
-            let coupling = Coupling::<4, 8>::draw(0.2, false, Stream::new(seed, 0));
+            let coupling = Coupling::<4, 8>::draw(0.2, &Radio::default(), Stream::new(seed, 0));
             power += coupling.within.iter().map(|m| m[3][4].norm_sqr()).sum::<f64>() / (4.0 * draws as f64);
         }
         let level_db = 10.0 * libm::log10(power);
         assert!((level_db + 32.0).abs() < 0.7, "{level_db}");
-        let clean = Coupling::<4, 8>::draw(0.0, false, Stream::new(1, 0));
+        let clean = Coupling::<4, 8>::draw(0.0, &Radio::default(), Stream::new(1, 0));
         for (row, column) in (0..64).map(|e| (e / 8, e % 8)) {
             let expected = C64::new(f64::from(u8::from(row == column)), 0.0);
             assert!((clean.within[2][row][column] - expected).norm() < 1e-15);

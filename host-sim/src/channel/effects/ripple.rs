@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 use nalgebra::Vector3;
 
 use crate::channel::C64;
+use crate::channel::Radio;
 use crate::random::Stream;
 
 /// Degrees of the harmonics.
@@ -26,11 +27,7 @@ pub(in crate::channel) struct Ripple<const ARRAYS: usize, const ELEMENTS: usize>
 
 impl<const ARRAYS: usize, const ELEMENTS: usize> Ripple<ARRAYS, ELEMENTS> {
     /// Draws ripple of an amplitude (dB) and a phase (deg), rms. The arrays of one board have one part in common.
-    pub(in crate::channel) fn draw(
-        (rms_db, rms_deg): (f64, f64),
-        one_board: bool,
-        mut stream: Stream,
-    ) -> Self {
+    pub(in crate::channel) fn draw((rms_db, rms_deg): (f64, f64), radio: &Radio, mut stream: Stream) -> Self {
         // The squares of all harmonics of a degree sum to (2 l + 1) / 4 pi in every direction.
         let each = (4.0 * PI / HARMONICS as f64).sqrt();
         let (re, im) = (
@@ -44,7 +41,7 @@ impl<const ARRAYS: usize, const ELEMENTS: usize> Ripple<ARRAYS, ELEMENTS> {
         let mut of_all = None;
         let mut array = || {
             let common = of_all.unwrap_or_else(|| coefficients(COMMON));
-            of_all = one_board.then_some(common);
+            of_all = radio.is_one_board().then_some(common);
             std::array::from_fn(|_| {
                 let own = coefficients(1.0 - COMMON);
                 std::array::from_fn(|k| common[k] + own[k])
@@ -143,7 +140,7 @@ mod tests {
         let (mut near, mut far) = (0.0, 0.0);
         let n = (count * draws) as f64;
         for seed in 0..draws {
-            let ripple = Ripple::<4, 8>::draw((1.0, 5.0), false, Stream::new(seed, 0));
+            let ripple = Ripple::<4, 8>::draw((1.0, 5.0), &Radio::default(), Stream::new(seed, 0));
             for u in sphere(count as usize) {
                 let at = |u: &Vector3<f64>| ripple.factors(u).map(|a| a.map(|f| f - 1.0));
                 let across = u.cross(&Vector3::new(0.3, 0.5, -0.8)).normalize();
@@ -182,7 +179,7 @@ mod tests {
     fn rows_of_one_board_have_their_common_share_in_common() {
         let (mut own, mut other, draws) = (0.0, 0.0, 200);
         for seed in 0..draws {
-            let ripple = Ripple::<5, 2>::draw((1.0, 5.0), true, Stream::new(seed, 0));
+            let ripple = Ripple::<5, 2>::draw((1.0, 5.0), &Radio::planar(), Stream::new(seed, 0));
             for u in sphere(10) {
                 let r = ripple.factors(&u).map(|row| row.map(|f| f - 1.0));
                 own += r[1][0].norm_sqr();
@@ -194,7 +191,7 @@ mod tests {
 
     #[test]
     fn no_ripple_is_one() {
-        let none = Ripple::<4, 8>::draw((0.0, 0.0), false, Stream::new(3, 0));
+        let none = Ripple::<4, 8>::draw((0.0, 0.0), &Radio::default(), Stream::new(3, 0));
         let factors = none.factors(&Vector3::new(0.6, 0.0, 0.8));
         assert!(factors.iter().flatten().all(|f| *f == C64::new(1.0, 0.0)));
     }
