@@ -6,11 +6,12 @@ use std::time::Instant;
 use cslam_core::array::UavLayout;
 use cslam_core::estimator::states;
 use cslam_core::link_state::models;
+use cslam_core::paths::{Estimator, EstimatorConfig};
 use cslam_core::profile::{
     planar_8x8_gmt_72 as planar, quad_4x8_gmt_72 as default, quad_4x16_gmt_48 as quad,
 };
 use cslam_core::radio::RadioConfig;
-use cslam_core::receiver::{Config, LinkStates, Localization, Memory, Radio, Receiver};
+use cslam_core::receiver::{Config, LinkStates, Localization, Memory, PATHS, Radio, Receiver};
 use cslam_core::signal::BeamBlock;
 use cslam_firmware::app::{AppConfig, Application, Map, VOXELS};
 use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
@@ -56,16 +57,32 @@ struct Flown {
     report: Report,
 }
 
-/// Flies a radio of `A` arrays of `E` elements through a scene.
-fn fly<R, const A: usize, const E: usize, const C: usize, const ELEVATIONS: usize>(
+/// Flies a radio through a scene: the counts are those of its estimator.
+fn fly<
+    R,
+    const A: usize,
+    const E: usize,
+    const C: usize,
+    const BEAMS: usize,
+    const FACES: usize,
+    const X: usize,
+    const Z: usize,
+    const MOST: usize,
+    const ELEVATIONS: usize,
+>(
     scene: &str,
     (profile, duration_s): (Profile, f64),
     radio: &RadioConfig<ELEVATIONS>,
-    estimator: &mut R::Estimator,
 ) -> Flown
 where
-    R: for<'b> Radio<Block<'b> = BeamBlock<'b, C>, Description = RadioConfig<ELEVATIONS>>,
+    R: for<'b> Radio<
+            Estimator = Estimator<A, E, C, BEAMS, FACES, X, Z, MOST, PATHS>,
+            Block<'b> = BeamBlock<'b, C>,
+            Description = RadioConfig<ELEVATIONS>,
+        >,
 {
+    let estimation = EstimatorConfig::of(radio);
+    let mut estimator: Box<R::Estimator> = Box::new(Estimator::checked(&estimation).expect("a sound radio"));
     let begun = Instant::now();
     let of_profile = WorldConfig::of(profile);
     let config = WorldConfig {
@@ -95,7 +112,7 @@ where
     );
     let mut map = Box::new(Map::new());
     let memory = Memory {
-        estimator,
+        estimator: &mut *estimator,
         squint: &mut *squint,
         map: &mut *map,
     };
@@ -182,35 +199,12 @@ fn all(profile: Profile, duration_s: f64) {
         "| radio | scene | world | sweeps with a pose | position, rms, m | attitude, rms, degrees | accepted points | on the right surface, % | map to surface, rms, m |"
     );
     for scene in SCENES {
-        let radio = RadioConfig::default();
-        let config = default::Config::of(&radio);
-        let mut estimator = Box::new(default::FlightEstimator::checked(&config).expect("a sound radio"));
-        let flown = fly::<default::Radio, { default::ARRAYS }, { default::ELEMENTS }, { default::CHANNELS }, _>(
-            scene,
-            (profile, duration_s),
-            &radio,
-            &mut estimator,
-        );
+        let world = (profile, duration_s);
+        let flown = fly::<default::Radio, _, _, _, _, _, _, _, _, _>(scene, world, &RadioConfig::default());
         check("quad_4x8_gmt_72", profile, &flown);
-        let radio = quad::radio();
-        let config = quad::Config::of(&radio);
-        let mut estimator = Box::new(quad::FlightEstimator::checked(&config).expect("a sound radio"));
-        let flown = fly::<quad::Radio, { quad::ARRAYS }, { quad::ELEMENTS }, { quad::CHANNELS }, _>(
-            scene,
-            (profile, duration_s),
-            &radio,
-            &mut estimator,
-        );
+        let flown = fly::<quad::Radio, _, _, _, _, _, _, _, _, _>(scene, world, &quad::radio());
         check("quad_4x16_gmt_48", profile, &flown);
-        let radio = planar::radio();
-        let config = planar::Config::of(&radio);
-        let mut estimator = Box::new(planar::FlightEstimator::checked(&config).expect("a sound radio"));
-        let flown = fly::<planar::Radio, { planar::ARRAYS }, { planar::ELEMENTS }, { planar::CHANNELS }, _>(
-            scene,
-            (profile, duration_s),
-            &radio,
-            &mut estimator,
-        );
+        let flown = fly::<planar::Radio, _, _, _, _, _, _, _, _, _>(scene, world, &planar::radio());
         check("planar_8x8_gmt_72", profile, &flown);
     }
 }
