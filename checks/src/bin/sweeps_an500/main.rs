@@ -46,33 +46,21 @@ fn main() -> ! {
         exit(101)
     };
     let config = EstimatorConfig::single_sweeps();
-    match mode.path().to_bytes() {
-        b"best" => {
-            let Some(estimator) = cortex_m::singleton!(: Best = Best::with_meter(&config, stages)) else {
-                exit(101)
-            };
-            check(
-                estimator,
-                stages,
-                Recording::open(&recording),
-                Lines::create(&lines),
-            )
-        }
-        b"paper" => {
-            let Some(estimator) =
-                cortex_m::singleton!(: PaperFlightEstimator = PaperFlightEstimator::new(&config))
-            else {
-                exit(101)
-            };
-            check(
-                estimator,
-                stages,
-                Recording::open(&recording),
-                Lines::create(&lines),
-            )
-        }
+    let estimator: &mut dyn PathEstimator<CHANNELS, PATHS> = match mode.path().to_bytes() {
+        b"best" => match cortex_m::singleton!(: Best = Best::with_meter(&config, stages)) {
+            Some(estimator) => estimator,
+            None => exit(101),
+        },
+        b"paper" => match cortex_m::singleton!(: PaperFlightEstimator = PaperFlightEstimator::new(&config)) {
+            Some(estimator) => estimator,
+            None => exit(101),
+        },
         _ => usage(),
-    }
+    };
+    let (Some(recording), Some(lines)) = (Recording::open(&recording), Lines::create(&lines)) else {
+        usage()
+    };
+    check(estimator, stages, recording, lines)
 }
 
 fn usage() -> ! {
@@ -83,12 +71,9 @@ fn usage() -> ! {
 fn check(
     estimator: &mut dyn PathEstimator<CHANNELS, PATHS>,
     stages: &'static Stages,
-    recording: Option<Recording>,
-    lines: Option<Lines>,
+    mut recording: Recording,
+    mut lines: Lines,
 ) -> ! {
-    let (Some(mut recording), Some(mut lines)) = (recording, lines) else {
-        usage()
-    };
     let Some(block) = cortex_m::singleton!(: Samples = [[Iq::ZERO; SAMPLES]; CHANNELS]) else {
         exit(101)
     };
