@@ -9,7 +9,7 @@ use super::kept::{self, Kept};
 use super::{Args, Together};
 use crate::campaign::Flight;
 use crate::commands::fly::keep;
-use crate::commands::fly::raw::{Site, described, fly};
+use crate::commands::fly::raw::{Hooks, Site, described, fly};
 use crate::config::{Config, ReceiverConfig};
 use crate::evaluation::evaluate;
 use crate::flight_log::Header;
@@ -106,7 +106,7 @@ fn heard(
 ) -> anyhow::Result<Option<serde_json::Value>> {
     let planned = usize::try_from(world.sweeps())?.min(args.steps.unwrap_or(usize::MAX));
     let Receiver { flight, told, keep } = receiver;
-    let described = described(told, &flight.scene, world, flight.seed, planned);
+    let described = described(told, &flight.scene, world, flight.seed, planned)?;
     let keep = keep
         .as_deref()
         .map(|place| keep::open(place, world))
@@ -179,14 +179,17 @@ fn reported(
 ) -> anyhow::Result<Option<serde_json::Value>> {
     let start = std::time::Instant::now();
     let mut inputs = Collector::default();
-    let each = |ended: &Swept<'_>| {
-        if args.samples.is_some() {
-            inputs.sweep(ended.report);
-        }
-        swept(ended);
+    let hooks = Hooks {
+        interrupted,
+        swept: |ended: &Swept<'_>| {
+            if args.samples.is_some() {
+                inputs.sweep(ended.report);
+            }
+            swept(ended);
+        },
+        sent: |_: u64, _: &[u8]| {},
     };
-    let smooth = args.smooth;
-    let logs = fly(told, header, &site, source, smooth, interrupted, each, |_, _| {})?;
+    let logs = fly(told, header, &site, source, args.smooth, hooks)?;
     let (mut log, smoothed) = (logs.log, logs.smoothed);
     if log.interrupted() {
         return Ok(None);

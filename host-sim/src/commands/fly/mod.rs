@@ -7,6 +7,7 @@ mod live;
 pub(crate) mod methods;
 pub(crate) mod raw;
 pub(crate) mod recorded;
+mod stages;
 mod thinning;
 
 use std::num::TryFromIntError;
@@ -17,6 +18,7 @@ use std::time::Instant;
 use clap::ValueEnum;
 use cslam_core::inertial::ImuSample;
 
+use self::stages::Stages;
 use super::DEFAULT_SCENE;
 use crate::config::{Config, Mode};
 use crate::evaluation::evaluate;
@@ -80,7 +82,7 @@ pub(crate) struct Args {
     #[arg(long, value_enum)]
     mode: Option<Mode>,
     #[command(flatten)]
-    stages: raw::Stages,
+    stages: Stages,
     /// Fly at real-time speed and show it live: starts a ground station and serves its page on this address
     #[cfg(feature = "ground")]
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = "127.0.0.1:8080", conflicts_with = "paths")]
@@ -137,7 +139,7 @@ impl Default for Args {
             seed: 1,
             steps: None,
             mode: None,
-            stages: raw::Stages::default(),
+            stages: Stages::default(),
             #[cfg(feature = "ground")]
             live: None,
             out: "out".into(),

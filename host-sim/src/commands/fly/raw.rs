@@ -1,6 +1,6 @@
 //! A flight from raw samples: a world or a recording plays, the receiver that flies listens.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -15,9 +15,7 @@ use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
 use cslam_firmware::sensor_stream::SESSION;
 
 use super::{Args, Flown, keep, methods};
-use crate::config::{
-    Config, DepartureChoice, EarthField, LinkStateChoice, LocalizationChoice, MappedChoice, ReceiverConfig,
-};
+use crate::config::{Config, EarthField, ReceiverConfig};
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::raw_flight::{self, Source, Swept};
@@ -29,46 +27,6 @@ use crate::{estimate, progress};
 
 /// States of the filter.
 const STATES: usize = states(2);
-
-/// Heading of the options below in the help text.
-const STAGES: &str = "One stage away from the mode (flights from raw samples)";
-
-/// One stage at a time away from the mode: ablations.
-#[derive(clap::Args, Clone, Debug, Default)]
-pub(super) struct Stages {
-    /// Path estimation, if not the mode's
-    #[arg(long, value_enum, help_heading = STAGES)]
-    estimator: Option<estimate::Mode>,
-    /// Link state, if not the mode's
-    #[arg(long, value_enum, help_heading = STAGES)]
-    link_state: Option<LinkStateChoice>,
-    /// Trees of your own for the link state (`cslam train --kind trees`)
-    #[arg(long, value_name = "FILE", help_heading = STAGES)]
-    link_state_model: Option<PathBuf>,
-    /// Localization, if not the mode's
-    #[arg(long, value_enum, help_heading = STAGES)]
-    localization: Option<LocalizationChoice>,
-    /// Direction of departure of the line of sight, if not the mode's
-    #[arg(long, value_enum, help_heading = STAGES)]
-    departures: Option<DepartureChoice>,
-    /// Paths that may become points, if not the mode's
-    #[arg(long, value_enum, help_heading = STAGES)]
-    mapped: Option<MappedChoice>,
-}
-
-impl Stages {
-    /// What is asked for here counts, whatever the configuration says.
-    pub(super) fn set(&self, receiver: &mut ReceiverConfig) {
-        receiver.estimator = self.estimator.or(receiver.estimator);
-        receiver.link_state = self.link_state.or(receiver.link_state);
-        if let Some(model) = &self.link_state_model {
-            receiver.link_state_model = Some(model.clone());
-        }
-        receiver.localization = self.localization.or(receiver.localization);
-        receiver.departures = self.departures.or(receiver.departures);
-        receiver.mapped = self.mapped.or(receiver.mapped);
-    }
-}
 
 /// Flies through a scene until `interrupted`. `sent` gets what goes to the ground as it goes, with the UAV's time, ns.
 pub(super) fn run(
@@ -94,18 +52,13 @@ pub(super) fn run(
         keeper.swept(swept);
         bar.inc(1);
     };
-    let (header, site) = described(&config.receiver, name, &world, args.seed, planned);
-    let smooth = args.smooth;
-    let logs = fly(
-        &config.receiver,
-        header,
-        &site,
-        &keeper,
-        smooth,
+    let (header, site) = described(&config.receiver, name, &world, args.seed, planned)?;
+    let hooks = Hooks {
         interrupted,
         swept,
         sent,
-    )?;
+    };
+    let logs = fly(&config.receiver, header, &site, &keeper, args.smooth, hooks)?;
     bar.finish_and_clear();
     if let Some(kept) = kept {
         if logs.log.interrupted() {
@@ -140,19 +93,13 @@ pub(super) fn along(
     let planned = args.planned(world.sweeps())?;
     let bar = progress::bar(planned as u64, "flying");
     let name = file.display().to_string();
-    let (header, site) = described(&config.receiver, &name, &world, args.seed, planned);
-    let swept = |_: &Swept<'_>| bar.inc(1);
-    let smooth = args.smooth;
-    let logs = fly(
-        &config.receiver,
-        header,
-        &site,
-        &world,
-        smooth,
+    let (header, site) = described(&config.receiver, &name, &world, args.seed, planned)?;
+    let hooks = Hooks {
         interrupted,
-        swept,
+        swept: |_: &Swept<'_>| bar.inc(1),
         sent,
-    )?;
+    };
+    let logs = fly(&config.receiver, header, &site, &world, args.smooth, hooks)?;
     bar.finish_and_clear();
     let imu = args.imu(&world, &logs.log);
     Ok(Flown {
@@ -175,32 +122,46 @@ pub(crate) struct Site {
     pub(crate) ground_z_m: f64,
 }
 
-/// Flies a receiver through a world, for `planned` sweeps or until `interrupted`: the log and every byte that went
-/// to the ground. `swept` is called after each sweep, `sent` gets what goes to the ground as it goes.
-#[allow(clippy::too_many_arguments, reason = "each argument is of another kind")]
+/// Who is asked and told while a flight goes on.
+pub(crate) struct Hooks<'i, W, S> {
+    /// Ends the flight when it is set.
+    pub(crate) interrupted: &'i AtomicBool,
+    /// Sees each sweep that has ended.
+    pub(crate) swept: W,
+    /// Gets what goes to the ground as it goes, with the UAV's time, ns.
+    pub(crate) sent: S,
+}
+
+/// Flies a receiver through a world for `planned` sweeps at most: the log and every byte that went to the ground.
 pub(crate) fn fly_world(
     told: &ReceiverConfig,
     scene: &str,
     world: &World<'_>,
     seed: u64,
     planned: usize,
-    interrupted: &AtomicBool,
-    mut swept: impl FnMut(),
-    sent: impl FnMut(u64, &[u8]),
+    hooks: Hooks<'_, impl FnMut(&Swept<'_>), impl FnMut(u64, &[u8])>,
 ) -> anyhow::Result<(FlightLog, Vec<u8>)> {
-    let (header, site) = described(told, scene, world, seed, planned);
-    let logs = fly(told, header, &site, world, false, interrupted, |_| swept(), sent)?;
+    let (header, site) = described(told, scene, world, seed, planned)?;
+    let logs = fly(told, header, &site, world, false, hooks)?;
     Ok((logs.log, logs.packets))
 }
 
 /// The head of the log of a flight through a world, and what is known of the place.
+///
+/// # Errors
+/// [`InputError`] for a world whose radio has other counts than the receiver's type.
 pub(crate) fn described(
     told: &ReceiverConfig,
     scene: &str,
     world: &World<'_>,
     seed: u64,
     planned: usize,
-) -> (Header, Site) {
+) -> Result<(Header, Site), InputError> {
+    let radio = world.radio().description().ok_or_else(|| {
+        InputError::new(
+            "the world's radio has other beams or squint symbols than the receiver: expected the same",
+        )
+    })?;
     let header = Header {
         mode: told.mode.name().into(),
         scene: scene.to_owned(),
@@ -211,14 +172,13 @@ pub(crate) fn described(
         delay_cycle_m: Some(world.radio().waveform().delay_period().length_m()),
     };
     let site = Site {
-        // The counts of both are the default's, by their types.
-        radio: world.radio().description().unwrap_or_default(),
+        radio,
         magnetic_field: Some(EarthField::from(&world.flight().config().magnetometer)),
         // Whoever sets up a simulated GMT knows where.
         gmt_m: Some(world.flight().sweep_truth(0).gmt_position_m.into()),
         ground_z_m: world.ground_z_m(),
     };
-    (header, site)
+    Ok((header, site))
 }
 
 /// A flight as it was on board, and what was made of it afterwards.
@@ -230,18 +190,14 @@ pub(crate) struct Logs {
     pub(crate) smoothed: Option<FlightLog>,
 }
 
-/// Flies a receiver through what `source` gives, and smooths the flight when `smooth` says so; `swept` sees each sweep that has ended, the rest as
-/// in [`fly_world`].
-#[allow(clippy::too_many_arguments, reason = "each argument is of another kind")]
+/// Flies a receiver through what `source` gives, and smooths the flight when `smooth` says so.
 pub(crate) fn fly(
     told: &ReceiverConfig,
     header: Header,
     site: &Site,
     source: &impl Source,
     smooth: bool,
-    interrupted: &AtomicBool,
-    swept: impl FnMut(&Swept<'_>),
-    sent: impl FnMut(u64, &[u8]),
+    hooks: Hooks<'_, impl FnMut(&Swept<'_>), impl FnMut(u64, &[u8])>,
 ) -> anyhow::Result<Logs> {
     let field = told.magnetic_field.or(site.magnetic_field);
     let ground_z_m = told.ground_z_m.unwrap_or(site.ground_z_m);
@@ -269,80 +225,50 @@ pub(crate) fn fly(
         estimate::Mode::PaperInterpolated => Some(paper(TapDelays::Interpolated)),
     };
     match estimator {
-        Some(estimator) => fly_with(
-            receiver,
-            estimator,
-            source,
-            header,
-            smooth,
-            interrupted,
-            swept,
-            sent,
-        ),
+        Some(estimator) => fly_with(receiver, estimator, source, header, smooth, hooks),
         None => {
             let estimator = Estimator::<4, 8, 32, 72, 3, 8, 8, 360, 9>::new(&estimation);
-            fly_with(
-                receiver,
-                estimator,
-                source,
-                header,
-                smooth,
-                interrupted,
-                swept,
-                sent,
-            )
+            fly_with(receiver, estimator, source, header, smooth, hooks)
         }
     }
 }
 
-#[allow(clippy::too_many_arguments, reason = "each argument is of another kind")]
 fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
     config: CoreConfig<'_>,
     estimator: E,
     source: &impl Source,
     header: Header,
     smooth: bool,
-    interrupted: &AtomicBool,
-    mut swept: impl FnMut(&Swept<'_>),
-    sent: impl FnMut(u64, &[u8]),
+    hooks: Hooks<'_, impl FnMut(&Swept<'_>), impl FnMut(u64, &[u8])>,
 ) -> anyhow::Result<Logs> {
     let mut estimator = Box::new(estimator);
     if !smooth {
-        let (log, packets) = once(
-            &config,
-            &mut *estimator,
-            None,
-            source,
-            header,
-            interrupted,
-            swept,
-            sent,
-        )?;
+        let (log, packets) = once(&config, &mut *estimator, None, source, header, hooks)?;
         return Ok(Logs {
             log,
             packets,
             smoothed: None,
         });
     }
+    let Hooks {
+        interrupted,
+        mut swept,
+        sent,
+    } = hooks;
     let keeper = Keeper::new(source);
     let mut smoother = Smoother::default();
     let listener = Some(smoother.listener());
     let head = header.clone();
-    let each = |ended: &Swept<'_>| {
-        keeper.swept(ended);
-        smoother.swept(ended.report);
-        swept(ended);
-    };
-    let (log, packets) = once(
-        &config,
-        &mut *estimator,
-        listener,
-        &keeper,
-        header,
+    let hooks = Hooks {
         interrupted,
-        each,
+        swept: |ended: &Swept<'_>| {
+            keeper.swept(ended);
+            smoother.swept(ended.report);
+            swept(ended);
+        },
         sent,
-    )?;
+    };
+    let (log, packets) = once(&config, &mut *estimator, listener, &keeper, header, hooks)?;
     let astray = smoother.led_astray();
     let again = if astray.is_empty() || log.interrupted() {
         None
@@ -350,16 +276,12 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
         let again = Smoother::default();
         let source = keeper.replayed(astray);
         let listener = Some(again.listener());
-        once(
-            &config,
-            &mut *estimator,
-            listener,
-            &source,
-            head,
+        let hooks = Hooks {
             interrupted,
-            |_| (),
-            |_, _| (),
-        )?;
+            swept: |_: &Swept<'_>| (),
+            sent: |_: u64, _: &[u8]| (),
+        };
+        once(&config, &mut *estimator, listener, &source, head, hooks)?;
         Some(again)
     };
     Ok(Logs {
@@ -370,16 +292,13 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
 }
 
 /// One flight of a receiver that begins anew, and every byte that went to the ground; `listener` hears each step of its filter.
-#[allow(clippy::too_many_arguments, reason = "each argument is of another kind")]
 fn once<E: PathEstimator<CHANNELS, PATHS>>(
     config: &CoreConfig<'_>,
     estimator: &mut E,
     listener: Option<Arc<dyn Watch<f32, STATES>>>,
     source: &impl Source,
     header: Header,
-    interrupted: &AtomicBool,
-    swept: impl FnMut(&Swept<'_>),
-    sent: impl FnMut(u64, &[u8]),
+    hooks: Hooks<'_, impl FnMut(&Swept<'_>), impl FnMut(u64, &[u8])>,
 ) -> anyhow::Result<(FlightLog, Vec<u8>)> {
     let mut squint = Box::new(config.beam_squint::<Radio<E>>()?);
     let mut map = Box::new(Map::new());
@@ -402,8 +321,8 @@ fn once<E: PathEstimator<CHANNELS, PATHS>>(
         source,
         &mut receiver,
         header,
-        interrupted,
-        swept,
-        sent,
+        hooks.interrupted,
+        hooks.swept,
+        hooks.sent,
     )?)
 }

@@ -3,13 +3,13 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use super::raw::{self, Site};
+use super::raw::{self, Hooks, Site};
 use super::{Args, Flown, keep};
 use crate::config::{Config, RadioFigures, ReceiverConfig};
 use crate::flight_log::Header;
 use crate::input::InputError;
 use crate::progress;
-use crate::raw_flight::{Source, UNHEARD};
+use crate::raw_flight::{Source, Swept, UNHEARD};
 use crate::recording::{Damage, Manifest, RecordedFlight, Thinned};
 use crate::scene::Scene;
 
@@ -46,16 +46,12 @@ pub(super) fn run(
     let (header, site) = described(manifest, &config.receiver, named, planned);
     let thinned = Thinned::new(&flight, thinning);
     let bar = progress::bar(planned as u64, "flying");
-    let mut logs = raw::fly(
-        &config.receiver,
-        header,
-        &site,
-        &thinned,
-        args.smooth,
+    let hooks = Hooks {
         interrupted,
-        |_| bar.inc(1),
+        swept: |_: &Swept<'_>| bar.inc(1),
         sent,
-    )?;
+    };
+    let mut logs = raw::fly(&config.receiver, header, &site, &thinned, args.smooth, hooks)?;
     bar.finish_and_clear();
     let log = &mut logs.log;
     let damage = flight.damage();

@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use clap::ValueEnum;
 
 use self::figures::FIGURES;
-use crate::commands::fly::raw::fly_world;
+use crate::commands::fly::raw::{Hooks, fly_world};
 use crate::commands::seeds::AnySeed;
 use crate::config::{
     DepartureChoice, LinkStateChoice, LocalizationChoice, MappedChoice, Mode, ReceiverConfig,
@@ -17,6 +17,7 @@ use crate::evaluation::{FirstOrderPaths, evaluate};
 use crate::flight::FlightConfig;
 use crate::input::InputError;
 use crate::progress;
+use crate::raw_flight::Swept;
 use crate::scene::Scene;
 use crate::table::Table;
 use crate::world::{Profile, World, WorldConfig};
@@ -204,17 +205,12 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         let mut first_order = Vec::new();
         for (seed, world) in &worlds {
             let planned = usize::try_from(world.sweeps())?;
-            let swept = || bar.inc(1);
-            let (mut log, _) = fly_world(
-                setup,
-                &args.scene,
-                world,
-                *seed,
-                planned,
-                &never,
-                swept,
-                |_, _| {},
-            )?;
+            let hooks = Hooks {
+                interrupted: &never,
+                swept: |_: &Swept<'_>| bar.inc(1),
+                sent: |_: u64, _: &[u8]| {},
+            };
+            let (mut log, _) = fly_world(setup, &args.scene, world, *seed, planned, hooks)?;
             let evaluation = evaluate(&mut log, Some(&scene));
             for (of_figure, figure) in values.iter_mut().zip(&FIGURES) {
                 of_figure.push((figure.of)(&log, &evaluation));

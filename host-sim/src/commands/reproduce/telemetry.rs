@@ -6,12 +6,13 @@ use std::sync::atomic::AtomicBool;
 use clap::ValueEnum;
 use cslam_core::telemetry::Key;
 
-use crate::commands::fly::raw::fly_world;
+use crate::commands::fly::raw::{Hooks, fly_world};
 use crate::config::{Mode, ReceiverConfig};
 use crate::input::limits::PACKETS;
 use crate::input::{InputError, read_bytes};
 use crate::link_traffic::{BAUD, Budget, damage, loss, rivals};
 use crate::progress;
+use crate::raw_flight::Swept;
 use crate::scene::Scene;
 use crate::table::Table;
 use crate::world::{Profile, World, WorldConfig};
@@ -86,15 +87,18 @@ fn flight(args: &Args) -> anyhow::Result<Vec<u8>> {
     let world = World::new(&scene, config, args.seed)?;
     let planned = usize::try_from(world.sweeps())?;
     let bar = progress::bar(planned as u64, "flying");
+    let hooks = Hooks {
+        interrupted: &AtomicBool::new(false),
+        swept: |_: &Swept<'_>| bar.inc(1),
+        sent: |_: u64, _: &[u8]| {},
+    };
     let (_, packets) = fly_world(
         &ReceiverConfig::of(Mode::Best),
         &args.scene,
         &world,
         args.seed,
         planned,
-        &AtomicBool::new(false),
-        || bar.inc(1),
-        |_, _| {},
+        hooks,
     )?;
     bar.finish_and_clear();
     Ok(packets)

@@ -5,13 +5,14 @@ use std::sync::atomic::AtomicBool;
 use rayon::prelude::*;
 
 use crate::channel::{Jammer, JammerKind};
-use crate::commands::fly::raw::fly_world;
+use crate::commands::fly::raw::{Hooks, fly_world};
 use crate::commands::seeds::AnySeed;
 use crate::commands::threads::Threads;
 use crate::config::{Mode, ReceiverConfig};
 use crate::flight_log::SweepRecord;
 use crate::input::InputError;
 use crate::progress;
+use crate::raw_flight::Swept;
 use crate::scene::Scene;
 use crate::seeded::{Seeded, Source};
 use crate::statistics;
@@ -147,15 +148,18 @@ fn start(
     let world = World::new(scene, config, seed)?;
     let planned = usize::try_from(world.sweeps())?.min(args.sweeps);
     let never = AtomicBool::new(false);
+    let hooks = Hooks {
+        interrupted: &never,
+        swept: |_: &Swept<'_>| {},
+        sent: |_: u64, _: &[u8]| {},
+    };
     let (log, _) = fly_world(
         &ReceiverConfig::of(Mode::Best),
         &args.scene,
         &world,
         seed,
         planned,
-        &never,
-        || {},
-        |_, _| {},
+        hooks,
     )?;
     Ok(log.sweeps.iter().map(Claimed::of).collect())
 }
