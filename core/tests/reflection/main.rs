@@ -1,4 +1,4 @@
-//! The reflection solver against known geometry, its own derivatives, and hostile input.
+//! The reflection solver against known geometry, and its own derivatives.
 
 #![allow(
     clippy::expect_used,

@@ -1,4 +1,4 @@
-//! Scenes as a whole: queries against independent answers, built-ins, faults, imports.
+//! Scenes as a whole: queries against independent answers, built-ins, faults.
 
 mod imports;
 

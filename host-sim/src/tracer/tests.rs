@@ -1,4 +1,4 @@
-//! The tracer against the committed reference lists, closed forms, reciprocity, and a search without any pruning.
+//! The tracer against the committed reference lists, closed forms, and reciprocity.
 
 mod batches;
 mod pruning;

@@ -1,5 +1,4 @@
-//! The whole filter on a made-up flight: start, lateness, faults of the inertial sensor, the clock, the beacon, numbers that
-//! are none.
+//! The whole filter on a made-up flight: start, lateness, wrong paths, the heading.
 
 use nalgebra::Vector3;
 

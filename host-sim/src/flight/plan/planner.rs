@@ -12,8 +12,8 @@ use crate::flight::{FlightConfig, GmtTrack, Obstacles, Trajectory, Tube};
 use crate::input::InputError;
 use crate::seeded::{Seeded, Source};
 
-/// Of these, the first ones look for sight only, at a pace that is a guess; the others look for reflections too, at the pace
-/// of the drafts before them.
+/// The first attempts look for sight only, at a pace that is a guess; the others look for reflections too, at the pace of the
+/// drafts before them.
 pub(super) const PLAIN_ATTEMPTS: u32 = 160;
 /// After this many attempts one more goal is drawn at each choice, and the one in better sight is taken.
 const ATTEMPTS_A_CHOICE: u32 = 32;

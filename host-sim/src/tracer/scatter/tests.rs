@@ -1,4 +1,4 @@
-//! Scattered power against its integrals, an independent tracer's totals, and the statistics of its field.
+//! Scattered power against its integrals, and the statistics of its field.
 
 mod reference;
 
