@@ -6,6 +6,7 @@
 #   CSLAM_RING_FILE   file of 16 MiB that becomes the board's PSRAM (mps2-an500), shared with whoever has it open
 #   CSLAM_UART1_FILE  file that takes what the board sends on UART1
 #   CSLAM_ICOUNT      N: each instruction takes 2^N ns of the board's time, so that its clocks count instructions
+#   CSLAM_PLUGIN      plugin of QEMU with its arguments, as its option -plugin takes them
 #   CSLAM_TIMEOUT_S   the run is ended after this many seconds with exit code 124 (default 1800)
 #
 # Exit codes of its own: 127 when a program is missing, 124 on a time-out.
@@ -45,6 +46,9 @@ if [ -n "${CSLAM_RING_FILE:-}" ]; then
 fi
 if [ -n "${CSLAM_ICOUNT:-}" ]; then
     options+=(-icount "shift=$CSLAM_ICOUNT")
+fi
+if [ -n "${CSLAM_PLUGIN:-}" ]; then
+    options+=(-plugin "$CSLAM_PLUGIN")
 fi
 uart1=null
 if [ -n "${CSLAM_UART1_FILE:-}" ]; then

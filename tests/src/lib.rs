@@ -3,6 +3,7 @@
 #[cfg(feature = "constants")]
 pub mod constants;
 pub mod cost;
+pub mod cycles;
 pub mod elf;
 pub mod tables;
 

@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::{Parser, ValueEnum};
+use clap::{ArgGroup, Parser, ValueEnum};
 use cslam_host_sim::world::Profile;
 
 /// Flies the firmware on an emulated Cortex-M7 in the loop with the simulated world, and compares it with the host; or puts it on a
 /// board.
 #[derive(Clone, Parser, Debug)]
-#[command(name = "cargo fw", version)]
+#[command(name = "cargo fw", version, group = ArgGroup::new("counting"))]
 pub(crate) struct Arguments {
     /// Board: the emulated one flies, a real one is flashed (by probe-rs) and shows its log
     #[arg(long, value_enum, default_value_t = Target::Emulated)]
@@ -31,16 +31,20 @@ pub(crate) struct Arguments {
     #[arg(long)]
     pub(crate) faults: bool,
     /// Fly each of these and count instructions: a line for each flight and one for all
-    #[arg(long, value_name = "SCENE:SEED", num_args = 1.., conflicts_with_all = ["scene", "seed", "check", "write", "out"])]
+    #[arg(long, value_name = "SCENE:SEED", num_args = 1.., conflicts_with_all = ["scene", "seed", "profile", "check", "write", "out"])]
     pub(crate) flights: Vec<Flight>,
     /// Count instructions, stage by stage; slower
-    #[arg(long)]
+    #[arg(long, group = "counting")]
     pub(crate) count: bool,
-    /// With --count: compare instructions and memory with a committed table; more than 2 % over it fails
-    #[arg(long, requires = "count", value_name = "FILE")]
+    /// Count instructions, kernel by kernel, and say how many cycles of a Cortex-M7 they take at least and at most; needs a C compiler, and
+    /// the flight of tests/golden/receiver_cost.txt
+    #[arg(long, group = "counting")]
+    pub(crate) profile: bool,
+    /// With --count or --profile: compare with a committed table; more than 2 % over it fails
+    #[arg(long, requires = "counting", value_name = "FILE")]
     pub(crate) check: Option<PathBuf>,
-    /// With --count: write that table
-    #[arg(long, requires = "count", value_name = "FILE")]
+    /// With --count or --profile: write that table
+    #[arg(long, requires = "counting", value_name = "FILE")]
     pub(crate) write: Option<PathBuf>,
     /// Longest run of the emulator, s
     #[arg(long, default_value_t = 1800)]

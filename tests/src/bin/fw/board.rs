@@ -12,11 +12,18 @@ use cslam_firmware::sensor_stream::{self, FRAMES_AT, RECORDS_AT};
 use cslam_tests::{emulated_board, root};
 use tempfile::TempDir;
 
+use crate::arguments::Arguments;
+use crate::cycles::build_plugin;
+
 /// Length of the emulated board's PSRAM.
 const PSRAM_LENGTH: usize = 16 * 1024 * 1024;
 /// Slots of the rings: a sweep of frames, two seconds of records.
 const FRAME_SLOTS: u32 = 128;
 const RECORD_SLOTS: u32 = 4096;
+/// Where the board's stack lies (`checks/memory/mps2-an500.x`). On an STM32H743 that is memory beside the caches.
+const STACK: &str = "0x20080000-0x200a0000";
+/// The file of a profile.
+const PROFILE: &str = "profile";
 
 /// Builds an image for the emulated board; cargo decides whether there is anything to do.
 pub(crate) fn build(name: &str) -> anyhow::Result<PathBuf> {
@@ -72,6 +79,8 @@ pub(crate) struct Left {
     pub(crate) lines: String,
     /// Decoded log.
     pub(crate) log: String,
+    /// How often each instruction was executed, if that was asked for.
+    pub(crate) profile: Option<String>,
 }
 
 /// A running board. Dropping it ends it.
@@ -83,8 +92,8 @@ pub(crate) struct Board {
 }
 
 impl Board {
-    /// Starts an image, for `limit_s` at most; with instructions counted or not.
-    pub(crate) fn start(image: &Path, count: bool, limit_s: u32) -> anyhow::Result<Self> {
+    /// Starts an image, for `limit_s` at most; with instructions counted, or each one's executions, or neither.
+    pub(crate) fn start(image: &Path, arguments: &Arguments) -> anyhow::Result<Self> {
         let folder = tempfile::tempdir()?;
         let psram = folder.path().join("psram");
         let file = File::options()
@@ -107,13 +116,20 @@ impl Board {
             .arg(folder.path().join("lines"))
             .env("CSLAM_RING_FILE", &psram)
             .env("CSLAM_UART1_FILE", folder.path().join("uart1"))
-            .env("CSLAM_TIMEOUT_S", limit_s.to_string())
+            .env("CSLAM_TIMEOUT_S", arguments.limit_s.to_string())
             .env_remove("CSLAM_ICOUNT")
+            .env_remove("CSLAM_PLUGIN")
             .stdin(Stdio::null())
             .stdout(log.try_clone()?)
             .stderr(log);
-        if count {
+        if arguments.count {
             command.env("CSLAM_ICOUNT", "10");
+        }
+        if arguments.profile {
+            let [plugin, out] = ["profile.so", PROFILE].map(|name| folder.path().join(name));
+            build_plugin(&plugin)?;
+            let plugin = format!("{},out={},stack={STACK}", plugin.display(), out.display());
+            command.env("CSLAM_PLUGIN", plugin);
         }
         Ok(Self {
             child: command.spawn().context("the runner script does not start")?,
@@ -150,6 +166,7 @@ impl Board {
             packets: read("uart1")?,
             lines: String::from_utf8(read("lines")?)?,
             log: self.log(),
+            profile: fs::read_to_string(self.folder.path().join(PROFILE)).ok(),
         })
     }
 

@@ -10,8 +10,8 @@ use cslam_tests::cost::{counts, rises};
 use crate::arguments::Arguments;
 
 /// Clock of an STM32H743, Hz, and sweeps per second.
-const CLOCK_HZ: f64 = 480e6;
-const SWEEPS_PER_S: f64 = 2.0;
+pub(crate) const CLOCK_HZ: f64 = 480e6;
+pub(crate) const SWEEPS_PER_S: f64 = 2.0;
 /// Cycles an instruction that the load table is made for. QEMU counts instructions; the processor ends up to two a cycle, and waits
 /// for its memory.
 const CYCLES: [f64; 3] = [1.0, 1.25, 1.5];
@@ -30,7 +30,7 @@ const IMU_HZ: f64 = 1000.0;
 
 /// More than is allowed, or than is committed.
 #[derive(Debug)]
-pub(crate) struct Excess(Vec<String>);
+pub(crate) struct Excess(pub(crate) Vec<String>);
 
 impl fmt::Display for Excess {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -8,6 +8,7 @@ mod arguments;
 mod board;
 mod budget;
 mod compare;
+mod cycles;
 mod flash;
 mod host;
 mod world;
@@ -66,6 +67,9 @@ fn fly(arguments: &Arguments) -> anyhow::Result<()> {
     budget::memory(&flown.board.log)?;
     if arguments.count {
         budget::time(arguments, &flown.board.log)?;
+    }
+    if let Some(profile) = &flown.board.profile {
+        cycles::report(arguments, profile)?;
     }
     Ok(())
 }

@@ -63,7 +63,7 @@ pub(crate) fn fly(arguments: &Arguments, image: &Path) -> anyhow::Result<Flown> 
     }
     let scene = config.scene(&arguments.scene)?;
     let world = World::new(&scene, config, arguments.seed)?;
-    let mut board = Board::start(image, arguments.count, arguments.limit_s)?;
+    let mut board = Board::start(image, arguments)?;
     let mut packets = Vec::new();
     let mut lines = Lines::default();
     with_board_receiver(|receiver| both(&world, &mut board, receiver, &mut lines, &mut packets))?;

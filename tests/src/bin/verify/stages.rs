@@ -408,18 +408,30 @@ pub(crate) const STAGES: &[Stage] = &[
     Stage {
         name: "loop",
         what: "the emulated Cortex-M7 flies a minute in the loop with the world: bytes of the host, budgets, committed counts",
-        needs: &["qemu", "defmt-print", "release", "firmware"],
+        needs: &["qemu", "defmt-print", "c-compiler", "release", "firmware"],
         lane: Lane::Optimised,
-        work: Work::Steps(&[built(
-            "fw",
-            &[
-                "--world=budget",
-                "--seconds=60",
-                "--faults",
-                "--count",
-                "--check=tests/golden/receiver_cost.txt",
-            ],
-        )]),
+        work: Work::Steps(&[
+            built(
+                "fw",
+                &[
+                    "--world=budget",
+                    "--seconds=60",
+                    "--faults",
+                    "--count",
+                    "--check=tests/golden/receiver_cost.txt",
+                ],
+            ),
+            built(
+                "fw",
+                &[
+                    "--world=budget",
+                    "--seconds=60",
+                    "--faults",
+                    "--profile",
+                    "--check=tests/golden/receiver_cycles.txt",
+                ],
+            ),
+        ]),
     },
     Stage {
         name: "emulated",
