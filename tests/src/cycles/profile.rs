@@ -276,6 +276,7 @@ block _ZN14receiver_an5006counts6Counts7measure17h4f99527f2255d4dfE 0 0 0 90 0
         let error = Profile::read(PROFILE, &other).expect_err("another image");
         assert!(error.contains("`frame`"), "{error}");
         let torn = PROFILE.replace(" 5 20\n", " 5\n");
-        assert!(Profile::read(&torn, &committed()).is_err());
+        let error = Profile::read(&torn, &committed()).expect_err("a torn profile");
+        assert!(error.contains("no line of a profile"), "{error}");
     }
 }
