@@ -89,6 +89,12 @@ pub struct Profile {
     pub all: Work,
 }
 
+/// A piece of work, and how often it was entered.
+struct Piece {
+    work: Work,
+    entries: f64,
+}
+
 /// A run of instructions, and how often each piece of work came to it.
 struct Block {
     symbol: String,
@@ -107,12 +113,12 @@ impl Profile {
         let (mut pieces, blocks) = parse(text)?;
         for block in &blocks {
             for (piece, times) in pieces.iter_mut().zip(&block.counts) {
-                piece.0.add(&block.work, *times);
+                piece.work.add(&block.work, *times);
             }
         }
         let names: Vec<Option<&str>> = pieces
             .iter()
-            .map(|(work, entries)| name_of(work.instructions / entries, committed))
+            .map(|piece| name_of(piece.work.instructions / piece.entries, committed))
             .collect();
         let place = |name: &str| {
             let place = names.iter().position(|one| *one == Some(name));
@@ -122,7 +128,7 @@ impl Profile {
         };
         let (checksum, end) = (place(CHECKSUM)?, place("end of sweep")?);
         let mut profile = Self {
-            sweeps: pieces[end].1,
+            sweeps: pieces[end].entries,
             ..Self::default()
         };
         let mut kernels = BTreeMap::<String, Work>::new();
@@ -154,14 +160,14 @@ impl Profile {
             .zip(&pieces)
             .filter(|(name, _)| **name != Some(CHECKSUM));
         profile.pieces = named
-            .filter_map(|(name, (work, _))| Some(((*name)?.to_owned(), *work)))
+            .filter_map(|(name, piece)| Some(((*name)?.to_owned(), piece.work)))
             .collect();
         Ok(profile)
     }
 }
 
 /// Pieces of work with their entries, and blocks.
-fn parse(text: &str) -> Result<(Vec<(Work, f64)>, Vec<Block>), String> {
+fn parse(text: &str) -> Result<(Vec<Piece>, Vec<Block>), String> {
     let (mut pieces, mut blocks) = (Vec::new(), Vec::<Block>::new());
     let mut lines = text.lines().peekable();
     while let Some(line) = lines.next() {
@@ -180,7 +186,7 @@ fn parse(text: &str) -> Result<(Vec<(Work, f64)>, Vec<Block>), String> {
                     waits: *waits,
                     ..Work::default()
                 };
-                pieces.push((work, entries));
+                pieces.push(Piece { work, entries });
             }
             (_, Some(symbol), counts) if counts.len() == pieces.len() => {
                 let mut run = Vec::new();
