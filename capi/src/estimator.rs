@@ -1,6 +1,7 @@
 //! Path estimation: samples of the transmit beams in, paths of the sweep out.
 
 use core::ffi::{CStr, c_char, c_void};
+use core::mem::MaybeUninit;
 
 use cslam_core::geometry::{Gmt, Rotation, World};
 use cslam_core::paths::PathEstimator;
@@ -76,8 +77,8 @@ pub unsafe extern "C" fn cslam_estimator_config_wrong_field(
     }
 }
 
-/// Builds an estimator in `length` bytes at `memory`. `config` may be null: that which flies. Computes all tables, and takes up to
-/// 160 KiB of stack on the way on a 64-bit host (measured); a push of a beam takes 18 KiB and more.
+/// Builds an estimator in `length` bytes at `memory`. `config` may be null: that which flies. Computes all tables where they lie, and takes
+/// 8 KiB of stack on the way (measured); a push of a beam takes 18 KiB and more.
 ///
 /// # Safety
 /// `memory`: `length` bytes, zeroed or of an object that was ended, that stay where they are until `cslam_estimator_end`. `config`
@@ -104,7 +105,8 @@ pub unsafe extern "C" fn cslam_estimator_init(
         // SAFETY: the caller's promise; the whole estimator is written at the address that is given.
         let slot = unsafe {
             EstimatorSlot::init(memory, length, |place| {
-                (&raw mut (*place).estimator).write(FlightEstimator::new(&config));
+                let estimator = (&raw mut (*place).estimator).cast::<MaybeUninit<_>>();
+                FlightEstimator::init(&mut *estimator, &config, ());
                 (&raw mut (*place).gmt_attitude).write(gmt_attitude);
                 Ok(())
             })?

@@ -71,6 +71,25 @@ fn c_prints_what_rust_and_the_command_print() {
     assert_eq!(printed(&mut Command::new(program)), rust_example("solve", &[]));
 }
 
+/// A task of a small system has few KiB: what is large must be built where it shall lie, not on the way there.
+#[test]
+#[ignore = "builds in release mode and needs a C compiler: the stage capi runs it"]
+fn building_takes_little_stack() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let program = folder.path().join("stack");
+    compiled("tests/stack.c", &program, &[]);
+    let printed = printed(&mut Command::new(program));
+    print!("{printed}");
+    for (call, most) in [
+        ("cslam_estimator_init: ", 12 * 1024),
+        ("cslam_receiver_init: ", 160 * 1024),
+    ] {
+        let bytes = printed.lines().find_map(|line| line.strip_prefix(call));
+        let bytes: u32 = bytes.and_then(|bytes| bytes.parse().ok()).expect("a line of it");
+        assert!(bytes <= most, "{call}{bytes} bytes of stack, {most} at most");
+    }
+}
+
 #[test]
 #[ignore = "builds in release mode and needs a C compiler: the stage capi runs it"]
 fn wrong_arguments_give_a_status() {

@@ -34,6 +34,15 @@ pub struct Tail {
     pub(crate) twiddles: Twiddles,
 }
 
+impl Tail {
+    pub(crate) const fn blank() -> Self {
+        Self {
+            waveform: [Iq::ZERO; 4],
+            twiddles: [Iq::ZERO; 3],
+        }
+    }
+}
+
 /// The samples of one channel, or a stage's data.
 pub type Channel = [Iq; SAMPLES];
 /// The taps that the even bins of one channel give, delays modulo 256.

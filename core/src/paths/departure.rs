@@ -84,21 +84,40 @@ struct Cost {
 }
 
 impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Departures<BEAMS, FACES, X, Z> {
-    /// `gain_sigma`: relative standard deviation of a beam's amplitude beside noise.
+    #[cfg(test)]
     pub(super) fn new<const ELEVATIONS: usize>(
         codebook: &Codebook<f32, FACES, X, Z, ELEVATIONS>,
         gain_sigma: f32,
     ) -> Self {
+        let mut departures = Self::blank(codebook, gain_sigma);
+        departures.fill(codebook);
+        departures
+    }
+
+    /// Beams that nobody has aimed yet, to be aimed where they lie. `gain_sigma`: relative standard deviation of a beam's amplitude beside
+    /// noise.
+    pub(super) fn blank<const ELEVATIONS: usize>(
+        codebook: &Codebook<f32, FACES, X, Z, ELEVATIONS>,
+        gain_sigma: f32,
+    ) -> Self {
         Self {
-            aims: core::array::from_fn(|m| {
-                codebook.beam(m).map(|beam| Aim {
-                    face: beam.face,
-                    cosines: beam.cosines,
-                    u: beam.direction(),
-                })
-            }),
+            aims: [None; BEAMS],
             arrays: *codebook.arrays(),
             gain_sigma,
+        }
+    }
+
+    /// Aims the beams of the same codebook.
+    pub(super) fn fill<const ELEVATIONS: usize>(
+        &mut self,
+        codebook: &Codebook<f32, FACES, X, Z, ELEVATIONS>,
+    ) {
+        for (m, aim) in self.aims.iter_mut().enumerate() {
+            *aim = codebook.beam(m).map(|beam| Aim {
+                face: beam.face,
+                cosines: beam.cosines,
+                u: beam.direction(),
+            });
         }
     }
 

@@ -1,5 +1,7 @@
 //! The path estimator: beams in, one at a time, paths out at the end of the sweep.
 
+use core::mem::MaybeUninit;
+
 use heapless::Vec;
 use nalgebra::Matrix3;
 
@@ -243,7 +245,8 @@ impl<
     const K: usize,
 > Estimator<A, E, C, BEAMS, FACES, X, Z, MOST, K>
 {
-    /// An estimator with empty state. All tables are computed here.
+    /// An estimator with empty state. All tables are computed here. It is returned by value: where the stack is short, see
+    /// [`Estimator::init`].
     pub fn new<const ELEVATIONS: usize>(config: &EstimatorConfig<A, E, FACES, X, Z, ELEVATIONS>) -> Self {
         Self::with_meter(config, ())
     }
@@ -262,8 +265,41 @@ impl<
     M: Meter,
 > Estimator<A, E, C, BEAMS, FACES, X, Z, MOST, K, M>
 {
-    /// The same, with a meter of where the time goes.
+    /// [`Estimator::new`] with a meter of where the time goes.
     pub fn with_meter<const ELEVATIONS: usize>(
+        config: &EstimatorConfig<A, E, FACES, X, Z, ELEVATIONS>,
+        meter: M,
+    ) -> Self {
+        let mut estimator = Self::blank(config, meter);
+        estimator.fill(config);
+        estimator
+    }
+
+    /// Builds an estimator where it shall lie, static memory for example: its tables are computed there, not on the stack
+    /// (docs/bindings.md, "C"). `config` as for [`Estimator::new`].
+    pub fn init<'p, const ELEVATIONS: usize>(
+        place: &'p mut MaybeUninit<Self>,
+        config: &EstimatorConfig<A, E, FACES, X, Z, ELEVATIONS>,
+        meter: M,
+    ) -> &'p mut Self {
+        let estimator = place.write(Self::blank(config, meter));
+        estimator.fill(config);
+        estimator
+    }
+
+    /// Computes the tables, where they lie.
+    fn fill<const ELEVATIONS: usize>(&mut self, config: &EstimatorConfig<A, E, FACES, X, Z, ELEVATIONS>) {
+        self.template.fill(&config.waveform);
+        self.folded_template.fill_folded(&config.waveform);
+        self.grid.fill(&self.model);
+        self.correlator.fill(&config.waveform);
+        self.departures.fill(&config.codebook);
+    }
+
+    /// An estimator without its tables: what is large in it is a constant of zeros, which the compiler writes
+    /// straight to its place.
+    #[inline(always)]
+    fn blank<const ELEVATIONS: usize>(
         config: &EstimatorConfig<A, E, FACES, X, Z, ELEVATIONS>,
         meter: M,
     ) -> Self {
@@ -274,9 +310,9 @@ impl<
         let share = libm::powf(10.0, -0.1 * config.dynamic_range_db);
         let gain_sigma = libm::powf(10.0, 0.05 * config.beam_gain_sigma_db) - 1.0;
         Self {
-            template: Template::new(&config.waveform),
-            folded_template: Template::folded(&config.waveform),
-            grid: AngleGrid::new(&model),
+            template: const { Template::blank() },
+            folded_template: const { Template::blank() },
+            grid: const { AngleGrid::blank() },
             model,
             calibration,
             detector: Detector::new(C, config.false_alarms_per_sweep, BEAMS * config.waveform.active),
@@ -285,10 +321,10 @@ impl<
                 .gating
                 .then(|| Gate::new(C * SAMPLES, C * config.waveform.active)),
             screen: config.screening.then(Screen::new::<E>),
-            correlator: Correlator::new(&config.waveform),
-            departures: Departures::new(&config.codebook, gain_sigma),
+            correlator: const { Correlator::blank() },
+            departures: Departures::blank(&config.codebook, gain_sigma),
             share,
-            work: Workspace::new(),
+            work: const { Workspace::new() },
             profile: [0; SAMPLES],
             found: Vec::new(),
             detections: Detections::new(),

@@ -62,10 +62,26 @@ pub(super) struct AngleGrid<const A: usize> {
 }
 
 impl<const A: usize> AngleGrid<A> {
+    #[cfg(test)]
     pub(super) fn new<const E: usize>(model: &ArrayModel<A, E>) -> Self {
-        let mut bins = [[0; A]; DIRECTIONS];
+        let mut grid = Self::blank();
+        grid.fill(model);
+        grid
+    }
+
+    /// A table of no arrays, to be filled where it lies.
+    pub(super) const fn blank() -> Self {
+        Self {
+            bins: [[0; A]; DIRECTIONS],
+            planar: false,
+            roots: [Complex::new(0.0, 0.0); BINS],
+        }
+    }
+
+    /// Computes the table of the model's arrays.
+    pub(super) fn fill<const E: usize>(&mut self, model: &ArrayModel<A, E>) {
         let places = (0..RINGS).flat_map(|ring| (0..on_ring(ring)).map(move |i| direction_of(ring, i)));
-        for (row, u) in bins.iter_mut().zip(places) {
+        for (row, u) in self.bins.iter_mut().zip(places) {
             *row = match (model.planar(), model.steps().first()) {
                 (Some(planar), Some(step)) => planar::bins_of(step, planar, &u),
                 _ => model
@@ -73,11 +89,8 @@ impl<const A: usize> AngleGrid<A> {
                     .map(|step| (round_half_up(BINS as f32 * step.dot(&u)) & (BINS as i32 - 1)) as u8),
             };
         }
-        Self {
-            bins,
-            planar: model.planar().is_some(),
-            roots: core::array::from_fn(|b| phasor(-(b as f32) / BINS as f32)),
-        }
+        self.planar = model.planar().is_some();
+        self.roots = core::array::from_fn(|b| phasor(-(b as f32) / BINS as f32));
     }
 
     /// Direction of the grid that explains most of `snapshot`, one complex value per channel.

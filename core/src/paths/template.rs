@@ -38,21 +38,46 @@ pub(super) struct Template {
 impl Template {
     /// The kernel of a waveform with a full block of active subcarriers.
     pub(super) fn new(waveform: &Waveform) -> Self {
-        let active = waveform.active.clamp(2, SAMPLES);
-        Self::of_band(f64::from(waveform.offset(0)), active, SAMPLES)
+        let mut template = Self::blank();
+        template.fill(waveform);
+        template
     }
 
-    /// The kernel of a waveform's even subcarriers, over half the taps.
+    #[cfg(test)]
     pub(super) fn folded(waveform: &Waveform) -> Self {
+        let mut template = Self::blank();
+        template.fill_folded(waveform);
+        template
+    }
+
+    /// A kernel of no waveform, to be filled where it lies.
+    pub(super) const fn blank() -> Self {
+        Self {
+            table: [[[0.0; 3]; SPAN + 1]; STEPS + 1],
+            occupancy: 0.0,
+            active: 0.0,
+            centre_turns: 0.0,
+            period: 0.0,
+        }
+    }
+
+    /// Computes the kernel of a waveform with a full block of active subcarriers.
+    pub(super) fn fill(&mut self, waveform: &Waveform) {
+        let active = waveform.active.clamp(2, SAMPLES);
+        self.fill_band(f64::from(waveform.offset(0)), active, SAMPLES);
+    }
+
+    /// Computes the kernel of a waveform's even subcarriers, over half the taps.
+    pub(super) fn fill_folded(&mut self, waveform: &Waveform) {
         let first = waveform.offset(0);
         // Even offsets, halved.
         let lowest = (first + (first & 1)) / 2;
         let active = (waveform.active - (first & 1) as usize).div_ceil(2);
-        Self::of_band(f64::from(lowest), active.clamp(2, SAMPLES / 2), SAMPLES / 2)
+        self.fill_band(f64::from(lowest), active.clamp(2, SAMPLES / 2), SAMPLES / 2);
     }
 
-    /// The kernel of `active` subcarriers from `lowest` on, out of `samples`.
-    fn of_band(lowest: f64, active: usize, samples: usize) -> Self {
+    /// Computes the kernel of `active` subcarriers from `lowest` on, out of `samples`.
+    fn fill_band(&mut self, lowest: f64, active: usize, samples: usize) {
         let (active, samples) = (active as f64, samples as f64);
         let (a, b) = (
             core::f64::consts::PI * active / samples,
@@ -72,15 +97,15 @@ impl Template {
             let ddd = (-a * a * big - 2.0 * active * ds * dd + active * b * b * s * d) / (active * s);
             [d as f32, dd as f32, ddd as f32]
         };
-        Self {
-            table: core::array::from_fn(|step| {
-                core::array::from_fn(|tap| entry(tap as f64 + step as f64 / STEPS as f64))
-            }),
-            occupancy: (active / samples) as f32,
-            active: active as f32,
-            centre_turns: ((lowest + (active - 1.0) / 2.0) / samples) as f32,
-            period: samples as f32,
+        for (step, row) in self.table.iter_mut().enumerate() {
+            for (tap, value) in row.iter_mut().enumerate() {
+                *value = entry(tap as f64 + step as f64 / STEPS as f64);
+            }
         }
+        self.occupancy = (active / samples) as f32;
+        self.active = active as f32;
+        self.centre_turns = ((lowest + (active - 1.0) / 2.0) / samples) as f32;
+        self.period = samples as f32;
     }
 
     /// Kernel and slope at `x` taps from the peak. Beyond the table, the value at its end.

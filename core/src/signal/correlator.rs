@@ -78,10 +78,22 @@ impl<K: Kernels> Correlator<K> {
     /// Correlator for a waveform. Its symbols are rounded to Q15.
     #[must_use]
     pub fn new(waveform: &Waveform) -> Self {
+        let mut correlator = Self::blank();
+        correlator.fill(waveform);
+        correlator
+    }
+
+    /// Correlator for no waveform, to be filled where it lies.
+    pub(crate) const fn blank() -> Self {
         Self {
-            tables: Tables::new(waveform),
+            tables: Tables::blank(),
             kernels: PhantomData,
         }
+    }
+
+    /// Computes the tables of a waveform.
+    pub(crate) fn fill(&mut self, waveform: &Waveform) {
+        self.tables.fill(waveform);
     }
 
     /// Spectrum of a channel, digit-reversed: [`super::bin_at`] names the bin of each position. Scale 2^-6. Returns how

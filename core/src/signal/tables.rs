@@ -29,25 +29,36 @@ pub(crate) struct Tables {
 }
 
 impl Tables {
-    /// Tables of a waveform.
-    pub(crate) fn new(waveform: &Waveform) -> Self {
+    /// Tables of no waveform, to be filled where they lie.
+    pub(crate) const fn blank() -> Self {
+        Self {
+            second: [[Iq::ZERO; 3]; 8],
+            third: [[Iq::ZERO; 3]; 32],
+            last: [Tail::blank(); 128],
+        }
+    }
+
+    /// Computes the tables of a waveform.
+    pub(crate) fn fill(&mut self, waveform: &Waveform) {
         let mut spectrum = [Iq::ZERO; SAMPLES];
         for index in 0..waveform.active.min(SAMPLES) {
             let symbol = waveform.symbol::<f64>(index);
             spectrum[waveform.bin(index) % SAMPLES] = q15(symbol.re, symbol.im);
         }
-        Self {
-            second: core::array::from_fn(|block| twiddles(16 * residue(block, 0))),
-            third: core::array::from_fn(|block| twiddles(4 * residue(block, 1))),
-            last: core::array::from_fn(|block| {
-                let first = residue(block, 2);
-                Tail {
-                    waveform: core::array::from_fn(|leg| {
-                        spectrum.get(first + 128 * leg).copied().unwrap_or(Iq::ZERO)
-                    }),
-                    twiddles: twiddles(first),
-                }
-            }),
+        for (block, factors) in self.second.iter_mut().enumerate() {
+            *factors = twiddles(16 * residue(block, 0));
+        }
+        for (block, factors) in self.third.iter_mut().enumerate() {
+            *factors = twiddles(4 * residue(block, 1));
+        }
+        for (block, tail) in self.last.iter_mut().enumerate() {
+            let first = residue(block, 2);
+            *tail = Tail {
+                waveform: core::array::from_fn(|leg| {
+                    spectrum.get(first + 128 * leg).copied().unwrap_or(Iq::ZERO)
+                }),
+                twiddles: twiddles(first),
+            };
         }
     }
 }

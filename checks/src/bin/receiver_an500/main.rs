@@ -26,6 +26,7 @@ mod uart;
 mod words;
 
 use core::fmt::Write as _;
+use core::mem::MaybeUninit;
 
 use cortex_m_rt::entry;
 use cslam_core::beam_squint::BeamSquint;
@@ -75,6 +76,7 @@ fn main() -> ! {
         defmt::error!("the models in flash are damaged");
         exit(Exit::Failed)
     };
+    memory::print_built("all of it");
     exit(match fly(receiver, stages, lines) {
         Ok(()) => Exit::Done,
         Err(end) => end,
@@ -86,8 +88,10 @@ fn main() -> ! {
 #[inline(never)]
 fn receiver(stages: &'static Stages) -> Option<&'static mut App> {
     let config = Config::best(LinkStates::Trees(models::trees().ok()?));
+    let estimator = estimator(stages)?;
+    memory::print_built("path estimation");
     let memory = Memory {
-        estimator: estimator(stages)?,
+        estimator,
         squint: squint(&config)?,
         map: map()?,
     };
@@ -120,7 +124,8 @@ fn application(
     reason = "it lies in static memory, apart from the meter"
 )]
 fn estimator(stages: &'static Stages) -> Option<&'static mut Best> {
-    cortex_m::singleton!(: Best = Best::with_meter(&EstimatorConfig::default(), stages))
+    let place = cortex_m::singleton!(: MaybeUninit<Best> = MaybeUninit::uninit())?;
+    Some(Best::init(place, &EstimatorConfig::default(), stages))
 }
 
 #[inline(never)]

@@ -21,6 +21,11 @@ unsafe extern "C" {
     static __ebss: u32;
 }
 
+/// The line of the stack that was used up to here, when a part of the receiver has been built.
+pub(crate) fn print_built(part: &str) {
+    defmt::println!("bytes, stack to build {=str}: {=usize}", part, stack());
+}
+
 /// Lines of a table, `name: bytes`.
 pub(crate) fn print() {
     for (part, bytes) in [

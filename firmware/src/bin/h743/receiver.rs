@@ -1,5 +1,6 @@
 //! The application's task: everything that comes in goes to it in order of time, everything it says goes to the radio.
 
+use core::mem::MaybeUninit;
 use core::sync::atomic::Ordering;
 
 use cortex_m::peripheral::SCB;
@@ -108,7 +109,8 @@ fn assembled(
 
 #[inline(never)]
 fn estimator(config: &Config<'_>) -> Option<&'static mut Best> {
-    cortex_m::singleton!(: Best = Best::new(&EstimatorConfig::of(&config.radio)))
+    let place = cortex_m::singleton!(: MaybeUninit<Best> = MaybeUninit::uninit())?;
+    Some(Best::init(place, &EstimatorConfig::of(&config.radio), ()))
 }
 
 #[inline(never)]

@@ -1,6 +1,7 @@
 //! The whole application: everything that flies, from the drivers' samples to what the ground hears.
 
 use core::hint::black_box;
+use core::mem::MaybeUninit;
 
 use cortex_m::singleton;
 use cslam_core::estimator::states;
@@ -16,7 +17,8 @@ use cslam_firmware::sensor_stream;
 /// Flies on inputs of which the compiler knows nothing.
 pub(crate) fn fly(block: &mut Block) -> Option<()> {
     let config = black_box(Config::best(LinkStates::Trees(models::trees().ok()?)));
-    let estimator = singleton!(: Best = Best::new(&black_box(EstimatorConfig::default())))?;
+    let place = singleton!(: MaybeUninit<Best> = MaybeUninit::uninit())?;
+    let estimator = Best::init(place, &black_box(EstimatorConfig::default()), ());
     let squint = config.beam_squint::<Radio>().ok()?;
     let squint = singleton!(: cslam_core::beam_squint::BeamSquint = squint)?;
     let map = singleton!(: Map = Map::new())?;
