@@ -23,6 +23,7 @@ mod panic;
 mod pointer;
 mod receiver;
 mod receiver_outputs;
+mod receiver_parts;
 mod receiver_values;
 mod slot;
 mod solver;

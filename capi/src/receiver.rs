@@ -1,23 +1,17 @@
 //! The whole receiver: sensors and samples in, pose, map and packets for the ground out. The application that flies on a board.
 
 use core::ffi::c_void;
-use core::mem::MaybeUninit;
 
-use cslam_core::beam_squint::BeamSquint;
-use cslam_core::estimator::states;
 use cslam_core::geometry::{Gmt, Rotation, Vector3, World};
 use cslam_core::inertial::{ImuSample, MagneticField};
-use cslam_core::link_state::models;
+use cslam_core::profile::Block;
 use cslam_core::profile::quad_4x8_gmt_72::BEAMS;
-use cslam_core::profile::{Block, FlightConfig, FlightEstimator, Radio};
-use cslam_core::receiver::{Beacon, Config, LinkStates, Memory, Receiver};
-use cslam_core::telemetry::{Decoder, Key};
-use cslam_firmware::app::{AppConfig, Application, Capture, Downlink, Ground, Map, Symbol, VOXELS};
-use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
-use cslam_firmware::sensor_stream::SESSION;
+use cslam_core::receiver::Beacon;
+use cslam_firmware::app::{Capture, Symbol};
 
 use crate::estimator::{beam_block, block};
 use crate::pointer;
+use crate::receiver_parts::{App, Parts, build};
 use crate::receiver_values::{CslamBeacon, CslamReceiverConfig};
 use crate::slot::Slot;
 use crate::status::CslamStatus;
@@ -33,17 +27,7 @@ pub struct CslamReceiver {
     _private: [u8; 0],
 }
 
-pub(crate) type App = Application<'static, Radio, VOXELS, { states(2) }>;
 type ReceiverSlot = Slot<Parts>;
-
-/// All of a receiver. `application` refers to the parts before it, so none of them is touched once it is there, and the whole does not
-/// move: the slot knows its address.
-struct Parts {
-    estimator: FlightEstimator,
-    squint: BeamSquint,
-    map: Map,
-    application: App,
-}
 
 const _: () = assert!(align_of::<ReceiverSlot>() <= 16);
 
@@ -100,81 +84,6 @@ pub unsafe extern "C" fn cslam_receiver_init(
         Ok(())
     };
     CslamStatus::of(init())
-}
-
-/// Writes a receiver part by part. Each large one has a function of its own, never inlined: what it needs on the stack on the way to its
-/// place is given back before the next one.
-///
-/// # Safety
-/// `place` is memory of [`Parts`] that is the receiver's until it ends, at an address that it keeps.
-unsafe fn build(
-    place: *mut Parts,
-    told: &CslamReceiverConfig,
-    (ground_z_m, magnetic_field): (Option<f32>, Option<MagneticField>),
-) -> Result<(), CslamStatus> {
-    let classifier = models::trees().map_err(|_| CslamStatus::Damaged)?;
-    let mut config = Config::best(LinkStates::Trees(classifier));
-    config.accept.point.ground_z_m = ground_z_m;
-    config.magnetic_field = magnetic_field;
-    let key = Key::new(told.key);
-    let ground = Ground {
-        downlink: Downlink::new(told.uav, &key, told.first_counter),
-        uplink: Decoder::new(told.uav, &key),
-    };
-    // SAFETY: `place` is memory of `Parts`. The references go to parts that nobody touches but through them, as long as the receiver is
-    // there; they end with it.
-    unsafe {
-        let estimator = (&raw mut (*place).estimator).cast::<MaybeUninit<_>>();
-        FlightEstimator::init(&mut *estimator, &FlightConfig::default(), ());
-        place_squint(&raw mut (*place).squint, &config)?;
-        place_map(&raw mut (*place).map);
-        let memory = Memory {
-            estimator: &mut (*place).estimator,
-            squint: &mut (*place).squint,
-            map: &mut (*place).map,
-        };
-        place_application(&raw mut (*place).application, config, ground, memory);
-    }
-    Ok(())
-}
-
-/// # Safety
-/// `place` is memory of a [`BeamSquint`].
-#[inline(never)]
-unsafe fn place_squint(place: *mut BeamSquint, config: &Config<'static>) -> Result<(), CslamStatus> {
-    let squint = config.beam_squint::<Radio>().map_err(|_| CslamStatus::Damaged)?;
-    // SAFETY: the caller's promise.
-    unsafe { place.write(squint) };
-    Ok(())
-}
-
-/// # Safety
-/// `place` is memory of a [`Map`].
-#[inline(never)]
-unsafe fn place_map(place: *mut Map) {
-    // SAFETY: the caller's promise.
-    unsafe { place.write(Map::new()) };
-}
-
-/// # Safety
-/// `place` is memory of an [`App`].
-#[inline(never)]
-unsafe fn place_application(
-    place: *mut App,
-    config: Config<'static>,
-    ground: Ground,
-    memory: Memory<'static, Radio, VOXELS>,
-) {
-    let front_end = FrontEnd::new(SoftwareCrc, SESSION);
-    // SAFETY: the caller's promise.
-    unsafe {
-        place.write(Application::new(
-            AppConfig::default(),
-            front_end,
-            ground,
-            Receiver::new(config, memory),
-        ));
-    }
 }
 
 /// Calls `work` with the application of a receiver.

@@ -22,7 +22,8 @@ use nalgebra::{Complex, Matrix3, Vector3};
 
 use self::gram::Gram;
 use super::PathEstimator;
-use super::estimator::{BeamReport, EstimatedPath, EstimatorConfig};
+use super::config::EstimatorConfig;
+use super::estimated::{BeamReport, EstimatedPath};
 use super::model::ArrayModel;
 use super::nomp::vertex;
 use super::template::Template;
