@@ -45,6 +45,8 @@ pub(super) struct Level {
     since_ns: u64,
     /// Standard deviation of the tilt about each horizontal axis, rad.
     tilt_sigma_rad: f64,
+    /// Attitude at rest, of yaw 0: where the tilt's error and the bias are one.
+    attitude: Matrix3<f64>,
 }
 
 impl<T: Real, const N: usize> Filter<T, N> {
@@ -60,6 +62,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.level = Some(Level {
             since_ns: rest.time_ns,
             tilt_sigma_rad: f64::from(rest.tilt_sigma_rad),
+            attitude: self.nominal.attitude,
         });
         self.renew_head();
     }
@@ -96,7 +99,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.nominal.attitude = attitude;
         self.nominal.velocity_m_per_s = Vector3::zeros();
         self.nominal.position_m = gmt.position_m - towards * range_m;
-        self.set_level_covariance(&towards, range_m, path, &level, yaw.sigma_rad);
+        let at_rest = Level {
+            attitude: turn * level.attitude,
+            ..level
+        };
+        self.set_level_covariance(&towards, range_m, path, &at_rest, yaw.sigma_rad);
         self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
         (self.contested, self.held) = (0, 0);
         self.doubt_anew();
@@ -106,8 +113,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     /// The covariance of that start. The accelerometer's bias hides in the tilt, `R dba = g (th_y, -th_x, 0)`, and so does what the sensor is
-    /// turned by in the body, `R m = -th` about the horizontal axes. The place errs by
+    /// turned by in the body, `R m = -th` about the horizontal axes, both with the attitude `R` at rest. The place errs by
     /// `J th` with `J th = rho l x th`, along the way by the clock's error, and by what the path itself does not know.
+    #[inline(never)]
     fn set_level_covariance(
         &mut self,
         towards: &Vector3<f64>,
@@ -128,12 +136,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let turned = Matrix3::from_diagonal(&Vector3::new(leant, leant, square(yaw_sigma_rad)));
         self.covariance.reset_block(ATTITUDE, &turned.map(T::of));
         let bias = tilt * square(STANDARD_GRAVITY_M_PER_S2);
-        for i in 0..3 {
-            self.covariance.reset(ACCEL_BIAS + i, T::of(bias));
-        }
+        self.forget_accel_bias(libm::sqrt(bias));
         // th_x = -(R dba)_y / g, th_y = (R dba)_x / g.
         let aside = Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0) / STANDARD_GRAVITY_M_PER_S2;
-        let with_bias = aside * self.nominal.attitude * bias;
+        let with_bias = aside * level.attitude * bias;
         for i in 0..3 {
             for j in 0..3 {
                 let shared = with_bias.get((i, j)).copied().unwrap_or(0.0);
@@ -146,7 +152,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         for i in 0..2 {
             for j in 0..3 {
-                let shared = -mounting * self.nominal.attitude.get((i, j)).copied().unwrap_or(0.0);
+                let shared = -mounting * level.attitude.get((i, j)).copied().unwrap_or(0.0);
                 self.covariance
                     .correlate(ATTITUDE + i, MOUNTING + j, T::of(shared));
             }

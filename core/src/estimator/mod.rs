@@ -93,7 +93,7 @@ use self::scalar::Pending;
 use self::timing::Suspect;
 use self::window::Window;
 use crate::geometry::{Body, Direction, Position, Real, Rotation};
-use crate::inertial::{ImuErrors, ImuStep};
+use crate::inertial::{Alignment, ImuErrors, ImuStep};
 use crate::numeric::elapsed_s;
 use crate::radio::RadioModel;
 use nalgebra::{Matrix3, Vector3};
@@ -146,7 +146,8 @@ pub struct Filter<T: Real, const N: usize> {
     clock_known: bool,
     /// Exchanges in agreement since the clock was set for the first time.
     acquired: u32,
-    gyro_bias_known: bool,
+    /// What rest before the flight has shown.
+    rest: Option<Alignment>,
     level: Option<Level>,
     last_innovation: Option<Innovation>,
     contested: u32,
@@ -199,7 +200,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             running: false,
             clock_known: false,
             acquired: 0,
-            gyro_bias_known: false,
+            rest: None,
             level: None,
             last_innovation: None,
             contested: 0,

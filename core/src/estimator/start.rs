@@ -12,7 +12,7 @@ use super::window::{SIGHT_SCATTER_RAD, Solution};
 use super::{Covariance, Filter};
 use crate::geometry::Real;
 use crate::inertial::Alignment;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Fixes that a start needs.
 /// Derived: three tell a motion that bends, two more which of them is wrong.
@@ -26,23 +26,44 @@ const FIXED_SIGMA: (f64, f64, f64) = (0.3, 0.3, SIGHT_SCATTER_RAD);
 /// Derived: that of the cosine of the angle off the face's normal, over its 120 degrees.
 const MAST_SHARE: f64 = 0.7;
 
+// What is rare is never inlined here: flash is short.
 impl<T: Real, const N: usize> Filter<T, N> {
     /// Takes over the gyroscope bias found at rest. The tilt serves a start without departures only: the window finds it from
     /// motion, as precisely as the accelerometer's bias lets anyone.
     pub fn aligned(&mut self, rest: &Alignment) {
         let (bias, sigma) = (rest.gyro_bias_rad_per_s, rest.gyro_bias_sigma_rad_per_s);
-        if !(bias + sigma).iter().all(|c| c.is_finite()) {
+        let force = rest.up * (rest.accel_bias_up_m_per_s2 + rest.accel_bias_up_sigma_m_per_s2);
+        if !(bias + sigma + force).iter().all(|c| c.is_finite()) {
             return;
         }
         self.nominal.imu.gyro_bias_rad_per_s = bias;
-        self.gyro_bias_known = true;
+        self.rest = Some(*rest);
         // What was integrated before has the bias in it.
         self.window.clear();
         for (i, sigma) in sigma.iter().enumerate() {
             self.covariance
                 .reset(GYRO_BIAS + i, T::of(f64::from(*sigma) * f64::from(*sigma)));
         }
+        if !self.running {
+            self.forget_accel_bias(self.config.priors.accel_bias_m_per_s2);
+        }
         self.set_level(rest);
+    }
+
+    /// From now on nothing is known of the accelerometer's bias but what rest has shown: its part along the vertical of then. Across that it
+    /// has this standard deviation, m/s^2.
+    pub(super) fn forget_accel_bias(&mut self, across_m_per_s2: f64) {
+        let across = across_m_per_s2 * across_m_per_s2;
+        self.nominal.imu.accel_bias_m_per_s2 = Vector3::zeros();
+        let mut covariance = Matrix3::from_diagonal_element(T::of(across));
+        if let Some(rest) = &self.rest {
+            self.nominal.imu.accel_bias_m_per_s2 = rest.up * rest.accel_bias_up_m_per_s2;
+            let along = f64::from(rest.accel_bias_up_sigma_m_per_s2);
+            let less = T::of(along * along - across);
+            let up = rest.up.map(|c| T::of(f64::from(c)));
+            covariance += up * up.transpose() * less;
+        }
+        self.covariance.reset_block(ACCEL_BIAS, &covariance);
     }
 
     /// Adds a line-of-sight path to the window of fixes.
@@ -109,6 +130,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     /// Fixes position and velocity anew when the last `fixes` sweeps agree with each other and with the attitude.
+    #[inline(never)]
     fn try_refix_position(&mut self, gmt: &Transmitter, fixes: usize) -> bool {
         let Some(solution) = self.window.solve(fixes, Some(&self.nominal.attitude)) else {
             return false;
@@ -124,12 +146,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
 
     /// A pose was wrong, and with it what it has taught of the accelerometer: a body that is believed to lean feels gravity where there is
     /// none, and once it turns, that bias leans it the other way.
+    #[inline(never)]
     fn settle_refix(&mut self) {
-        self.nominal.imu.accel_bias_m_per_s2 = Vector3::zeros();
-        let sigma = self.config.priors.accel_bias_m_per_s2;
-        for i in 0..3 {
-            self.covariance.reset(ACCEL_BIAS + i, T::of(sigma * sigma));
-        }
+        self.forget_accel_bias(self.config.priors.accel_bias_m_per_s2);
         self.resets = self.resets.saturating_add(1);
         self.counters.refixes = self.counters.refixes.saturating_add(1);
     }
@@ -157,6 +176,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     /// Sets the pose.
+    #[inline(never)]
     pub(super) fn set_pose(&mut self, gmt: &Transmitter, solution: &Solution) {
         self.set_position(gmt, solution);
         self.doubt_anew();
@@ -175,7 +195,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     pub(super) fn restart(&mut self) {
         let (time_ns, bias) = (self.nominal.time_ns, self.nominal.imu.gyro_bias_rad_per_s);
         self.nominal = Nominal::origin(time_ns, self.nominal.delay_period);
-        if self.gyro_bias_known && bias.iter().all(|c| c.is_finite()) {
+        if self.rest.is_some() && bias.iter().all(|c| c.is_finite()) {
             self.nominal.imu.gyro_bias_rad_per_s = bias;
         }
         self.window.clear();
@@ -205,7 +225,6 @@ impl<T: Real, const N: usize> Filter<T, N> {
             set(VELOCITY + i, 1.0);
             set(ATTITUDE + i, 0.1);
             set(GYRO_BIAS + i, priors.gyro_bias_rad_per_s);
-            set(ACCEL_BIAS + i, priors.accel_bias_m_per_s2);
         }
         for i in 0..9 {
             set(GYRO_MATRIX + i, priors.gyro_matrix);
@@ -238,5 +257,6 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 self.covariance.correlate(a, b, T::of(-mast / others));
             }
         }
+        self.forget_accel_bias(priors.accel_bias_m_per_s2);
     }
 }

@@ -46,6 +46,8 @@ pub struct RestConfig {
     pub accel_bias_m_per_s2: f32,
     /// Standard deviation of the gyroscope's bias as it moves during the alignment, rad/s.
     pub gyro_wander_rad_per_s: f32,
+    /// Standard deviation of what the accelerometer shows of gravity at rest and no longer in flight, m/s^2: 0.15 mg/K over 20 K (data sheet).
+    pub accel_wander_m_per_s2: f32,
 }
 
 impl Default for RestConfig {
@@ -61,6 +63,7 @@ impl Default for RestConfig {
             gravity_error_m_per_s2: 0.1 * G,
             accel_bias_m_per_s2: 0.02 * G,
             gyro_wander_rad_per_s: 0.002 * DPS,
+            accel_wander_m_per_s2: 0.003 * G,
         }
     }
 }
@@ -77,6 +80,10 @@ pub struct Alignment {
     /// Standard deviation of that direction about each horizontal axis, rad. Nearly all of it is the accelerometer's
     /// bias, with which the error stays correlated: `tilt = bias / g`.
     pub tilt_sigma_rad: f32,
+    /// What the accelerometer shows along `up` beyond standard gravity, m/s^2: its bias there, scale and local gravity included.
+    pub accel_bias_up_m_per_s2: f32,
+    /// Its standard deviation later in the flight, m/s^2.
+    pub accel_bias_up_sigma_m_per_s2: f32,
     /// Time stamp of the last sample used, ns.
     pub time_ns: u64,
 }
@@ -281,6 +288,10 @@ impl RestAlignment {
             gyro_bias_sigma_rad_per_s: self.rates.variance.map(|v| libm::sqrtf(v / total + wander)),
             up: force / length,
             tilt_sigma_rad: libm::sqrtf(bias * bias + noise) / G,
+            accel_bias_up_m_per_s2: length - G,
+            accel_bias_up_sigma_m_per_s2: libm::sqrtf(
+                config.accel_wander_m_per_s2 * config.accel_wander_m_per_s2 + noise,
+            ),
             time_ns,
         }
     }

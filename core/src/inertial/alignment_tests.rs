@@ -146,3 +146,17 @@ fn a_jolt_begins_the_alignment_anew() {
     }
     assert_eq!((end_ms, alignment.moved()), (Some(4749), 1));
 }
+
+#[test]
+fn what_is_shown_beyond_gravity_is_the_bias_along_the_vertical() {
+    for (tilt, bias) in [(0.0, 0.25), (0.3, -0.2)] {
+        let (sin, cos) = (libm::sinf(tilt), libm::cosf(tilt));
+        let (vertical, level) = (Vector3::new(sin, 0.0, cos), Vector3::new(cos, 0.0, -sin));
+        let force = vertical * (G + bias) + level * 0.1;
+        let result = align(4, |_| (Vector3::zeros(), force)).0.expect("at rest");
+        // 0.1 across adds 0.5 mm/s^2 to the length.
+        let off = result.accel_bias_up_m_per_s2 - bias;
+        assert!(off.abs() < 2e-3, "{off} m/s^2 off");
+        assert!((result.accel_bias_up_sigma_m_per_s2 - 0.003 * G).abs() < 1e-3);
+    }
+}

@@ -94,10 +94,56 @@ fn rested() -> Filter49 {
         gyro_bias_sigma_rad_per_s: Vector3::repeat(1e-5),
         up: up.normalize(),
         tilt_sigma_rad: 0.02,
+        accel_bias_up_m_per_s2: up.norm() - STANDARD_GRAVITY_M_PER_S2 as f32,
+        accel_bias_up_sigma_m_per_s2: 0.03,
         time_ns: 3_000_000_000,
     });
     rest(&mut filter, 3_000_000_000, 4_000_000_000);
     filter
+}
+
+#[test]
+fn rest_tells_the_vertical_part_of_the_bias_and_a_pose_that_was_wrong_does_not_take_it() {
+    let mut filter = rested();
+    let knows = |filter: &Filter49| {
+        let bias = filter.nominal().imu.accel_bias_m_per_s2;
+        let sigma = |axis| libm::sqrt(filter.variance(ACCEL_BIAS + axis));
+        assert!(
+            (bias.z - BIAS[2]).abs() < 5e-3 && bias.xy().norm() < 1e-3,
+            "{bias}"
+        );
+        assert!((sigma(2) - 0.03).abs() < 2e-3, "{}", sigma(2));
+        assert!((sigma(0) - 0.196).abs() < 2e-3 && (sigma(1) - 0.196).abs() < 2e-3);
+    };
+    knows(&filter);
+    filter.restart();
+    knows(&filter);
+}
+
+/// The tilt's error is the bias at rest, however the body leans at the start.
+#[test]
+fn a_body_that_leans_since_rest_starts_with_a_sound_covariance() {
+    let mut filter = rested();
+    let lean = rotation(&Vector3::new(0.0, 0.35, 0.0));
+    filter.increment(&ImuIncrement {
+        start_ns: 4_000_000_000,
+        end_ns: 4_000_000_000 + STEP_NS,
+        delta_angle_rad: Vector3::new(0.0, 0.35, 0.0),
+        delta_velocity_m_per_s: Vector3::new(0.0, 0.0, 0.098),
+        delta_position_m: Vector3::zeros(),
+        removed: ImuErrors::default(),
+    });
+    let mut sweep = sweep(4_000_000_000 + STEP_NS, false, true);
+    let seen = (attitude_wb() * lean).tr_mul(&(gmt().position_m - place()));
+    if let Some(path) = &mut sweep.line_of_sight {
+        path.aoa = Direction::from_vector(seen).expect("apart");
+    }
+    assert_eq!(filter.sweep(&sweep), SweepVerdict::Started);
+    // What is left of the tilt once the horizontal bias is known: mounting and what the gyroscope adds. No direction may have less than nothing.
+    let states: [usize; 6] = core::array::from_fn(|i| if i < 3 { ATTITUDE + i } else { ACCEL_BIAS + i - 3 });
+    let joint = nalgebra::Matrix6::from_fn(|i, j| f64::from(filter.covariance.at(states[i], states[j])));
+    let least = joint.symmetric_eigenvalues().min();
+    assert!(least > 0.0, "{least}");
 }
 
 fn error_m(filter: &Filter49) -> Vector3<f64> {
