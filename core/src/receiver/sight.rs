@@ -1,7 +1,8 @@
 //! Which path is the line of sight, and what beam squint must know of it.
 //!
 //! A pose that knows where the UAV is tells it by length and direction, whatever the angle of departure says: above and below its beams
-//! the GMT is heard through sidelobes of any of them. Of the paths that fit the strongest is taken: artefacts stand before and behind it.
+//! the GMT is heard through sidelobes of any of them. Of the paths that fit the strongest is taken: artefacts stand before and behind it. None is,
+//! where a path came before it as strong as through free space.
 //! Without such a pose it is the first path, since nothing else comes before the line of sight, if that is one: the path must have come nearly as strong as through free space and, as soon as the attitude is known, from the direction opposite to
 //! its departure; a start or a re-fix then takes several that agree.
 //!
@@ -82,11 +83,15 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
                     .map(|(index, (path, received))| (index, path, &received.path))
                     .filter(|(_, _, in_world)| fits_line_of_sight(in_world, &pose, &gmt))
                     .max_by(|(_, a, _), (_, b, _)| a.estimated.energy.total_cmp(&b.estimated.energy))?;
+                let first = self.first_unreflected(measured, time_ns);
+                if is_overtaken(f64::from(in_world.c_tau_m), first.map(|(_, first_m)| first_m)) {
+                    return None;
+                }
                 let bend = self.bend(path, in_world, &pose, &gmt)?;
                 Some(Sight { index, bend })
             }
             (pose, _) => {
-                let first = self.first_unreflected(measured, time_ns)?;
+                let (first, _) = self.first_unreflected(measured, time_ns)?;
                 let path = measured.get(first)?;
                 let direct = pose.is_none_or(|pose| {
                     let left = path.estimated.path.aod;
@@ -113,17 +118,18 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
     /// through free space.
     pub(super) fn contrary(&self, measured: &[MeasuredPath], time_ns: u64) -> Option<usize> {
         self.localizer.expected()?;
-        self.first_unreflected(measured, time_ns)
+        self.first_unreflected(measured, time_ns).map(|(first, _)| first)
     }
 
-    /// Index of the first path, when it came as strong as through free space.
-    fn first_unreflected(&self, measured: &[MeasuredPath], time_ns: u64) -> Option<usize> {
+    /// Index of the first path and its length, m, when it came as strong as through free space.
+    fn first_unreflected(&self, measured: &[MeasuredPath], time_ns: u64) -> Option<(usize, f64)> {
         let offset_m = self.offset_m(time_ns)?;
         let period = self.delay_period();
         let length_m = |path: &MeasuredPath| length_m(path.estimated.path.c_tau_m, offset_m, &period);
         let first = first_of(measured.iter().map(length_m), measured)?;
         let path = measured.get(first)?;
-        self.is_unreflected(path, length_m(path)).then_some(first)
+        let first_m = length_m(path);
+        self.is_unreflected(path, first_m).then_some((first, first_m))
     }
 
     /// Whether a path of this length came nearly as strong as through free space, and no stronger.
@@ -253,6 +259,12 @@ pub(super) fn first_of(
         .map(|(index, _)| index)
 }
 
+/// Whether a path of this length, m, comes after one that is as strong as through free space. Nothing comes before the line of sight: the pose is
+/// wrong then, and what fits it is another path.
+fn is_overtaken(length_m: f64, unreflected_m: Option<f64>) -> bool {
+    unreflected_m.is_some_and(|first_m| first_m + AT_ONCE_M < length_m)
+}
+
 /// Whether a path is as long as the straight way and comes from where the GMT is.
 fn fits_line_of_sight(path: &Path<World>, pose: &Pose, gmt: &Transmitter) -> bool {
     let towards = (gmt.position_m - pose.position.vector()).map(|c| c as f32);
@@ -355,6 +367,14 @@ mod tests {
             },
             gain_db: Some(-92.0),
         }
+    }
+
+    #[test]
+    fn nothing_comes_before_the_line_of_sight() {
+        assert!(is_overtaken(24.0, Some(20.0)));
+        // Itself, or an image that the arrays make of it.
+        assert!(!is_overtaken(20.0, Some(20.0)) && !is_overtaken(20.4, Some(20.0)));
+        assert!(!is_overtaken(24.0, None));
     }
 
     #[test]
