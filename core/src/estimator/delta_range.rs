@@ -31,10 +31,13 @@ const SAME_M: f64 = 1.0;
 /// Directions closer than this are one, rad. A departure known worse does not tell what the GMT's motion does.
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const SAME_RAD: f64 = 0.05;
-/// Square of the standard deviations beyond which a difference is no growth of one path: one that was exchanged for its neighbour errs by
-/// decimetres.
-/// Derived: one honest difference in 370 is beyond: three standard deviations, where others have four.
-const GATE: f64 = 9.0;
+/// Degrees of freedom of a difference's errors: they have the tails of a Student distribution, for a path may have been exchanged for its
+/// neighbour, which errs by decimetres.
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
+const FREEDOM: f64 = 3.0;
+/// Square of the standard deviations beyond which a difference says nothing.
+/// Derived: five, where a Student distribution of [`FREEDOM`] weighs a difference a seventh.
+const GATE: f64 = 25.0;
 /// A GMT that has moved less stands, m.
 /// Derived: what an honest beacon scatters between two sweeps: 5 mm an axis in each, and its walk.
 const STANDING_M: f64 = 0.01;
@@ -162,11 +165,14 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let mut rows = Vec::<Row<T>, MOST_PATHS>::new();
         for path in &now.paths {
             let partner = between.partner(path, &before.paths, &now.paths);
-            let Some(row) = partner.and_then(|partner| between.row(partner, path, attitude_sigma_rad)) else {
+            let Some(mut row) = partner.and_then(|partner| between.row(partner, path, attitude_sigma_rad))
+            else {
                 continue;
             };
             let spread = row.dot(&self.covariance.product(&row)) + row.variance;
-            let fits = (row.residual * row.residual).to_f64() <= GATE * spread.to_f64();
+            let chi2 = (row.residual * row.residual / spread).to_f64();
+            row.variance = row.variance * T::of(((FREEDOM + chi2) / (FREEDOM + 1.0)).max(1.0));
+            let fits = chi2 <= GATE;
             // There is room for a row of every path.
             if fits && rows.push(row).is_ok() {
                 self.counters.delta_ranges = self.counters.delta_ranges.saturating_add(1);

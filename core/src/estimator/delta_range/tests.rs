@@ -168,3 +168,26 @@ fn a_path_goes_on_from_its_nearest_and_only_if_that_is_mutual() {
         "too long"
     );
 }
+
+/// A path that was exchanged for its neighbour has a tail of decimetres.
+#[test]
+fn the_further_a_difference_is_off_the_less_it_weighs() {
+    let moved = |off_m: f64| {
+        let mut filter = flying();
+        for axis in 0..3 {
+            filter.covariance.reset(VELOCITY + axis, 1e-4);
+        }
+        let before = lengths(0, Vector3::zeros(), &[length(80.0, Vector3::y())]);
+        filter.lengths = lengths(DT_NS, Vector3::zeros(), &[length(80.0 - off_m, Vector3::y())]);
+        filter.delta_ranges(&before, MOVED_M);
+        (
+            filter.nominal.velocity_m_per_s.y,
+            filter.counters.delta_ranges_rejected,
+        )
+    };
+    // A difference is known to 26 mm: one, four, and more than five of these.
+    let [(near, _), (far, kept), (beyond, refused)] = [0.025, 0.1, 0.2].map(moved);
+    assert!(near > 0.0 && far > 0.0 && kept == 0);
+    assert!(far < 1.2 * near, "{far} and {near} m/s: four times as far off");
+    assert_eq!((beyond, refused), (0.0, 1));
+}
