@@ -17,14 +17,16 @@ const DEG_RAD: f64 = core::f64::consts::PI / 180.0;
 /// Given: the error budget (docs/signal-model.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProcessNoise {
-    /// White noise of the accelerometer, m/s per root s.
+    /// White noise of the accelerometer, m/s per root s: three times the sensor's own, for its time stamps scatter and the frame shakes.
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub accel_m_per_s: f64,
     /// Scale and misalignment of the accelerometer: this share of what it feels beside hovering acts as white noise with a
     /// time of 1 s.
     pub accel_scale: f64,
     /// White noise of the gyroscope, rad per root s.
     pub gyro_rad: f64,
-    /// Random walk of the gyroscope bias, rad/s per root s.
+    /// Random walk of the gyroscope bias, rad/s per root s: the sensor's own is half of it, the rest follows its temperature.
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub gyro_bias_rad_per_s: f64,
     /// Random walk of the accelerometer bias, m/s^2 per root s.
     pub accel_bias_m_per_s2: f64,
@@ -55,10 +57,10 @@ impl Default for ProcessNoise {
     fn default() -> Self {
         let [clock_offset_m, clock_drift_m_per_s, ramp_m_per_s2] = TCXO;
         Self {
-            accel_m_per_s: 1.5 * 70e-6 * STANDARD_GRAVITY_M_PER_S2,
+            accel_m_per_s: 3.1e-3,
             accel_scale: 0.003,
             gyro_rad: 1.5 * 2.8e-3 * DEG_RAD,
-            gyro_bias_rad_per_s: 1.2e-3 * DEG_RAD,
+            gyro_bias_rad_per_s: 2.4e-3 * DEG_RAD,
             accel_bias_m_per_s2: 1.2 * 0.02e-3 * STANDARD_GRAVITY_M_PER_S2,
             clock_offset_m,
             clock_drift_m_per_s,
