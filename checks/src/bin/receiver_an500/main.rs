@@ -76,7 +76,6 @@ fn main() -> ! {
         defmt::error!("the models in flash are damaged");
         exit(Exit::Failed)
     };
-    memory::print_built("all of it");
     exit(match fly(receiver, stages, lines) {
         Ok(()) => Exit::Done,
         Err(end) => end,
@@ -89,7 +88,7 @@ fn main() -> ! {
 fn receiver(stages: &'static Stages) -> Option<&'static mut App> {
     let config = Config::best(LinkStates::Trees(models::trees().ok()?));
     let estimator = estimator(stages)?;
-    memory::print_built("path estimation");
+    memory::print_built();
     let memory = Memory {
         estimator,
         squint: squint(&config)?,

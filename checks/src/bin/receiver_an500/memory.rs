@@ -21,9 +21,10 @@ unsafe extern "C" {
     static __ebss: u32;
 }
 
-/// The line of the stack that was used up to here, when a part of the receiver has been built.
-pub(crate) fn print_built(part: &str) {
-    defmt::println!("bytes, stack to build {=str}: {=usize}", part, stack());
+/// The line of the stack that was used up to here, when path estimation has been built.
+#[inline(never)]
+pub(crate) fn print_built() {
+    defmt::println!("bytes, stack to build path estimation: {=usize}", stack());
 }
 
 /// Lines of a table, `name: bytes`.
