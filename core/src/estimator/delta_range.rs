@@ -171,7 +171,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             };
             let spread = row.dot(&self.covariance.product(&row)) + row.variance;
             let chi2 = (row.residual * row.residual / spread).to_f64();
-            row.variance = row.variance * T::of(((FREEDOM + chi2) / (FREEDOM + 1.0)).max(1.0));
+            row.variance *= T::of(((FREEDOM + chi2) / (FREEDOM + 1.0)).max(1.0));
             let fits = chi2 <= GATE;
             // There is room for a row of every path.
             if fits && rows.push(row).is_ok() {
