@@ -8,7 +8,7 @@ use crate::path::Path;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EstimatedPath<D: Frame = Gmt> {
     /// Delay, angles and covariance. The covariance is that of noise (inverse Fisher information) and of the errors of the receive elements
-    /// ([`ElementErrors`]), as if each path met another draw of them; what they share, attitude and clock add their own.
+    /// ([`ElementErrors`](super::ElementErrors)), as if each path met another draw of them; what they share, attitude and clock add their own.
     pub path: Path<Body, f32, D>,
     /// Transmit beam in which the path was strongest.
     pub beam: u16,
@@ -46,7 +46,7 @@ pub struct BeamReport {
     /// The beam was not searched: by its power it holds no path worth reporting, or only noise when it was not its turn, or the cheap stage
     /// saw that no such path is in it but those that an earlier beam showed better.
     pub weak: bool,
-    /// The beam was not searched because the sweep's work was spent, see [`WorkLimit`].
+    /// The beam was not searched because the sweep's work was spent, see [`WorkLimit`](super::WorkLimit).
     pub left_out: bool,
     /// Lanes that clipped in the transform, see [`crate::signal::BeamTaps::clips`].
     pub clips: u32,
