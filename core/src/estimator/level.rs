@@ -115,6 +115,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// The covariance of that start. The accelerometer's bias hides in the tilt, `R dba = g (th_y, -th_x, 0)`, and so does what the sensor is
     /// turned by in the body, `R m = -th` about the horizontal axes, both with the attitude `R` at rest. The place errs by
     /// `J th` with `J th = rho l x th`, along the way by the clock's error, and by what the path itself does not know.
+    // Rare, and flash is short: never inlined.
     #[inline(never)]
     fn set_level_covariance(
         &mut self,
