@@ -185,22 +185,6 @@ impl<T: Real, const N: usize> Covariance<T, N> {
         }
     }
 
-    /// Multiplies the standard deviations of the first `states` states by `factor`; correlations stay. One pass over all: loops over the few were
-    /// unrolled into six kilobytes.
-    #[inline(never)]
-    pub fn inflate(&mut self, states: usize, factor: T) {
-        for (i, row) in self.p.iter_mut().enumerate() {
-            for (j, value) in row.iter_mut().enumerate() {
-                if i < states {
-                    *value *= factor;
-                }
-                if j < states {
-                    *value *= factor;
-                }
-            }
-        }
-    }
-
     /// Whether every variance is a positive finite number.
     pub fn is_sound(&self) -> bool {
         (0..N).all(|i| {

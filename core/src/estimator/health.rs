@@ -45,8 +45,6 @@ pub struct Counters {
     pub delta_ranges: u32,
     /// Delta ranges rejected by the gate.
     pub delta_ranges_rejected: u32,
-    /// Covariance inflations by the vote.
-    pub inflations: u32,
     /// Poses set anew.
     pub refixes: u32,
     /// Sweeps whose first path proves the pose wrong: shorter than the straight way.

@@ -154,8 +154,6 @@ pub struct Filter<T: Real, const N: usize> {
     /// Sweeps held back in a row.
     held: u32,
     sure: bool,
-    /// Whether the contradiction began with the first sight after an outage.
-    astray: bool,
     /// Whether the contradiction began in sight, and small: sweeps and inertial data part from each other, as they do when ranges
     /// are wrong. A pose that was captured, or led astray without sight, is contradicted at once.
     parted: bool,
@@ -206,7 +204,6 @@ impl<T: Real, const N: usize> Filter<T, N> {
             contested: 0,
             held: 0,
             sure: false,
-            astray: false,
             parted: false,
             last_sight_ns: time_ns,
             last_line_ns: time_ns,

@@ -15,11 +15,9 @@ use nalgebra::Vector3;
 /// Without aid from outside for this long, the pose is dead reckoning, ns.
 /// Given: what the state is called; nothing is reckoned with it.
 const DEAD_AFTER_NS: u64 = 2_000_000_000;
-/// The vote takes a contradiction of up to this many gates in by inflation.
-/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
-const MOST_INFLATED: f64 = 4.0;
-/// The same of a path that proves itself: twice over.
-const MOST_INFLATED_SELF_CONSISTENT: f64 = MOST_INFLATED * MOST_INFLATED;
+/// Gates up to which a contradiction has grown little by little.
+/// Derived: what runs off passes the gate's standard deviations in one sweep, and has not doubled them by the next.
+const MOST_PARTED: f64 = 4.0;
 /// Without a line of sight, believed or not, for this long, the filter lives on reflections and inertial data, ns.
 /// Derived: of sweeps twice a second, two without one.
 pub(super) const BLIND_AFTER_NS: u64 = 1_200_000_000;
@@ -39,7 +37,6 @@ impl SweepVerdict {
         match self {
             Self::NoSight => "no line of sight",
             Self::Accepted => "taken",
-            Self::Inflated => "taken, by a vote against the filter",
             Self::Held => "held until the next sweep agrees",
             Self::Rejected => "contradicts the filter",
             Self::Refixed => "set anew",
@@ -51,10 +48,7 @@ impl SweepVerdict {
 
     /// Whether the line of sight corrected the pose, or set it.
     pub fn is_taken(self) -> bool {
-        matches!(
-            self,
-            Self::Accepted | Self::Inflated | Self::Refixed | Self::Started
-        )
+        matches!(self, Self::Accepted | Self::Refixed | Self::Started)
     }
 }
 
@@ -173,55 +167,29 @@ impl<T: Real, const N: usize> Filter<T, N> {
         // Whether the filter was sure of itself when the contradiction began: what grows while it rejects does not count.
         if self.contested == 0 {
             self.sure = sigma < gates.trusted_m;
-            self.astray = blind;
             let in_sight = sweep.time_ns.saturating_sub(self.last_sight_ns) <= BLIND_AFTER_NS;
-            self.parted = self.sure && in_sight && chi2 < MOST_INFLATED * gate;
+            self.parted = self.sure && in_sight && chi2 < MOST_PARTED * gate;
         }
         let trusted = self.sure;
         self.last_innovation = Some(innovation);
-        // After an outage the filter may have been led astray, by a wrong reflection even while it seems sure. The first path then
-        // needs no second one if it proves itself, and no more than a second one if it does not.
-        let self_consistent = sweep.self_consistent && blind;
-        let most = if self_consistent {
-            MOST_INFLATED_SELF_CONSISTENT
-        } else {
-            MOST_INFLATED
-        };
-
-        let verdict =
-            if chi2 <= gate && (trusted || agrees || self_consistent || self.held >= gates.refix_after) {
-                SweepVerdict::Accepted
-            } else if chi2 <= gate {
-                // After an outage almost any place is possible: one sweep is no proof, a consistent fix elsewhere may be a lie.
+        if chi2 <= gate {
+            self.contested = 0;
+            // After an outage almost any place is possible: one sweep is no proof, a consistent fix elsewhere may be a lie.
+            let proven = trusted || agrees || sweep.self_consistent && blind;
+            if !proven && self.held < gates.refix_after {
                 self.counters.held = self.counters.held.saturating_add(1);
                 self.held = self.held.saturating_add(1);
-                self.contested = 0;
                 return SweepVerdict::Held;
-            } else if chi2 > gate
-                && chi2 < most * gate
-                && (self_consistent || (agrees && (!trusted || self.astray && self.contested > 0)))
-            {
-                // The filter was too sure: its uncertainty of pose and motion is raised to what the sweep says. Only a little:
-                // beyond, a linear step would land anywhere, and the window does better.
-                let factor = libm::sqrt(chi2.min(1e6) / rows.len() as f64);
-                self.covariance.inflate(ATTITUDE + 3, T::of(factor));
-                self.counters.inflations = self.counters.inflations.saturating_add(1);
-                SweepVerdict::Inflated
-            } else {
-                SweepVerdict::Rejected
-            };
-        if verdict != SweepVerdict::Rejected {
-            if verdict == SweepVerdict::Accepted {
-                let usual = if rows.len() == PATH_ROWS { USUAL.1 } else { USUAL.0 };
-                if chi2 < usual {
-                    self.refute_timing(gmt);
-                }
+            }
+            let usual = if rows.len() == PATH_ROWS { USUAL.1 } else { USUAL.0 };
+            if chi2 < usual {
+                self.refute_timing(gmt);
             }
             self.take_rows(&rows);
-            (self.contested, self.held) = (0, 0);
+            self.held = 0;
             self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
             self.counters.accepted = self.counters.accepted.saturating_add(1);
-            return verdict;
+            return SweepVerdict::Accepted;
         }
         self.counters.rejected = self.counters.rejected.saturating_add(1);
         self.contested = self.contested.saturating_add(1);

@@ -33,8 +33,6 @@ pub enum SweepVerdict {
     NoSight,
     /// Taken in.
     Accepted,
-    /// Taken in after the covariance was inflated: the vote says the filter was wrong.
-    Inflated,
     /// Possible, but the filter is too unsure to tell: kept until the next sweep agrees.
     Held,
     /// Not taken in: it contradicts the filter.

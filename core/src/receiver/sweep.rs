@@ -262,10 +262,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
             dof,
             test_ratio: ratios.line_of_sight,
             gate: if dof == 5 { gates.five } else { gates.three } as f32,
-            accepted: matches!(
-                verdict,
-                SweepVerdict::Accepted | SweepVerdict::Inflated | SweepVerdict::Refixed
-            ),
+            accepted: matches!(verdict, SweepVerdict::Accepted | SweepVerdict::Refixed),
         });
         let timing = Some(Innovation {
             measured: Measured::TwoWayTiming,

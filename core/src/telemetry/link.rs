@@ -287,10 +287,9 @@ const STATES: [LinkState; 4] = [
     LinkState::HigherOrder,
 ];
 /// In the order of the wire format.
-const VERDICTS: [SweepVerdict; 9] = [
+const VERDICTS: [SweepVerdict; 8] = [
     SweepVerdict::NoSight,
     SweepVerdict::Accepted,
-    SweepVerdict::Inflated,
     SweepVerdict::Held,
     SweepVerdict::Rejected,
     SweepVerdict::Refixed,
