@@ -116,12 +116,7 @@ impl Verdict {
         };
         let p = posterior(best.log);
         let gate = f64::from(config.gate_sigmas);
-        let wanted = if best.confirmed {
-            config.explained
-        } else {
-            config.tentative
-        };
-        let decision = if weighed.unfinished || p < wanted || best.likelihood.chi_square > gate * gate {
+        let decision = if weighed.unfinished || p < config.explained || best.likelihood.chi_square > gate * gate {
             Decision::Ambiguous
         } else if best.confirmed {
             Decision::Explained

@@ -20,7 +20,7 @@ pub struct BeaconLimits {
     /// Given: the GMT is a slow vehicle.
     pub speed_m_per_s: f64,
     /// Slack of a single position, m.
-    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
+    /// Derived: ten standard deviations of an honest beacon's error ([`crate::estimator::RadioNoise::beacon_m`]).
     pub slack_m: f64,
     /// Walk of an honest beacon's error, m per root s and axis.
     /// Derived: 20 mm that wander over a minute, sqrt(2 / 60 s).

@@ -170,7 +170,7 @@ pub struct Gates {
     /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub trusted_m: f64,
     /// Position sigma (norm, m) above which the filter counts as lost.
-    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
+    /// Given: what is asked for. Who is not known to three metres does not find an entrance.
     pub lost_m: f64,
     /// Attitude sigma (norm, rad) above which the attitude counts as lost and is found anew.
     /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).

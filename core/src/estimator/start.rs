@@ -17,11 +17,6 @@ use nalgebra::{Matrix3, Vector3};
 /// Fixes that a start needs.
 /// Derived: three tell a motion that bends, two more which of them is wrong.
 pub(super) const START_FIXES: usize = 5;
-/// Standard deviations of a pose from a window beside the noise of its fixes: position m, velocity m/s, attitude rad (angles of
-/// arrival, arrays).
-/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
-const FIXED_SIGMA: (f64, f64, f64) = (0.3, 0.3, SIGHT_SCATTER_RAD);
-
 /// Mean square of the change of a face's cosine with the mast's tilt.
 /// Derived: that of the cosine of the angle off the face's normal, over its 120 degrees.
 const MAST_SHARE: f64 = 0.7;
@@ -117,7 +112,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     fn attitude_stands(&self, solution: &Solution) -> bool {
         let turn = solution.attitude * self.nominal.attitude.transpose();
         let angle_rad = ((turn.trace() - 1.0) * 0.5).acos_libm();
-        angle_rad < APART_SIGMAS * libm::hypot(solution.attitude_sigma_rad, FIXED_SIGMA.2)
+        angle_rad < APART_SIGMAS * libm::hypot(solution.attitude_sigma_rad, SIGHT_SCATTER_RAD)
     }
 
     fn refix(&mut self, gmt: &Transmitter, solution: &Solution) -> bool {
@@ -158,9 +153,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.nominal.velocity_m_per_s = solution.velocity_m_per_s;
         let square = |x: f64| x * x;
         let shared_m = SIGHT_SCATTER_RAD * (solution.position_m - gmt.position_m).norm();
-        let (position_m, velocity_m_per_s, _) = FIXED_SIGMA;
-        let position = square(position_m) + square(solution.position_sigma_m) + square(shared_m);
-        let velocity = square(velocity_m_per_s) + square(solution.velocity_sigma_m_per_s);
+        let position = square(solution.position_sigma_m) + square(shared_m);
+        let velocity = square(solution.velocity_sigma_m_per_s);
         for i in 0..3 {
             self.covariance.reset(POSITION + i, T::of(position));
             self.covariance.reset(VELOCITY + i, T::of(velocity));
@@ -181,11 +175,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.set_position(gmt, solution);
         self.doubt_anew();
         self.nominal.attitude = solution.attitude;
-        let (_, _, sight) = FIXED_SIGMA;
         let tilt = solution.attitude_sigma_rad;
         // The increments of the window turned with the gyroscope's bias for a second on average.
         let turned = self.variance(GYRO_BIAS);
-        let attitude = sight * sight + SIGHT_SCATTER_RAD * SIGHT_SCATTER_RAD + tilt * tilt + turned;
+        // The fixes share an error at either end of the sight.
+        let attitude = 2.0 * SIGHT_SCATTER_RAD * SIGHT_SCATTER_RAD + tilt * tilt + turned;
         for i in 0..3 {
             self.covariance.reset(ATTITUDE + i, T::of(attitude));
         }

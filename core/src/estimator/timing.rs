@@ -13,7 +13,7 @@ use crate::geometry::Real;
 use crate::signal::DelayPeriod;
 
 /// Measurements that agree on a new offset within this may set the clock anew, m (besides what its drift explains).
-/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
+/// Derived: what a TCXO's ramp that turns round makes of them, 0.15 m/s^2 times the square of [`SUSPECT_S`].
 const STEP_AGREEMENT_M: f64 = 1.0;
 /// The same of exchanges that have told a rate of their own.
 /// Derived: four standard deviations of the difference of two.

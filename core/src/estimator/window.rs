@@ -17,8 +17,8 @@ use super::nominal::rotation;
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::inertial::ImuIncrement;
 
-/// Exchanges, and sweeps, further apart than this do not confirm each other, s: five sweeps.
-/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
+/// Exchanges, and sweeps, further apart than this do not confirm each other, s.
+/// Derived: as long as it takes to hear five sweeps, twice a second, and a tenth of a second for late ones.
 pub(super) const SUSPECT_S: f64 = 2.6;
 /// Fixes kept.
 /// Capacity: memory of the window.
@@ -26,8 +26,8 @@ pub(super) const WINDOW: usize = 6;
 /// A fix further than this from the common line is wrong, m; and two sweeps agree within it.
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 pub(super) const LINE_TOLERANCE_M: f64 = 0.5;
-/// An angle of arrival further than this from the common attitude is wrong, rad (3 deg: gyro bias within the window).
-/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md). 3 degrees.
+/// An angle of arrival further than this from the common attitude is wrong, rad: 3 degrees.
+/// Derived: what a gyroscope's bias of 0.5 deg/s turns the body by in the two seconds of five fixes, thrice.
 const SIGHT_TOLERANCE_RAD: f64 = 0.052;
 /// Scatter of the angles between the two ends of a sight beside what its departure claims, rad per axis.
 /// Derived: the ground's bounce draws departures aside, and a gyroscope's bias of 0.5 deg/s turns the body as far in a second.

@@ -21,9 +21,6 @@ pub struct SurfaceConfig {
     /// A new surface is not born this near to a parallel one, m: that one was merely off. Within half of it two are merged.
     /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub same_m: f32,
-    /// Angle between normals of parallel surfaces, rad.
-    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md). 3.6 degrees.
-    pub same_rad: f32,
     /// Nothing is learnt of a surface further than this outside what was seen of it, m: a wall is only known where it was seen.
     /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub reach_m: f32,
@@ -70,7 +67,6 @@ impl Default for SurfaceConfig {
             lean_rad: 0.005,
             doubtful_log_odds: 1.5,
             same_m: 0.4,
-            same_rad: 0.063,
             reach_m: 6.0,
             independent_m: 1.0,
             indistinct_share: 0.1,
@@ -87,6 +83,12 @@ impl Default for SurfaceConfig {
 }
 
 impl SurfaceConfig {
+    /// Angle between normals of parallel surfaces, rad: they are no further apart at the end of their reach than where they count as one.
+    #[must_use]
+    pub fn same_rad(&self) -> f32 {
+        self.same_m / self.reach_m
+    }
+
     /// Log-odds from which a surface is confirmed.
     #[must_use]
     pub fn confirmed_log_odds(&self) -> f32 {

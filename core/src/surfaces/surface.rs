@@ -167,7 +167,7 @@ impl Surface {
     #[inline(never)]
     pub fn is_along(&self, other: &Plane, within_m: f32, config: &SurfaceConfig) -> bool {
         // Cosines of small angles have no digits left in f32; the chord has.
-        (self.plane.normal.vector() - other.normal.vector()).norm() < config.same_rad
+        (self.plane.normal.vector() - other.normal.vector()).norm() < config.same_rad()
             && self.plane.height_m(other.centre.vector()).abs() < within_m
             && other.height_m(self.plane.centre.vector()).abs() < within_m
     }

@@ -58,7 +58,6 @@ impl AssociationFigures {
             ("blocked", a.blocked, LEAST_LOG, 0.0),
             ("unknown_share", a.unknown_share, 0.0, MOST_SHARE),
             ("explained", a.explained, 0.5, MOST_SHARE),
-            ("tentative", a.tentative, 0.5, MOST_SHARE),
         ])?;
         within(
             &e.departure_outliers
@@ -80,7 +79,6 @@ impl SurfaceFigures {
             ("lean_rad", s.lean_rad),
             ("doubtful_log_odds", s.doubtful_log_odds),
             ("same_m", s.same_m),
-            ("same_rad", s.same_rad),
             ("reach_m", s.reach_m),
             ("independent_m", s.independent_m),
             ("detection", s.detection),
@@ -130,7 +128,6 @@ struct AssociationKeys {
     clutter_length_m: f32,
     artefact_density: f32,
     explained: f32,
-    tentative: f32,
     gate_sigmas: f32,
     weighings: u16,
 }
@@ -158,7 +155,6 @@ struct SurfaceKeys {
     lean_rad: f32,
     doubtful_log_odds: f32,
     same_m: f32,
-    same_rad: f32,
     reach_m: f32,
     independent_m: f32,
     indistinct_share: f32,
