@@ -8,7 +8,7 @@ use crate::geometry::Real;
 /// Derived: two tell offset and rate, the third that they are right.
 const ACQUIRED: u32 = 3;
 /// Standard deviation of a clock that a start may stand on, in those of an exchange.
-/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
+/// Derived: that of the last of [`ACQUIRED`] exchanges is 0.9, and as much again is what their rate is off by at the next sweep.
 const SETTLED: f64 = 2.0;
 /// Measurements closer in time than this tell no rate, s.
 /// Numerical: a guard of a division.

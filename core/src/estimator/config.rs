@@ -173,7 +173,7 @@ pub struct Gates {
     /// Given: what is asked for. Who is not known to three metres does not find an entrance.
     pub lost_m: f64,
     /// Attitude sigma (norm, rad) above which the attitude counts as lost and is found anew.
-    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
+    /// Derived: where the sine of an angle is a fiftieth off it a linear correction ends.
     pub attitude_lost_rad: f64,
     /// Contested sweeps in a row before the pose is fixed anew: more than any run of equal outliers that is to be
     /// ridden out.
