@@ -116,13 +116,14 @@ impl Verdict {
         };
         let p = posterior(best.log);
         let gate = f64::from(config.gate_sigmas);
-        let decision = if weighed.unfinished || p < config.explained || best.likelihood.chi_square > gate * gate {
-            Decision::Ambiguous
-        } else if best.confirmed {
-            Decision::Explained
-        } else {
-            Decision::Tentative
-        };
+        let decision =
+            if weighed.unfinished || p < config.explained || best.likelihood.chi_square > gate * gate {
+                Decision::Ambiguous
+            } else if best.confirmed {
+                Decision::Explained
+            } else {
+                Decision::Tentative
+            };
         Self {
             decision,
             chain: best.ids.clone(),

@@ -154,6 +154,8 @@ pub struct Filter<T: Real, const N: usize> {
     /// Sweeps held back in a row.
     held: u32,
     sure: bool,
+    /// Whether the contradiction began small, while the filter was unsure of itself or long without sight.
+    doubtful: bool,
     /// Whether the contradiction began in sight, and small: sweeps and inertial data part from each other, as they do when ranges
     /// are wrong. A pose that was captured, or led astray without sight, is contradicted at once.
     parted: bool,
@@ -204,6 +206,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             contested: 0,
             held: 0,
             sure: false,
+            doubtful: false,
             parted: false,
             last_sight_ns: time_ns,
             last_line_ns: time_ns,

@@ -17,6 +17,10 @@ use nalgebra::{Matrix3, Vector3};
 /// Fixes that a start needs.
 /// Derived: three tell a motion that bends, two more which of them is wrong.
 pub(super) const START_FIXES: usize = 5;
+/// Standard deviations of a pose from a window beside the noise of its fixes: position m, velocity m/s.
+/// Derived: what a bias of the accelerometer of 20 mg does in 1.7 s, most of a window.
+const FIXED_SIGMA: (f64, f64) = (0.3, 0.3);
+
 /// Mean square of the change of a face's cosine with the mast's tilt.
 /// Derived: that of the cosine of the angle off the face's normal, over its 120 degrees.
 const MAST_SHARE: f64 = 0.7;
@@ -153,8 +157,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.nominal.velocity_m_per_s = solution.velocity_m_per_s;
         let square = |x: f64| x * x;
         let shared_m = SIGHT_SCATTER_RAD * (solution.position_m - gmt.position_m).norm();
-        let position = square(solution.position_sigma_m) + square(shared_m);
-        let velocity = square(solution.velocity_sigma_m_per_s);
+        let (position_m, velocity_m_per_s) = FIXED_SIGMA;
+        let position = square(position_m) + square(solution.position_sigma_m) + square(shared_m);
+        let velocity = square(velocity_m_per_s) + square(solution.velocity_sigma_m_per_s);
         for i in 0..3 {
             self.covariance.reset(POSITION + i, T::of(position));
             self.covariance.reset(VELOCITY + i, T::of(velocity));

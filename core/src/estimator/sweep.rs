@@ -15,9 +15,12 @@ use nalgebra::Vector3;
 /// Without aid from outside for this long, the pose is dead reckoning, ns.
 /// Given: what the state is called; nothing is reckoned with it.
 const DEAD_AFTER_NS: u64 = 2_000_000_000;
-/// Gates up to which a contradiction has grown little by little.
+/// Fixes that tell a place and a velocity.
+/// Derived: two tell a line, the third that they are right.
+const PLACE_FIXES: u32 = 3;
+/// Gates up to which a contradiction is small: it has grown little by little.
 /// Derived: what runs off passes the gate's standard deviations in one sweep, and has not doubled them by the next.
-const MOST_PARTED: f64 = 4.0;
+const SMALL: f64 = 4.0;
 /// Without a line of sight, believed or not, for this long, the filter lives on reflections and inertial data, ns.
 /// Derived: of sweeps twice a second, two without one.
 pub(super) const BLIND_AFTER_NS: u64 = 1_200_000_000;
@@ -167,8 +170,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
         // Whether the filter was sure of itself when the contradiction began: what grows while it rejects does not count.
         if self.contested == 0 {
             self.sure = sigma < gates.trusted_m;
+            let small = chi2 < SMALL * gate;
+            self.doubtful = small && (blind || !self.sure);
             let in_sight = sweep.time_ns.saturating_sub(self.last_sight_ns) <= BLIND_AFTER_NS;
-            self.parted = self.sure && in_sight && chi2 < MOST_PARTED * gate;
+            self.parted = small && self.sure && in_sight;
         }
         let trusted = self.sure;
         self.last_innovation = Some(innovation);
@@ -227,11 +232,15 @@ impl<T: Real, const N: usize> Filter<T, N> {
         })
     }
 
-    /// Patience is over, which is longer than any run of equal outliers: the last sweeps set the pose, if they agree. An attitude
-    /// that agrees with them is kept: after an outage the filter does not know its position, but still its attitude, and sweeps whose
+    /// Patience is over: the last sweeps set the pose, if they agree. There is more of it than any run of equal outliers is long; but what
+    /// contradicts a doubtful filter a little is believed as soon as sweeps can tell a place. An attitude that agrees with them is kept: after an outage the filter does not know its position, but still its attitude, and sweeps whose
     /// departures other paths have drawn aside contradict a filter that is right.
     fn refixed(&mut self, gmt: &Transmitter) -> bool {
-        let fixes = self.gates().refix_after;
+        let fixes = if self.doubtful {
+            PLACE_FIXES
+        } else {
+            self.gates().refix_after
+        };
         if self.contested < fixes {
             return false;
         }

@@ -31,18 +31,12 @@ pub(super) const AT_ONCE_M: f64 = 0.45;
 /// Standard deviation of the position, norm, from which on it does not tell whether a path is direct, m.
 /// Derived: where a pose counts as lost.
 const PLACED_M: f32 = 3.0;
-/// Standard deviation of the attitude, norm, from which on it does not tell whether a path is straight, rad.
+/// Standard deviations of length and angle within which a path may be direct.
+/// Derived: one honest path in 15 800 is beyond.
+const SIGMAS: f32 = 4.0;
+/// Angle that a direct path may be off beside that, rad.
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
-const ORIENTED_RAD: f32 = 0.1;
-/// Excess delay up to which the first path may be direct, m, and the same in standard deviations; the larger counts.
-/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
-const EXCESS: (f32, f32) = (0.6, 4.0);
-/// Angle off the expected direction up to which it may, rad, and the same in standard deviations; the sum counts.
-/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
-const ANGLE: (f32, f32) = (0.05, 4.0);
-/// A path proves itself with an attitude and a departure of this standard deviation, when the two ends differ by no more, rad.
-/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
-const SELF_CONSISTENT_RAD: f32 = 0.01;
+const ANGLE_RAD: f32 = 0.05;
 /// How far from where the pose puts the line of sight beam squint looks for it, halves of a beam.
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const POSE_RADIUS: f32 = 0.8;
@@ -95,7 +89,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
                 let path = measured.get(first)?;
                 let direct = pose.is_none_or(|pose| {
                     let left = path.estimated.path.aod;
-                    left.is_some_and(|left| ends_agree(path, &left, &pose, ANGLE.0))
+                    left.is_some_and(|left| ends_agree(path, &left, &pose))
                 });
                 direct.then_some(Sight::straight(first))
             }
@@ -193,11 +187,11 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
             sigma_rad: x.max(z) as f32,
         };
         let period = self.delay_period();
-        let sure = |sigma_rad: f32| sigma_rad < SELF_CONSISTENT_RAD;
+        let sure = |sigma_rad: f32| sigma_rad < ANGLE_RAD;
         sure(sigma(&pose.attitude_covariance_rad2))
             && sure(left.sigma_rad)
             && self.is_unreflected(path, length_m(path.estimated.path.c_tau_m, offset_m, &period))
-            && ends_agree(path, &left, &pose, SELF_CONSISTENT_RAD)
+            && ends_agree(path, &left, &pose)
     }
 
     /// What beam squint needs to know of the line of sight, path number `index`.
@@ -273,22 +267,18 @@ fn fits_line_of_sight(path: &Path<World>, pose: &Pose, gmt: &Transmitter) -> boo
     };
     let covariance = &path.covariance;
     let angle_variance = covariance.m22 + covariance.m33 + straight.across_variance_rad2;
-    straight.excess_m.abs() < (EXCESS.1 * libm::sqrtf(straight.length_variance_m2.max(0.0))).max(EXCESS.0)
-        && straight.angle_rad < ANGLE.0 + ANGLE.1 * libm::sqrtf(angle_variance.max(0.0))
+    straight.excess_m.abs() < SIGMAS * libm::sqrtf(straight.length_variance_m2.max(0.0))
+        && straight.angle_rad < ANGLE_RAD + SIGMAS * libm::sqrtf(angle_variance.max(0.0))
 }
 
-/// Whether a path comes from the direction opposite to its departure, within an angle and what the attitude is not known to.
-fn ends_agree(path: &MeasuredPath, left: &Departure, pose: &Pose, within_rad: f32) -> bool {
-    let attitude_sigma = sigma(&pose.attitude_covariance_rad2);
-    if attitude_sigma > ORIENTED_RAD {
-        return true;
-    }
+/// Whether a path comes from the direction opposite to its departure, as far as both and the attitude are known.
+fn ends_agree(path: &MeasuredPath, left: &Departure, pose: &Pose) -> bool {
     let seen = pose.attitude.apply(path.estimated.path.aoa);
     let Ok(back) = Direction::<World>::from_vector(-left.direction.vector()) else {
         return false;
     };
-    let sigma = libm::hypotf(attitude_sigma, left.sigma_rad);
-    back.angle_to_rad(&seen) < within_rad + ANGLE.1 * sigma
+    let sigma = libm::hypotf(sigma(&pose.attitude_covariance_rad2), left.sigma_rad);
+    back.angle_to_rad(&seen) < ANGLE_RAD + SIGMAS * sigma
 }
 
 /// Where a direction is, as a face has it.
@@ -379,10 +369,10 @@ mod tests {
 
     #[test]
     fn a_path_proves_itself_by_the_angle_between_its_two_ends() {
-        let straight =
-            |turned_rad| ends_agree(&path(), &turned(turned_rad), &pose(0.002), SELF_CONSISTENT_RAD);
-        // Four times the root sum of 3.5 mrad of attitude and 3 of departure beside the 10 mrad.
-        assert!(straight(0.0) && straight(0.025) && !straight(0.035));
-        assert!(ends_agree(&path(), &turned(0.035), &pose(0.002), ANGLE.0));
+        let straight = |turned_rad, sigma_rad| ends_agree(&path(), &turned(turned_rad), &pose(sigma_rad));
+        // Four times the root sum of 3.5 mrad of attitude and 3 of departure beside the 50 mrad.
+        assert!(straight(0.0, 0.002) && straight(0.065, 0.002) && !straight(0.075, 0.002));
+        // An attitude that is hardly known tells nothing.
+        assert!(straight(1.0, 0.2));
     }
 }

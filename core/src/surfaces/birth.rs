@@ -111,7 +111,7 @@ impl BirthPath {
         inputs.fixed_view_mut::<3, 3>(6, 6).copy_from(known);
         plane.covariance = jacobian * inputs * jacobian.transpose();
         let log_odds = log_odds + plumb(&mut plane, config)?;
-        let most = f64::from(config.most_shift_m);
+        let most = f64::from(config.same_m);
         let variance = plane.covariance.m11;
         if variance.is_nan() || variance > most * most {
             return None;
@@ -173,7 +173,7 @@ fn lean(plane: &mut Plane<f64>, tilts: [f64; 2], innovation: f64, variance: f64)
 }
 
 /// The surface that a path of one reflection suggests. `None` when there is no such point, or when its plane would be known worse than
-/// [`SurfaceConfig::most_shift_m`].
+/// [`SurfaceConfig::same_m`].
 #[must_use]
 pub fn from_single(path: &BirthPath, config: &SurfaceConfig) -> Option<Birth> {
     path.birth(0.0, config, &Matrix3::zeros(), |path, _| {

@@ -7,10 +7,6 @@ pub struct SurfaceConfig {
     /// Given: the precision that is wanted of the map. From its log-odds follow, by symmetry, those at which a surface dies, and the most
     /// that are kept (twice them).
     pub confirmed_probability: f32,
-    /// Standard deviation of the shift that a confirmed surface, and a new one, has at most, m: a surface that is known worse
-    /// says nothing of which of two paths is its own.
-    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
-    pub most_shift_m: f32,
     /// Standard deviation of the lean of a wall and of the slope of a floor, rad.
     /// Given: builders' plumb lines.
     pub lean_rad: f32,
@@ -18,7 +14,8 @@ pub struct SurfaceConfig {
     /// neither upright nor level.
     /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub doubtful_log_odds: f32,
-    /// A new surface is not born this near to a parallel one, m: that one was merely off. Within half of it two are merged.
+    /// A new surface is not born this near to a parallel one, m: that one was merely off. Within half of it two are merged. Nor is the shift
+    /// of a confirmed surface, or of a new one, known worse (standard deviation): of two surfaces it could be either.
     /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub same_m: f32,
     /// Nothing is learnt of a surface further than this outside what was seen of it, m: a wall is only known where it was seen.
@@ -63,7 +60,6 @@ impl Default for SurfaceConfig {
     fn default() -> Self {
         Self {
             confirmed_probability: 0.98,
-            most_shift_m: 0.3,
             lean_rad: 0.005,
             doubtful_log_odds: 1.5,
             same_m: 0.4,

@@ -148,7 +148,7 @@ impl Surface {
     /// The status that log-odds and covariance give: confirmed from a high existence, tentative again below an even one.
     #[must_use]
     pub fn next_status(&self, config: &SurfaceConfig) -> Status {
-        let known = self.plane.covariance.m11 < config.most_shift_m * config.most_shift_m;
+        let known = self.plane.covariance.m11 < config.same_m * config.same_m;
         match self.status {
             Status::Tentative if known && self.log_odds > config.confirmed_log_odds() => Status::Confirmed,
             Status::Confirmed if self.log_odds < 0.0 => Status::Tentative,
@@ -259,7 +259,7 @@ mod tests {
         assert_eq!(wall.next_status(&config), Status::Tentative);
         wall.log_odds = config.confirmed_log_odds() + 0.01;
         assert_eq!(wall.next_status(&config), Status::Confirmed);
-        wall.plane.covariance.m11 = 0.1;
+        wall.plane.covariance.m11 = 0.2;
         assert_eq!(wall.next_status(&config), Status::Tentative, "known too poorly");
         wall.status = Status::Confirmed;
         wall.log_odds = 0.1;

@@ -75,7 +75,6 @@ impl SurfaceFigures {
     pub(super) fn check(&self) -> Result<(), InputError> {
         let s = &self.0;
         let above = [
-            ("most_shift_m", s.most_shift_m),
             ("lean_rad", s.lean_rad),
             ("doubtful_log_odds", s.doubtful_log_odds),
             ("same_m", s.same_m),
@@ -151,7 +150,6 @@ struct PathErrorKeys {
 )]
 struct SurfaceKeys {
     confirmed_probability: f32,
-    most_shift_m: f32,
     lean_rad: f32,
     doubtful_log_odds: f32,
     same_m: f32,
