@@ -96,7 +96,7 @@ pub struct Innovation {
     pub measured: Measured,
     /// Degrees of freedom.
     pub dof: u8,
-    /// Normalised innovation squared over the gate: above 1 it is refused, unless a vote says otherwise.
+    /// Normalised innovation squared over the gate: above 1 it is refused.
     pub test_ratio: f32,
     /// The gate.
     pub gate: f32,

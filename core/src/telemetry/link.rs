@@ -286,9 +286,10 @@ const STATES: [LinkState; 4] = [
     LinkState::FirstOrder,
     LinkState::HigherOrder,
 ];
-/// In the order of the wire format.
-const VERDICTS: [SweepVerdict; 8] = [
+/// In the order of the wire format. Code 2 was sent by receivers that took some sights in with a wider covariance.
+const VERDICTS: [SweepVerdict; 9] = [
     SweepVerdict::NoSight,
+    SweepVerdict::Accepted,
     SweepVerdict::Accepted,
     SweepVerdict::Held,
     SweepVerdict::Rejected,
@@ -363,8 +364,21 @@ mod tests {
         for (number, state) in STATES.into_iter().enumerate() {
             assert_eq!(state as usize, number);
         }
-        for (number, verdict) in VERDICTS.into_iter().enumerate() {
-            assert_eq!(verdict as usize, number);
+        let numbers = [
+            (SweepVerdict::NoSight, 0),
+            (SweepVerdict::Accepted, 1),
+            (SweepVerdict::Held, 3),
+            (SweepVerdict::Rejected, 4),
+            (SweepVerdict::Refixed, 5),
+            (SweepVerdict::Started, 6),
+            (SweepVerdict::Waiting, 7),
+            (SweepVerdict::TooLate, 8),
+        ];
+        for (verdict, number) in numbers {
+            assert_eq!(index(&VERDICTS, &verdict), number);
+            assert_eq!(VERDICTS[usize::from(number)], verdict);
         }
+        // Retired, and still understood.
+        assert_eq!(VERDICTS[2], SweepVerdict::Accepted);
     }
 }

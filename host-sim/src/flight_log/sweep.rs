@@ -124,7 +124,7 @@ pub struct Innovation {
     pub dof: u32,
     /// Normalised innovation squared: r^T S^-1 r.
     pub nis: f64,
-    /// NIS over the gate: above 1 it is refused unless a vote says otherwise.
+    /// NIS over the gate: above 1 it is refused.
     pub test_ratio: f64,
     /// Whether the filter took it.
     pub accepted: bool,

@@ -2,7 +2,7 @@
 //!
 //! A stage is what a filter knew of its state before and after an update. Smoothing goes back from the last stage: what later
 //! measurements say of a state reaches the stage before through the gain `C = P F^T P_next^-1`. How an update came about does not matter,
-//! so gates, votes and mixtures need no record.
+//! so gates and mixtures need no record.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
