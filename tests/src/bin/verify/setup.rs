@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::{fs, io};
 
-use crate::command::{output_of, status, tool};
+use crate::command::{OLDEST_COMPILER, output_of, status, tool};
 
 /// Targets without a system: those of a Cortex-M7 and of its successors, and the others that the core is built for.
 const TARGETS: [&str; 7] = [
@@ -36,6 +36,38 @@ pub(crate) fn toolchain() -> Result<(), String> {
             install("rustup", &["component", "add", component])?;
         }
     }
+    Ok(())
+}
+
+/// The oldest compiler that is promised, with the board's target, by rustup.
+pub(crate) fn oldest_toolchain() -> Result<(), String> {
+    let target = TARGETS[0];
+    let installed = || {
+        output_of(
+            "rustup",
+            &["target", "list", "--installed", "--toolchain", OLDEST_COMPILER],
+        )
+        .is_some_and(|targets| targets.lines().any(|line| line.trim() == target))
+    };
+    if !installed() {
+        let arguments = [
+            "toolchain",
+            "install",
+            OLDEST_COMPILER,
+            "--profile",
+            "minimal",
+            "--target",
+            target,
+        ];
+        install("rustup", &arguments)?;
+    }
+    let version = output_of("rustup", &["run", OLDEST_COMPILER, "rustc", "--version"]);
+    println!(
+        "{}",
+        version
+            .ok_or("the oldest compiler was installed and does not run")?
+            .trim()
+    );
     Ok(())
 }
 

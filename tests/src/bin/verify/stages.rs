@@ -46,6 +46,14 @@ const fn built(binary: &'static str, arguments: &'static [&'static str]) -> Step
     }
 }
 
+const fn oldest(arguments: &'static [&'static str]) -> Step {
+    Step {
+        program: Program::OldestCargo,
+        arguments,
+        expect: Expect::Success,
+    }
+}
+
 const fn docs(arguments: &'static [&'static str]) -> Step {
     Step {
         program: Program::Cargo,
@@ -81,6 +89,13 @@ pub(crate) const STAGES: &[Stage] = &[
         needs: &[],
         lane: Lane::Optimised,
         work: Work::SetUp(setup::toolchain),
+    },
+    Stage {
+        name: "oldest-toolchain",
+        what: "the oldest compiler that is promised is there, or rustup adds it",
+        needs: &[],
+        lane: Lane::Optimised,
+        work: Work::SetUp(setup::oldest_toolchain),
     },
     Stage {
         name: "qemu",
@@ -331,6 +346,31 @@ pub(crate) const STAGES: &[Stage] = &[
                 "-p=cslam-core",
                 THUMB,
                 "--features=defmt",
+            ]),
+        ]),
+    },
+    Stage {
+        name: "oldest-compiler",
+        what: "the core compiles with the oldest compiler that is promised, its `rust-version`: host and chip, without features and with all",
+        needs: &["oldest-toolchain"],
+        lane: Lane::Optimised,
+        work: Work::Steps(&[
+            oldest(&[
+                "check",
+                "--locked",
+                "--release",
+                "-p=cslam-core",
+                "--target=host-tuple",
+                THUMB,
+            ]),
+            oldest(&[
+                "check",
+                "--locked",
+                "--release",
+                "-p=cslam-core",
+                "--target=host-tuple",
+                THUMB,
+                "--all-features",
             ]),
         ]),
     },
