@@ -94,22 +94,28 @@ fn building_takes_little_stack() {
 #[ignore = "builds in release mode and needs a C compiler: the stage capi runs it"]
 fn wrong_arguments_give_a_status() {
     let folder = tempfile::tempdir().expect("a folder");
-    let plain = folder.path().join("misuse");
-    compiled("tests/misuse.c", &plain, &[]);
-    print!("{}", printed(Command::new(&plain).args([CALLS, "1"])));
-    let sanitized = folder.path().join("sanitized");
-    let with = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
-    compiled("tests/misuse.c", &sanitized, &with);
-    printed(Command::new(&sanitized).args([CALLS, "2"]));
-    if is_there("valgrind") {
-        let watch = ["--quiet", "--error-exitcode=9", "--leak-check=full"];
-        printed(
-            Command::new("valgrind")
-                .args(watch)
-                .arg(&plain)
-                .args([WATCHED_CALLS, "3"]),
-        );
-    } else {
-        println!("valgrind is not here: not tried");
+    for (program, calls, watched_calls) in [
+        ("misuse", &[][..], &[][..]),
+        ("random_calls", &[CALLS, "2"][..], &[WATCHED_CALLS, "3"][..]),
+    ] {
+        let source = format!("tests/{program}.c");
+        let sanitized = folder.path().join(format!("{program}-sanitized"));
+        let with = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+        compiled(&source, &sanitized, &with);
+        print!("{}", printed(Command::new(&sanitized).args(calls)));
+        let plain = folder.path().join(program);
+        compiled(&source, &plain, &[]);
+        if is_there("valgrind") {
+            let watch = ["--quiet", "--error-exitcode=9", "--leak-check=full"];
+            printed(
+                Command::new("valgrind")
+                    .args(watch)
+                    .arg(&plain)
+                    .args(watched_calls),
+            );
+        } else {
+            println!("valgrind is not here: {program} not watched");
+            printed(Command::new(&plain).args(watched_calls));
+        }
     }
 }

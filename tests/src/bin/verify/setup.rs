@@ -172,6 +172,8 @@ pub(crate) fn python() -> Result<(), String> {
 
 /// Where the project's own Python package is installed, from the workspace's root.
 const OWN_PYTHON: &str = "target/verify-bindings";
+/// Where an old NumPy lies, for who puts it before the environment's own: a copy of the environment would have the package built twice.
+const OLDEST_NUMPY: &str = "target/verify-bindings/oldest-numpy";
 
 /// The project's Python package with its tests' needs, built by pip as a user has it built.
 pub(crate) fn own_python() -> Result<(), String> {
@@ -187,6 +189,19 @@ pub(crate) fn own_python() -> Result<(), String> {
         &python,
         &["-m", "pip", "install", "--quiet", "./python[campaign,test]"],
     )?;
+    if !Path::new(OLDEST_NUMPY).is_dir() {
+        let which = ["--requirement", "python/tests/oldest_numpy.txt"];
+        let arguments = [
+            "-m",
+            "pip",
+            "install",
+            "--quiet",
+            "--no-deps",
+            "--target",
+            OLDEST_NUMPY,
+        ];
+        install(&python, &[&arguments[..], &which[..]].concat())?;
+    }
     let loads = output_of(
         &python,
         &[

@@ -582,7 +582,7 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "python-package",
-        what: "the Python package passes its tests, and prints and flies what the command does",
+        what: "the Python package passes its tests with the newest NumPy and the oldest, and prints and flies what the command does",
         needs: &["own-python"],
         lane: Lane::Optimised,
         work: Work::Steps(&[step(&[
