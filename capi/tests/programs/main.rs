@@ -91,6 +91,23 @@ fn rust_example(name: &str, arguments: &[&str]) -> String {
     printed(cargo().args(run).args(arguments))
 }
 
+/// The page that shows all this.
+fn page() -> String {
+    fs::read_to_string(Path::new(ROOT).join("docs/bindings.md")).expect("a page")
+}
+
+#[test]
+#[ignore = "builds in release mode: the stage capi runs it"]
+fn the_page_shows_what_the_command_prints() {
+    let page = page();
+    for line in recording::Recorded::new().by_the_command().lines() {
+        // Of the covariance the page has the first number.
+        let shown: Vec<&str> = line.split(',').take(11).collect();
+        let shown = format!("\n{},", shown.join(","));
+        assert!(page.contains(&shown), "docs/bindings.md does not show{shown}");
+    }
+}
+
 #[test]
 #[ignore = "builds in release mode: the stage capi runs it"]
 fn every_example_of_the_core_is_short_and_runs() {

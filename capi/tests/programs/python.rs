@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::recording::{Recorded, cslam};
-use crate::{ROOT, printed};
+use crate::{ROOT, page, printed};
 
 /// What a user writes.
 const ESTIMATE: &str = "
@@ -49,6 +49,8 @@ fn python_prints_what_the_command_prints() {
         printed(Command::new(&python).args(["-c", ESTIMATE]).arg(recorded.meta())),
         recorded.by_the_command()
     );
+    let demo = printed(Command::new(&python).args(["-c", "import cslam; print(cslam.demo())"]));
+    assert!(page().contains(&demo), "docs/bindings.md does not show\n{demo}");
     let tests = printed(
         Command::new(&python)
             .current_dir(Path::new(ROOT).join("python"))
