@@ -91,7 +91,7 @@ pub(crate) const STAGES: &[Stage] = &[
         work: Work::SetUp(setup::toolchain),
     },
     Stage {
-        name: "oldest-toolchain",
+        name: "oldest-rustc",
         what: "the oldest compiler that is promised is there, or rustup adds it",
         needs: &[],
         lane: Lane::Optimised,
@@ -352,7 +352,7 @@ pub(crate) const STAGES: &[Stage] = &[
     Stage {
         name: "oldest-compiler",
         what: "the core compiles with the oldest compiler that is promised, its `rust-version`: host and chip, without features and with all",
-        needs: &["oldest-toolchain"],
+        needs: &["oldest-rustc"],
         lane: Lane::Optimised,
         work: Work::Steps(&[
             oldest(&[
