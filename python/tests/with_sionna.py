@@ -2,7 +2,7 @@
 
 Not among the tests that are always run: Sionna RT is large. Where it is installed:
 
-    python -m pytest python/tests/with_sionna.py
+    python -m pytest -s python/tests/with_sionna.py
 """
 
 import json
@@ -37,12 +37,12 @@ def street():
 
 
 def faces(scene):
-    """The triangles of a scene, as those of a scene file."""
+    """The triangles of a scene, as those of a scene file: in that scene's meshes they are clockwise seen from free space."""
     listed = []
     for thing in scene.objects.values():
         places = np.array(thing.mi_mesh.vertex_positions_buffer(), np.float64).reshape(-1, 3)
         corners = np.array(thing.mi_mesh.faces_buffer(), np.int64).reshape(-1, 3)
-        listed += [{"vertices": places[triangle].tolist()} for triangle in corners]
+        listed += [{"vertices": places[triangle[::-1]].tolist()} for triangle in corners]
     return listed
 
 
@@ -74,4 +74,4 @@ def test_links_are_those_of_the_tracer_in_the_same_scene(tmp_path):
             np.testing.assert_allclose(link.gain_db[p], true.gain_db[same], atol=0.1)
             compared += 1
     print(f"{compared} paths of {len(links)} links agree")
-    assert compared > 10 * len(links) / 2
+    assert compared > 5 * len(links)
