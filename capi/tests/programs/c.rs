@@ -1,10 +1,11 @@
 //! C on the host.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::recording::Recorded;
-use crate::{ROOT, assert_success, built, is_there, printed, rust_example};
+use crate::{ROOT, assert_success, built, is_there, page, printed, rust_example};
 
 /// Random calls that are made under the sanitizers of the compiler.
 const CALLS: &str = "1000000";
@@ -80,13 +81,43 @@ fn building_takes_little_stack() {
     compiled("tests/stack.c", &program, &[]);
     let printed = printed(&mut Command::new(program));
     print!("{printed}");
+    let bytes_of = |what: &str| -> usize {
+        let bytes = printed.lines().find_map(|line| line.strip_prefix(what));
+        bytes.and_then(|bytes| bytes.parse().ok()).expect("a line of it")
+    };
     for (call, most) in [
         ("cslam_estimator_init: ", 12 * 1024),
         ("cslam_receiver_init: ", 160 * 1024),
     ] {
-        let bytes = printed.lines().find_map(|line| line.strip_prefix(call));
-        let bytes: u32 = bytes.and_then(|bytes| bytes.parse().ok()).expect("a line of it");
+        let bytes = bytes_of(call);
         assert!(bytes <= most, "{call}{bytes} bytes of stack, {most} at most");
+    }
+    let header = fs::read_to_string(Path::new(ROOT).join("capi/include/cslam.h")).expect("a header");
+    for (size, text, place) in [
+        ("cslam_estimator_size: ", &header, "an estimator takes: "),
+        (
+            "cslam_estimator_size: ",
+            &page(),
+            "an estimator in memory of yours, ",
+        ),
+        ("cslam_receiver_size: ", &header, "a receiver takes: "),
+        (
+            "cslam_receiver_size: ",
+            &page(),
+            "the whole receiver in memory of yours, ",
+        ),
+    ] {
+        let said = text
+            .split(place)
+            .nth(1)
+            .and_then(|rest| rest.split(" KiB").next());
+        let said: usize = said
+            .and_then(|number| number.parse().ok())
+            .expect("a number of KiB");
+        let bytes = bytes_of(size);
+        // Enough, and no more than 2 % too much.
+        let fits = said * 1024 >= bytes && (said - 1) * 1024 <= bytes + bytes / 50;
+        assert!(fits, "{place}{said} KiB, and it takes {bytes} bytes");
     }
 }
 
