@@ -732,7 +732,7 @@ cslam_status cslam_classify(const struct cslam_link *link,
                             struct cslam_probabilities *probabilities);
 
 /*
- Bytes that a receiver takes: 266 KiB. Its memory must be zeroed, or have held one that was ended.
+ Bytes that a receiver takes: 272 KiB. Its memory must be zeroed, or have held one that was ended.
  */
 size_t cslam_receiver_size(void);
 

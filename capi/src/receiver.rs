@@ -31,7 +31,7 @@ type ReceiverSlot = Slot<Parts>;
 
 const _: () = assert!(align_of::<ReceiverSlot>() <= 16);
 
-/// Bytes that a receiver takes: 266 KiB. Its memory must be zeroed, or have held one that was ended.
+/// Bytes that a receiver takes: 272 KiB. Its memory must be zeroed, or have held one that was ended.
 #[unsafe(no_mangle)]
 pub extern "C" fn cslam_receiver_size() -> usize {
     size_of::<ReceiverSlot>()

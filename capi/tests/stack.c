@@ -46,6 +46,7 @@ static size_t used(void *(*work)(void *), void *memory) {
 }
 
 int main(void) {
+    printf("cslam_estimator_size: %zu\ncslam_receiver_size: %zu\n", cslam_estimator_size(), cslam_receiver_size());
     /* What a thread takes for itself. */
     size_t before = used(builds_nothing, &estimator);
     void *memory = calloc(1, cslam_estimator_size());

@@ -61,6 +61,29 @@ def test_order_and_memory_of_beams_do_not_matter(sweep, paths):
     assert str(again) == str(paths)
 
 
+def unaligned(array):
+    """The same numbers at an odd address, as a field of a packed file has them."""
+    place = np.zeros(array.nbytes + 1, np.uint8)[1:].view(array.dtype).reshape(array.shape)
+    place[...] = array
+    assert not place.flags.aligned
+    return place
+
+
+def test_numbers_at_odd_addresses_and_in_columns_are_read_like_others(tmp_path, link, sweep, paths):
+    parts = [unaligned(part) for part in (sweep.iq, sweep.beams, sweep.exponents)]
+    assert str(cslam.Estimator().estimate(*parts)) == str(paths)
+    cslam.write_sigmf(tmp_path / "sweep", *parts)
+    np.testing.assert_array_equal(cslam.read_sigmf(tmp_path / "sweep").iq, sweep.iq)
+    amplitudes = np.asfortranarray(sweep.iq[..., 0] + 1j * sweep.iq[..., 1])
+    np.testing.assert_array_equal(cslam.quantize(unaligned(amplitudes))[0], cslam.quantize(amplitudes.copy("C"))[0])
+    np.testing.assert_array_equal(cslam.quantize(amplitudes)[0], cslam.quantize(amplitudes.copy("C"))[0])
+    columns = {name: unaligned(column) for name, column in paths.to_dict().items()}
+    known = {"uav_m": unaligned(link.rx_m), "gmt_m": unaligned(link.tx_m)}
+    np.testing.assert_array_equal(cslam.solve(columns, **known).position_m, cslam.solve(paths, **known).position_m)
+    with pytest.raises(ValueError, match="iq: got >i2, expected int16"):
+        cslam.Estimator().estimate(sweep.iq.astype(">i2"), sweep.beams, sweep.exponents)
+
+
 def test_calls_of_one_estimator_stand_alone_and_threads_may_share_it(sweep, paths):
     estimator = cslam.Estimator()
     said = []

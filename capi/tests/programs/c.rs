@@ -1,10 +1,11 @@
 //! C on the host.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::recording::Recorded;
-use crate::{ROOT, assert_success, built, is_there, printed, rust_example};
+use crate::{ROOT, assert_success, built, is_there, page, printed, rust_example};
 
 /// Random calls that are made under the sanitizers of the compiler.
 const CALLS: &str = "1000000";
@@ -80,13 +81,43 @@ fn building_takes_little_stack() {
     compiled("tests/stack.c", &program, &[]);
     let printed = printed(&mut Command::new(program));
     print!("{printed}");
+    let bytes_of = |what: &str| -> usize {
+        let bytes = printed.lines().find_map(|line| line.strip_prefix(what));
+        bytes.and_then(|bytes| bytes.parse().ok()).expect("a line of it")
+    };
     for (call, most) in [
         ("cslam_estimator_init: ", 12 * 1024),
         ("cslam_receiver_init: ", 160 * 1024),
     ] {
-        let bytes = printed.lines().find_map(|line| line.strip_prefix(call));
-        let bytes: u32 = bytes.and_then(|bytes| bytes.parse().ok()).expect("a line of it");
+        let bytes = bytes_of(call);
         assert!(bytes <= most, "{call}{bytes} bytes of stack, {most} at most");
+    }
+    let header = fs::read_to_string(Path::new(ROOT).join("capi/include/cslam.h")).expect("a header");
+    for (size, text, place) in [
+        ("cslam_estimator_size: ", &header, "an estimator takes: "),
+        (
+            "cslam_estimator_size: ",
+            &page(),
+            "an estimator in memory of yours, ",
+        ),
+        ("cslam_receiver_size: ", &header, "a receiver takes: "),
+        (
+            "cslam_receiver_size: ",
+            &page(),
+            "the whole receiver in memory of yours, ",
+        ),
+    ] {
+        let said = text
+            .split(place)
+            .nth(1)
+            .and_then(|rest| rest.split(" KiB").next());
+        let said: usize = said
+            .and_then(|number| number.parse().ok())
+            .expect("a number of KiB");
+        let bytes = bytes_of(size);
+        // Enough, and no more than 2 % too much.
+        let fits = said * 1024 >= bytes && (said - 1) * 1024 <= bytes + bytes / 50;
+        assert!(fits, "{place}{said} KiB, and it takes {bytes} bytes");
     }
 }
 
@@ -94,22 +125,28 @@ fn building_takes_little_stack() {
 #[ignore = "builds in release mode and needs a C compiler: the stage capi runs it"]
 fn wrong_arguments_give_a_status() {
     let folder = tempfile::tempdir().expect("a folder");
-    let plain = folder.path().join("misuse");
-    compiled("tests/misuse.c", &plain, &[]);
-    print!("{}", printed(Command::new(&plain).args([CALLS, "1"])));
-    let sanitized = folder.path().join("sanitized");
-    let with = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
-    compiled("tests/misuse.c", &sanitized, &with);
-    printed(Command::new(&sanitized).args([CALLS, "2"]));
-    if is_there("valgrind") {
-        let watch = ["--quiet", "--error-exitcode=9", "--leak-check=full"];
-        printed(
-            Command::new("valgrind")
-                .args(watch)
-                .arg(&plain)
-                .args([WATCHED_CALLS, "3"]),
-        );
-    } else {
-        println!("valgrind is not here: not tried");
+    for (program, calls, watched_calls) in [
+        ("misuse", &[][..], &[][..]),
+        ("random_calls", &[CALLS, "2"][..], &[WATCHED_CALLS, "3"][..]),
+    ] {
+        let source = format!("tests/{program}.c");
+        let sanitized = folder.path().join(format!("{program}-sanitized"));
+        let with = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+        compiled(&source, &sanitized, &with);
+        print!("{}", printed(Command::new(&sanitized).args(calls)));
+        let plain = folder.path().join(program);
+        compiled(&source, &plain, &[]);
+        if is_there("valgrind") {
+            let watch = ["--quiet", "--error-exitcode=9", "--leak-check=full"];
+            printed(
+                Command::new("valgrind")
+                    .args(watch)
+                    .arg(&plain)
+                    .args(watched_calls),
+            );
+        } else {
+            println!("valgrind is not here: {program} not watched");
+            printed(Command::new(&plain).args(watched_calls));
+        }
     }
 }

@@ -6,7 +6,8 @@ mod m7;
 mod python;
 mod recording;
 
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// Root of the workspace.
@@ -90,9 +91,26 @@ fn rust_example(name: &str, arguments: &[&str]) -> String {
     printed(cargo().args(run).args(arguments))
 }
 
+/// The page that shows all this.
+fn page() -> String {
+    fs::read_to_string(Path::new(ROOT).join("docs/bindings.md")).expect("a page")
+}
+
 #[test]
 #[ignore = "builds in release mode: the stage capi runs it"]
-fn every_example_of_the_core_runs() {
+fn the_page_shows_what_the_command_prints() {
+    let page = page();
+    for line in recording::Recorded::new().by_the_command().lines() {
+        // Of the covariance the page has the first number.
+        let shown: Vec<&str> = line.split(',').take(11).collect();
+        let shown = format!("\n{},", shown.join(","));
+        assert!(page.contains(&shown), "docs/bindings.md does not show{shown}");
+    }
+}
+
+#[test]
+#[ignore = "builds in release mode: the stage capi runs it"]
+fn every_example_of_the_core_is_short_and_runs() {
     let expected = [
         (
             "solve",
@@ -103,8 +121,24 @@ fn every_example_of_the_core_runs() {
             "own_geometry",
             "paths in silence: 0\nwaveform.active: expected an even number of 2 to 512\n",
         ),
+        (
+            "whole_receiver",
+            "sweep 0: 0 paths in silence\nsweep 1: 0 paths in silence\n",
+        ),
         ("embedded", "static memory: "),
     ];
+    let mut known: Vec<&str> = expected.iter().map(|(name, _)| *name).collect();
+    // Its lines are compared with those of the command.
+    known.push("estimate");
+    for entry in fs::read_dir(Path::new(ROOT).join("core/examples")).expect("a folder") {
+        let file = entry.expect("an entry").path();
+        let name = file.file_stem().and_then(|name| name.to_str()).expect("a name");
+        if file.extension().is_some_and(|extension| extension == "rs") {
+            assert!(known.contains(&name), "{name}: nothing runs it");
+            let lines = fs::read_to_string(&file).expect("a text").lines().count();
+            assert!(lines < 60, "{name}: {lines} lines, under 60 wanted");
+        }
+    }
     for (name, start) in expected {
         let printed = rust_example(name, &[]);
         assert!(printed.starts_with(start), "{name}: {printed}");

@@ -1,4 +1,4 @@
-"""The compiled half. Private: its arrays must be C-contiguous and of exactly these types."""
+"""The compiled half. Private: its arrays must be C-contiguous, aligned and of exactly these types."""
 
 from typing import Any
 

@@ -12,10 +12,15 @@ Floats = NDArray[np.float64]
 MOST = 1e7
 
 
+def dense(array: NDArray[Any], dtype: Any = None) -> NDArray[Any]:
+    """The array as the receiver reads it: C-contiguous and aligned, a copy where it was not."""
+    return np.require(array, dtype, ["C", "A"])
+
+
 def floats(name: str, value: Any, shape: tuple[int | None, ...]) -> Floats:
     """``value`` as a C-contiguous float64 array of a shape; None stands for any length."""
     try:
-        array = np.asarray(value, dtype=np.float64, order="C")
+        array = dense(np.asarray(value), np.float64)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{name}: expected numbers of shape {wanted(shape)}: {error}") from None
     return checked(name, array, shape)
@@ -29,7 +34,7 @@ def integers(name: str, value: Any, dtype: Any, shape: tuple[int | None, ...]) -
     limits = np.iinfo(dtype)
     if array.size and (array.min() < limits.min or array.max() > limits.max):
         raise ValueError(f"{name}: got {array.min()} to {array.max()}, expected {limits.min} to {limits.max}")
-    return checked(name, np.asarray(array, dtype=dtype, order="C"), shape)
+    return checked(name, dense(array, dtype), shape)
 
 
 def checked(name: str, array: NDArray[Any], shape: tuple[int | None, ...]) -> NDArray[Any]:

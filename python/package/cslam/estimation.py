@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cslam import _cslam
-from cslam._shapes import Floats, integers
+from cslam._shapes import Floats, dense, integers
 
 CHANNELS = 32
 SAMPLES = 512
@@ -129,7 +129,7 @@ class Estimator:
         count = samples.shape[0]
         return Paths(
             *self._core.estimate(
-                np.ascontiguousarray(samples),
+                dense(samples),
                 integers("beams", beams, np.uint16, (count,)),
                 integers("exponents", exponents, np.int32, (count,)),
             )
@@ -150,7 +150,7 @@ def quantize(iq: ArrayLike) -> tuple[NDArray[np.int16], NDArray[np.int32]]:
     samples = np.asarray(iq)
     if samples.ndim != 3 or samples.shape[1:] != (CHANNELS, SAMPLES):
         raise ValueError(f"iq: got shape {list(samples.shape)}, expected [beams, {CHANNELS}, {SAMPLES}]")
-    samples = samples.astype(np.complex128)
+    samples = dense(samples, np.complex128)
     if not np.isfinite(samples).all():
         raise ValueError("iq: a sample is not finite")
     strongest = (np.abs(samples) ** 2).mean(axis=2).max(axis=1, initial=0.0)

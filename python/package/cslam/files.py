@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cslam import _cslam
-from cslam._shapes import Floats, floats, integers
+from cslam._shapes import Floats, dense, floats, integers
 from cslam.world import Link
 
 
@@ -78,7 +78,7 @@ def write_sigmf(
     place = lambda name, value, n: None if value is None else floats(name, value, (n,)).tolist()  # noqa: E731
     _cslam.write_sigmf(
         os.fspath(name),
-        np.ascontiguousarray(samples),
+        dense(samples),
         integers("beams", beams, np.uint16, (count,)),
         integers("exponents", exponents, np.int32, (count,)),
         place("gmt_position_m", gmt_position_m, 3),

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cslam import _cslam
-from cslam._shapes import MOST, Floats, finite, floats, integers, three, time_of, whole, within
+from cslam._shapes import MOST, Floats, dense, finite, floats, integers, three, time_of, whole, within
 from cslam.events import BarometerSample, Beacon, Event, ImuSamples, MagnetometerSample, SweepSamples, TimingExchange
 from cslam.files import Recording
 from cslam.recorded import RecordedFlight
@@ -158,7 +158,7 @@ class Receiver:
         count = len(times)
         rows = lambda name, value: finite(name, floats(name, np.atleast_2d(np.asarray(value)), (count, 3)))  # noqa: E731
         self._core.imu(
-            np.ascontiguousarray(times, dtype=np.uint64),
+            dense(times, np.uint64),
             rows("rate_rad_per_s", rate_rad_per_s),
             rows("specific_force_m_per_s2", specific_force_m_per_s2),
         )
@@ -247,4 +247,4 @@ def _blocks(samples: Recording) -> tuple[NDArray[np.int16], NDArray[np.uint16], 
         raise ValueError(f"iq: got {iq.dtype} {list(iq.shape)}, expected int16 [beams, 32, 512, 2] (`quantize` makes them of complex samples)")
     count = (len(iq),)
     numbers = integers("beams", samples.beams, np.uint16, count)
-    return np.ascontiguousarray(iq), numbers, integers("exponents", samples.exponents, np.int32, count)
+    return dense(iq), numbers, integers("exponents", samples.exponents, np.int32, count)

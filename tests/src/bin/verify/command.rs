@@ -20,6 +20,9 @@ const CLEARED: [&str; 10] = [
     "PROPTEST_CASES",
 ];
 
+/// The toolchain of rustup that the workspace's `rust-version` names.
+pub(crate) const OLDEST_COMPILER: &str = env!("CARGO_PKG_RUST_VERSION");
+
 /// One command and what must come of it.
 pub(crate) struct Step {
     pub(crate) program: Program,
@@ -30,6 +33,8 @@ pub(crate) struct Step {
 /// Which program a command runs.
 pub(crate) enum Program {
     Cargo,
+    /// The cargo of the oldest compiler that is promised, [`OLDEST_COMPILER`].
+    OldestCargo,
     /// A binary that the stage `release` has built. `cargo run` would choose the features of its package alone, and build everything anew.
     Release(&'static str),
 }
@@ -49,6 +54,11 @@ pub(crate) enum Expect {
 pub(crate) fn run(step: &Step) -> Result<(), String> {
     let (name, mut command) = match step.program {
         Program::Cargo => ("cargo".to_owned(), tool(&cargo())),
+        Program::OldestCargo => {
+            let mut command = tool("rustup");
+            command.args(["run", OLDEST_COMPILER, "cargo"]);
+            (format!("rustup run {OLDEST_COMPILER} cargo"), command)
+        }
         Program::Release(binary) => {
             let file = format!("target/release/{binary}");
             let command = tool(&file);

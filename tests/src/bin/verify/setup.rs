@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::{fs, io};
 
-use crate::command::{output_of, status, tool};
+use crate::command::{OLDEST_COMPILER, output_of, status, tool};
 
 /// Targets without a system: those of a Cortex-M7 and of its successors, and the others that the core is built for.
 const TARGETS: [&str; 7] = [
@@ -36,6 +36,38 @@ pub(crate) fn toolchain() -> Result<(), String> {
             install("rustup", &["component", "add", component])?;
         }
     }
+    Ok(())
+}
+
+/// The oldest compiler that is promised, with the board's target, by rustup.
+pub(crate) fn oldest_toolchain() -> Result<(), String> {
+    let target = TARGETS[0];
+    let installed = || {
+        output_of(
+            "rustup",
+            &["target", "list", "--installed", "--toolchain", OLDEST_COMPILER],
+        )
+        .is_some_and(|targets| targets.lines().any(|line| line.trim() == target))
+    };
+    if !installed() {
+        let arguments = [
+            "toolchain",
+            "install",
+            OLDEST_COMPILER,
+            "--profile",
+            "minimal",
+            "--target",
+            target,
+        ];
+        install("rustup", &arguments)?;
+    }
+    let version = output_of("rustup", &["run", OLDEST_COMPILER, "rustc", "--version"]);
+    println!(
+        "{}",
+        version
+            .ok_or("the oldest compiler was installed and does not run")?
+            .trim()
+    );
     Ok(())
 }
 
@@ -140,6 +172,8 @@ pub(crate) fn python() -> Result<(), String> {
 
 /// Where the project's own Python package is installed, from the workspace's root.
 const OWN_PYTHON: &str = "target/verify-bindings";
+/// Where an old NumPy lies, for who puts it before the environment's own: a copy of the environment would have the package built twice.
+const OLDEST_NUMPY: &str = "target/verify-bindings/oldest-numpy";
 
 /// The project's Python package with its tests' needs, built by pip as a user has it built.
 pub(crate) fn own_python() -> Result<(), String> {
@@ -155,6 +189,19 @@ pub(crate) fn own_python() -> Result<(), String> {
         &python,
         &["-m", "pip", "install", "--quiet", "./python[campaign,test]"],
     )?;
+    if !Path::new(OLDEST_NUMPY).is_dir() {
+        let which = ["--requirement", "python/tests/oldest_numpy.txt"];
+        let arguments = [
+            "-m",
+            "pip",
+            "install",
+            "--quiet",
+            "--no-deps",
+            "--target",
+            OLDEST_NUMPY,
+        ];
+        install(&python, &[&arguments[..], &which[..]].concat())?;
+    }
     let loads = output_of(
         &python,
         &[

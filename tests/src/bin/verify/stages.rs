@@ -46,6 +46,14 @@ const fn built(binary: &'static str, arguments: &'static [&'static str]) -> Step
     }
 }
 
+const fn oldest(arguments: &'static [&'static str]) -> Step {
+    Step {
+        program: Program::OldestCargo,
+        arguments,
+        expect: Expect::Success,
+    }
+}
+
 const fn docs(arguments: &'static [&'static str]) -> Step {
     Step {
         program: Program::Cargo,
@@ -81,6 +89,13 @@ pub(crate) const STAGES: &[Stage] = &[
         needs: &[],
         lane: Lane::Optimised,
         work: Work::SetUp(setup::toolchain),
+    },
+    Stage {
+        name: "oldest-rustc",
+        what: "the oldest compiler that is promised is there, or rustup adds it",
+        needs: &[],
+        lane: Lane::Optimised,
+        work: Work::SetUp(setup::oldest_toolchain),
     },
     Stage {
         name: "qemu",
@@ -335,6 +350,31 @@ pub(crate) const STAGES: &[Stage] = &[
         ]),
     },
     Stage {
+        name: "oldest-compiler",
+        what: "the core compiles with the oldest compiler that is promised, its `rust-version`: host and chip, without features and with all",
+        needs: &["oldest-rustc"],
+        lane: Lane::Optimised,
+        work: Work::Steps(&[
+            oldest(&[
+                "check",
+                "--locked",
+                "--release",
+                "-p=cslam-core",
+                "--target=host-tuple",
+                THUMB,
+            ]),
+            oldest(&[
+                "check",
+                "--locked",
+                "--release",
+                "-p=cslam-core",
+                "--target=host-tuple",
+                THUMB,
+                "--all-features",
+            ]),
+        ]),
+    },
+    Stage {
         name: "firmware",
         what: "the images for the emulated board link; two boards, and a board for the host, are refused",
         needs: &["toolchain"],
@@ -542,7 +582,7 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "python-package",
-        what: "the Python package passes its tests, and prints and flies what the command does",
+        what: "the Python package passes its tests with the newest NumPy and the oldest, and prints and flies what the command does",
         needs: &["own-python"],
         lane: Lane::Optimised,
         work: Work::Steps(&[step(&[
