@@ -97,7 +97,8 @@ impl Detector {
 /// further down, at any fraction of a tap. What it explains under noise is the largest of many variables of four complex
 /// degrees of freedom, over a search in three parameters: a tail like `x^(3 + 3/2) exp(-x)`, of slope 0.86 there. Its place
 /// was measured: 14 of 1e5 beams of noise explain more than 32.8.
-pub(crate) fn fit_threshold(false_alarms: f64, beams: usize) -> f32 {
+#[must_use]
+pub fn fit_threshold(false_alarms: f64, beams: usize) -> f32 {
     let per_beam = false_alarms.clamp(1e-12, 1.0) / beams.max(1) as f64;
     (33.0 - libm::log(per_beam / 1.4e-4) / 0.86) as f32
 }

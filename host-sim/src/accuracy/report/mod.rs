@@ -17,6 +17,8 @@ pub enum Case {
     Single,
     /// One weak path: how often it is found
     Detection,
+    /// One weak path in a flight, where beams take turns: how often it is found within three sweeps (best mode only)
+    Revisit,
     /// Sweeps of noise alone
     Noise,
     /// Fixed point against the double-precision twin, paired trials (best mode only)
@@ -37,7 +39,7 @@ impl Case {
     /// Trials of the case in units of the command's `--trials`.
     fn trials(self, unit: usize) -> usize {
         match self {
-            Self::Single | Self::Twin | Self::Detection => 10 * unit,
+            Self::Single | Self::Twin | Self::Detection | Self::Revisit => 10 * unit,
             Self::Noise | Self::Bounce | Self::Corner => 2 * unit,
             Self::Scenes | Self::Pairs | Self::Departure => unit,
         }
@@ -68,9 +70,10 @@ pub struct Report {
 
 impl Case {
     /// All cases, in the order of the report.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Single,
         Self::Detection,
+        Self::Revisit,
         Self::Noise,
         Self::Twin,
         Self::Scenes,
@@ -91,6 +94,7 @@ impl Case {
         match self {
             Self::Single => beam::single_path(run, n),
             Self::Detection => beam::weak_path(run, n),
+            Self::Revisit => beam::revisited(run, n),
             Self::Noise => sweep::noise(run, n),
             Self::Twin => beam::fixed_point(run, n),
             Self::Scenes => sweep::nine_paths(run, n),
@@ -106,6 +110,7 @@ impl Case {
         let each = match self {
             Self::Single => beam::SNR_DB.len(),
             Self::Detection => beam::WEAK_DB.len(),
+            Self::Revisit => return usize::from(modes.contains(&Mode::Best)),
             Self::Noise => 1,
             Self::Twin => return beam::TWIN_DB.len() * usize::from(modes.contains(&Mode::Best)),
             Self::Scenes => 2,
