@@ -95,6 +95,7 @@ pub mod association;
 pub mod beam_squint;
 pub mod constants;
 pub mod estimator;
+pub mod field;
 pub mod geometry;
 pub mod inertial;
 pub mod kernels;

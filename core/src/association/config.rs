@@ -1,6 +1,11 @@
 //! Every tuned number of the association.
 
+use crate::field::{FieldError, MOST_SHARE, Range, all_in, wide};
 use crate::paths::PathErrors;
+
+/// Least logarithm of a probability.
+/// Numerical: single precision ends long before.
+const LEAST_LOG: f64 = -1000.0;
 
 /// Settings of the association.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,5 +68,58 @@ impl Default for AssociationConfig {
             gate_sigmas: 5.0,
             weighings: 160,
         }
+    }
+}
+
+impl AssociationConfig {
+    /// Whether every number can be.
+    ///
+    /// # Errors
+    /// [`FieldError`] naming the first one that cannot.
+    pub fn check(&self) -> Result<(), FieldError> {
+        let errors = &self.errors;
+        let above = [
+            ("classifier_doubt", self.classifier_doubt),
+            ("singles_offered", self.singles_offered),
+            ("offered_growth", self.offered_growth),
+            ("clear_m", self.clear_m),
+            ("unknown_share", self.unknown_share),
+            ("clutter_length_m", self.clutter_length_m),
+            ("artefact_density", self.artefact_density),
+            ("gate_sigmas", self.gate_sigmas),
+            ("errors.neighbour_m", errors.neighbour_m),
+            ("errors.neighbour_rad", errors.neighbour_rad),
+            ("errors.comparable_db", errors.comparable_db),
+        ];
+        all_in(Range::AboveZero, &above.map(wide))?;
+        all_in(
+            Range::AboveZero,
+            &errors.delay_m.map(|value| wide(("errors.delay_m", value))),
+        )?;
+        all_in(
+            Range::AboveZero,
+            &errors
+                .arrival_rad
+                .map(|value| wide(("errors.arrival_rad", value))),
+        )?;
+        let outliers = errors
+            .departure_outliers
+            .map(|value| wide(("errors.departure_outliers", value)));
+        all_in(Range::AboveZero, &outliers)?;
+        all_in(Range::Within(0.0, MOST_SHARE), &outliers)?;
+        all_in(
+            Range::Within(0.0, 0.3),
+            &[wide(("classifier_doubt", self.classifier_doubt))],
+        )?;
+        let logs = [("reach_per_m", self.reach_per_m), ("blocked", self.blocked)];
+        all_in(Range::Within(LEAST_LOG, 0.0), &logs.map(wide))?;
+        all_in(
+            Range::Within(0.0, MOST_SHARE),
+            &[wide(("unknown_share", self.unknown_share))],
+        )?;
+        all_in(
+            Range::Within(0.5, MOST_SHARE),
+            &[wide(("explained", self.explained))],
+        )
     }
 }

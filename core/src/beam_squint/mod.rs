@@ -65,6 +65,7 @@ pub use refusal::Refusal;
 pub use sighting::{Expected, Ground, Sighting};
 
 use crate::array::{SquintSymbol, UavArrays};
+use crate::field::{FieldError, Range, all_in, wide};
 use crate::numeric::gather;
 use crate::radio::RadioConfig;
 use crate::signal::{BeamBlock, Correlator, Workspace};
@@ -82,6 +83,10 @@ const LEAST_LEAD: f32 = 12.0;
 /// Places closer than this in both cosines are the same.
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const SAME: f32 = 0.02;
+
+/// Errors of delay beyond this are none of arrays, m.
+/// Given: arrays are centimetres wide.
+const MOST_DELAY_M: f64 = 10.0;
 
 /// What the receiver knows and assumes.
 /// Derived: what the error budget leaves beside the constant part (docs/signal-model.md).
@@ -105,6 +110,19 @@ impl Default for BeamSquintConfig {
 }
 
 impl BeamSquintConfig {
+    /// Whether every number can be.
+    ///
+    /// # Errors
+    /// [`FieldError`] naming the first one that cannot.
+    pub fn check(&self) -> Result<(), FieldError> {
+        let residuals = self.residual_sigma.map(|sigma| wide(("residual_sigma", sigma)));
+        all_in(Range::Within(0.0, 1.0), &residuals)?;
+        all_in(
+            Range::Within(0.0, MOST_DELAY_M),
+            &[wide(("delay_sigma_m", self.delay_sigma_m))],
+        )
+    }
+
     /// Perfect arrays: covariances are those of noise.
     #[must_use]
     pub fn ideal() -> Self {

@@ -40,6 +40,7 @@
 mod ahead;
 pub mod baseline;
 mod beacon;
+mod check;
 mod claim;
 mod clock;
 mod config;

@@ -44,6 +44,7 @@
 //! ```
 
 mod alignment;
+mod check;
 mod config;
 mod health;
 mod increment;

@@ -14,6 +14,7 @@ use crate::association::AssociationConfig;
 use crate::beam_squint::BeamSquintConfig;
 use crate::estimator::baseline;
 use crate::estimator::{self, FilterConfig};
+use crate::field::{FieldError, Range, all_in, wide};
 use crate::geometry::Position;
 use crate::inertial::{ImuConfig, MagneticField, RestConfig};
 use crate::link_state::{AcceptGate, Classifier, PaperClassifier, PathClassifier};
@@ -68,6 +69,20 @@ impl Default for BaselineConfig {
             position_sigma_m: 0.3,
             attitude_sigma_rad: 0.009,
         }
+    }
+}
+
+impl BaselineConfig {
+    /// Whether every number can be.
+    ///
+    /// # Errors
+    /// [`FieldError`] naming the first one that cannot.
+    pub fn check(&self) -> Result<(), FieldError> {
+        let above = [
+            ("position_sigma_m", self.position_sigma_m),
+            ("attitude_sigma_rad", self.attitude_sigma_rad),
+        ];
+        all_in(Range::AboveZero, &above.map(wide))
     }
 }
 
@@ -198,6 +213,28 @@ impl<'m, Description> Config<'m, Description> {
         )
     }
 
+    /// Whether every number behind the radio can be ([`RadioConfig::check`] is the radio's).
+    ///
+    /// # Errors
+    /// [`FieldError`] naming the first one that cannot, with the part that it stands in.
+    pub fn check(&self) -> Result<(), FieldError> {
+        self.residuals.check().map_err(|error| error.under("residuals"))?;
+        self.imu.check().map_err(|error| error.under("imu"))?;
+        self.rest.check().map_err(|error| error.under("rest"))?;
+        match &self.localization {
+            Localization::Filter(filter) => filter.check(),
+            Localization::Baseline(baseline, _) => baseline.check(),
+        }
+        .map_err(|error| error.under("localization"))?;
+        self.beam_squint
+            .check()
+            .map_err(|error| error.under("beam_squint"))?;
+        self.association
+            .check()
+            .map_err(|error| error.under("association"))?;
+        self.surfaces.check().map_err(|error| error.under("surfaces"))
+    }
+
     /// Our methods throughout, for a radio of one's own.
     #[must_use]
     pub fn of(radio: Description, link_states: LinkStates<'m>) -> Self {
@@ -254,5 +291,40 @@ impl<'m> Config<'m> {
             form: Form::Paper,
             ..Self::best(LinkStates::Paper(network))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_receiver_can_reckon_with_is_named_with_its_part() {
+        let config = Config::best(LinkStates::Rules(Rules::default()));
+        assert_eq!(config.check(), Ok(()));
+        let wrong = |change: fn(&mut Config<'_>)| {
+            let mut config = config.clone();
+            change(&mut config);
+            config.check().map_err(|error| (error.table, error.field))
+        };
+        let of = |table, field| Err((Some(table), field));
+        assert_eq!(wrong(|c| c.residuals.delay_m = 0.0), of("residuals", "delay_m"));
+        assert_eq!(wrong(|c| c.imu.step_ns = 0), of("imu", "step_ns"));
+        assert_eq!(wrong(|c| c.rest.blocks = 0), of("rest", "blocks"));
+        let filter = |c: &mut Config<'_>| {
+            if let Localization::Filter(filter) = &mut c.localization {
+                filter.gates.one = f64::NAN;
+            }
+        };
+        assert_eq!(wrong(filter), of("localization", "gates.one"));
+        assert_eq!(
+            wrong(|c| c.beam_squint.delay_sigma_m = -1.0),
+            of("beam_squint", "delay_sigma_m")
+        );
+        assert_eq!(
+            wrong(|c| c.association.explained = 1.0),
+            of("association", "explained")
+        );
+        assert_eq!(wrong(|c| c.surfaces.detection = 0.0), of("surfaces", "detection"));
     }
 }

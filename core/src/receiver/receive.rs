@@ -4,6 +4,7 @@
 use nalgebra::Matrix3;
 
 use crate::estimator::Pose;
+use crate::field::{FieldError, Range, all_in, wide};
 use crate::geometry::{Body, Direction, Position, World};
 use crate::path::{Departure, Path};
 use crate::paths::EstimatedPath;
@@ -24,6 +25,21 @@ pub struct Residuals {
     pub angle_rad: f32,
     /// Angle of departure along any tangent, rad.
     pub departure_rad: f32,
+}
+
+impl Residuals {
+    /// Whether every number can be.
+    ///
+    /// # Errors
+    /// [`FieldError`] naming the first one that cannot.
+    pub fn check(&self) -> Result<(), FieldError> {
+        let above = [
+            ("delay_m", self.delay_m),
+            ("angle_rad", self.angle_rad),
+            ("departure_rad", self.departure_rad),
+        ];
+        all_in(Range::AboveZero, &above.map(wide))
+    }
 }
 
 impl Default for Residuals {

@@ -1,5 +1,7 @@
 //! Every tuned number of the surfaces.
 
+use crate::field::{FieldError, MOST_SHARE, Range, all_in, wide};
+
 /// What makes, confirms and ends a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceConfig {
@@ -79,6 +81,40 @@ impl Default for SurfaceConfig {
 }
 
 impl SurfaceConfig {
+    /// Whether every number can be.
+    ///
+    /// # Errors
+    /// [`FieldError`] naming the first one that cannot.
+    pub fn check(&self) -> Result<(), FieldError> {
+        let above = [
+            ("lean_rad", self.lean_rad),
+            ("doubtful_log_odds", self.doubtful_log_odds),
+            ("same_m", self.same_m),
+            ("reach_m", self.reach_m),
+            ("independent_m", self.independent_m),
+            ("detection", self.detection),
+            ("indistinct_share", self.indistinct_share),
+            ("contradiction_log_odds", self.contradiction_log_odds),
+            ("alike_sightings", self.alike_sightings),
+            ("least_shift_m", self.least_shift_m),
+            ("least_tilt_rad", self.least_tilt_rad),
+            ("ground_shift_m", self.ground_shift_m),
+            ("ground_tilt_rad", self.ground_tilt_rad),
+            ("most_point_m", self.most_point_m),
+        ];
+        all_in(Range::AboveZero, &above.map(wide))?;
+        let shares = [
+            ("detection", self.detection),
+            ("indistinct_share", self.indistinct_share),
+        ];
+        all_in(Range::Within(0.0, MOST_SHARE), &shares.map(wide))?;
+        let confirmed = f64::from(self.confirmed_probability);
+        all_in(
+            Range::Within(0.5, MOST_SHARE),
+            &[("confirmed_probability", confirmed)],
+        )
+    }
+
     /// Angle between normals of parallel surfaces, rad: they are no further apart at the end of their reach than where they count as one.
     #[must_use]
     pub fn same_rad(&self) -> f32 {

@@ -1,11 +1,12 @@
 //! What half and twice each number of data association, its surfaces and the gates of the pose does.
 
+use cslam_core::field::MOST_SHARE;
 use toml::Value;
 
 use super::figure::Figure;
 use super::shard::Shard;
 use super::summary::Summary;
-use crate::config::{Config, MOST_SHARE};
+use crate::config::Config;
 use crate::input::toml_keys::{find, put};
 use crate::table::Table;
 
@@ -17,7 +18,7 @@ const TABLES: [&str; 4] = [
     "receiver.filter.beacon",
 ];
 /// Probabilities that are wanted: what is halved and doubled is how often they are missed.
-const WANTED: [&str; 3] = ["explained", "tentative", "confirmed_probability"];
+const WANTED: [&str; 2] = ["explained", "confirmed_probability"];
 /// Shares: doubled, they end at [`MOST_SHARE`].
 const SHARES: [&str; 5] = [
     "departure_outliers",
@@ -86,7 +87,7 @@ impl Constant {
         if is_one_of(&WANTED) {
             1.0 - (1.0 - self.value) * factor
         } else if is_one_of(&SHARES) {
-            (self.value * factor).min(MOST_SHARE.into())
+            (self.value * factor).min(MOST_SHARE)
         } else {
             self.value * factor
         }
@@ -272,7 +273,7 @@ mod tests {
         assert!((explained.varied(Varied::Halved) - 0.975).abs() < 1e-6);
         assert!((explained.varied(Varied::Doubled) - 0.9).abs() < 1e-6);
         let outliers = of("association.errors.departure_outliers.2");
-        assert!((outliers.varied(Varied::Doubled) - f64::from(MOST_SHARE)).abs() < 1e-9);
+        assert!((outliers.varied(Varied::Doubled) - MOST_SHARE).abs() < 1e-9);
         assert!((of("surfaces.reach_m").varied(Varied::Doubled) - 12.0).abs() < 1e-9);
     }
 }

@@ -7,7 +7,7 @@ use cslam_core::paths::PathErrors;
 use cslam_core::surfaces::SurfaceConfig;
 use serde::{Deserialize, Serialize};
 
-use crate::input::{InputError, above_zero, within};
+use crate::input::InputError;
 
 /// Table `[receiver.association]`: which surfaces made a path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -19,11 +19,6 @@ pub struct AssociationFigures(#[serde(with = "AssociationKeys")] AssociationConf
 #[serde(transparent)]
 pub struct SurfaceFigures(#[serde(with = "SurfaceKeys")] SurfaceConfig);
 
-/// Most that a share or a probability may be.
-pub const MOST_SHARE: f32 = 0.9999;
-/// Least logarithm of a probability.
-const LEAST_LOG: f32 = -1000.0;
-
 impl AssociationFigures {
     /// For the flight code.
     pub fn config(&self) -> AssociationConfig {
@@ -31,38 +26,7 @@ impl AssociationFigures {
     }
 
     pub(super) fn check(&self) -> Result<(), InputError> {
-        let (a, e) = (&self.0, &self.0.errors);
-        let mut above = vec![
-            ("classifier_doubt", a.classifier_doubt),
-            ("singles_offered", a.singles_offered),
-            ("offered_growth", a.offered_growth),
-            ("clear_m", a.clear_m),
-            ("unknown_share", a.unknown_share),
-            ("clutter_length_m", a.clutter_length_m),
-            ("artefact_density", a.artefact_density),
-            ("gate_sigmas", a.gate_sigmas),
-            ("errors.neighbour_m", e.neighbour_m),
-            ("errors.neighbour_rad", e.neighbour_rad),
-            ("errors.comparable_db", e.comparable_db),
-        ];
-        above.extend(e.delay_m.map(|value| ("errors.delay_m", value)));
-        above.extend(e.arrival_rad.map(|value| ("errors.arrival_rad", value)));
-        above.extend(
-            e.departure_outliers
-                .map(|value| ("errors.departure_outliers", value)),
-        );
-        all_above_zero(&above)?;
-        within(&[
-            ("classifier_doubt", a.classifier_doubt, 0.0, 0.3),
-            ("reach_per_m", a.reach_per_m, LEAST_LOG, 0.0),
-            ("blocked", a.blocked, LEAST_LOG, 0.0),
-            ("unknown_share", a.unknown_share, 0.0, MOST_SHARE),
-            ("explained", a.explained, 0.5, MOST_SHARE),
-        ])?;
-        within(
-            &e.departure_outliers
-                .map(|value| ("errors.departure_outliers", value, 0.0, MOST_SHARE)),
-        )
+        Ok(self.0.check()?)
     }
 }
 
@@ -73,39 +37,8 @@ impl SurfaceFigures {
     }
 
     pub(super) fn check(&self) -> Result<(), InputError> {
-        let s = &self.0;
-        let above = [
-            ("lean_rad", s.lean_rad),
-            ("doubtful_log_odds", s.doubtful_log_odds),
-            ("same_m", s.same_m),
-            ("reach_m", s.reach_m),
-            ("independent_m", s.independent_m),
-            ("detection", s.detection),
-            ("indistinct_share", s.indistinct_share),
-            ("contradiction_log_odds", s.contradiction_log_odds),
-            ("alike_sightings", s.alike_sightings),
-            ("least_shift_m", s.least_shift_m),
-            ("least_tilt_rad", s.least_tilt_rad),
-            ("ground_shift_m", s.ground_shift_m),
-            ("ground_tilt_rad", s.ground_tilt_rad),
-            ("most_point_m", s.most_point_m),
-        ];
-        all_above_zero(&above)?;
-        within(&[
-            ("confirmed_probability", s.confirmed_probability, 0.5, MOST_SHARE),
-            ("detection", s.detection, 0.0, MOST_SHARE),
-            ("indistinct_share", s.indistinct_share, 0.0, MOST_SHARE),
-        ])
+        Ok(self.0.check()?)
     }
-}
-
-/// As [`above_zero`], in single precision.
-fn all_above_zero(figures: &[(&str, f32)]) -> Result<(), InputError> {
-    let figures: Vec<_> = figures
-        .iter()
-        .map(|(key, value)| (*key, f64::from(*value)))
-        .collect();
-    above_zero(&figures)
 }
 
 #[derive(Serialize, Deserialize)]

@@ -19,7 +19,7 @@ use crate::scene::Scene;
 use crate::world::{GivenLinks, Profile, World, WorldConfig};
 
 pub use crate::radio::RadioFigures;
-pub use association::{AssociationFigures, MOST_SHARE, SurfaceFigures};
+pub use association::{AssociationFigures, SurfaceFigures};
 pub use board::BoardConfig;
 pub use filter::{BaselineFigures, FilterFigures, ResidualFigures};
 pub use receiver::{

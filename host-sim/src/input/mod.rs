@@ -8,6 +8,7 @@ mod read;
 pub mod toml_keys;
 mod toml_places;
 
+use cslam_core::field::FieldError;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -103,6 +104,14 @@ impl InputError {
             file: self.file.or_else(|| Some(file.to_owned())),
             ..self
         }
+    }
+}
+
+impl From<FieldError> for InputError {
+    /// A key of a TOML file has the name of the field.
+    fn from(error: FieldError) -> Self {
+        let at = Self::at_key(error.field, error.wrong.to_string());
+        error.table.map_or(at.clone(), |table| at.under(table))
     }
 }
 
