@@ -40,9 +40,12 @@ pub struct AssociationConfig {
     /// Density of artefacts, in units of that of unexplained paths: they lie beside stronger ones.
     /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub artefact_density: f32,
-    /// Posterior of a path that is explained, by confirmed surfaces or by tentative ones.
+    /// Posterior of a path that is explained.
     /// Given: the precision that is wanted.
     pub explained: f32,
+    /// Posterior of a path that is explained tentatively.
+    /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
+    pub tentative: f32,
     /// Standard deviations within which an explanation is weighed.
     /// Derived: one honest explanation in a million is beyond.
     pub gate_sigmas: f32,
@@ -65,6 +68,7 @@ impl Default for AssociationConfig {
             clutter_length_m: 60.0,
             artefact_density: 1000.0,
             explained: 0.95,
+            tentative: 0.9,
             gate_sigmas: 5.0,
             weighings: 160,
         }

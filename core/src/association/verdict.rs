@@ -116,14 +116,18 @@ impl Verdict {
         };
         let p = posterior(best.log);
         let gate = f64::from(config.gate_sigmas);
-        let decision =
-            if weighed.unfinished || p < config.explained || best.likelihood.chi_square > gate * gate {
-                Decision::Ambiguous
-            } else if best.confirmed {
-                Decision::Explained
-            } else {
-                Decision::Tentative
-            };
+        let wanted = if best.confirmed {
+            config.explained
+        } else {
+            config.tentative
+        };
+        let decision = if weighed.unfinished || p < wanted || best.likelihood.chi_square > gate * gate {
+            Decision::Ambiguous
+        } else if best.confirmed {
+            Decision::Explained
+        } else {
+            Decision::Tentative
+        };
         Self {
             decision,
             chain: best.ids.clone(),

@@ -180,8 +180,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if chi2 <= gate {
             self.contested = 0;
             // After an outage almost any place is possible: one sweep is no proof, a consistent fix elsewhere may be a lie.
-            let proven = trusted || agrees || sweep.self_consistent && blind;
-            if !proven && self.held < gates.refix_after {
+            let sure_enough = trusted || agrees || sweep.self_consistent && blind;
+            if !sure_enough && self.held < gates.refix_after {
                 self.counters.held = self.counters.held.saturating_add(1);
                 self.held = self.held.saturating_add(1);
                 return SweepVerdict::Held;

@@ -18,7 +18,7 @@ const TABLES: [&str; 4] = [
     "receiver.filter.beacon",
 ];
 /// Probabilities that are wanted: what is halved and doubled is how often they are missed.
-const WANTED: [&str; 2] = ["explained", "confirmed_probability"];
+const WANTED: [&str; 3] = ["explained", "tentative", "confirmed_probability"];
 /// Shares: doubled, they end at [`MOST_SHARE`].
 const SHARES: [&str; 5] = [
     "departure_outliers",

@@ -60,6 +60,7 @@ struct AssociationKeys {
     clutter_length_m: f32,
     artefact_density: f32,
     explained: f32,
+    tentative: f32,
     gate_sigmas: f32,
     weighings: u16,
 }
