@@ -123,7 +123,7 @@ impl AssociationConfig {
         )?;
         all_in(
             Range::Within(0.5, MOST_SHARE),
-            &[wide(("explained", self.explained))],
+            &[("explained", self.explained), ("tentative", self.tentative)].map(wide),
         )
     }
 }
