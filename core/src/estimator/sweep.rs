@@ -175,12 +175,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
             let in_sight = sweep.time_ns.saturating_sub(self.last_sight_ns) <= BLIND_AFTER_NS;
             self.parted = small && self.sure && in_sight;
         }
-        let trusted = self.sure;
         self.last_innovation = Some(innovation);
         if chi2 <= gate {
             self.contested = 0;
             // After an outage almost any place is possible: one sweep is no proof, a consistent fix elsewhere may be a lie.
-            let sure_enough = trusted || agrees || sweep.self_consistent && blind;
+            let sure_enough = self.sure || agrees || sweep.self_consistent && blind;
             if !sure_enough && self.held < gates.refix_after {
                 self.counters.held = self.counters.held.saturating_add(1);
                 self.held = self.held.saturating_add(1);

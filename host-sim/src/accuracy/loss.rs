@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::single::{ELEVATIONS_DEG, OUTLIER_SIGMAS};
+use super::single::{OUTLIER_SIGMAS, drawn};
 use super::twin::{Fitted, Twin};
-use super::{Mode, Range, Truth, direction, error_of, estimator};
+use super::{Mode, Range, error_of, estimator};
 use crate::crlb::{self, Receiver};
 use crate::random::Stream;
 
@@ -41,13 +41,7 @@ pub fn loss(snr_db: f64, trials: usize, seed: u64) -> Loss {
             || estimator(Mode::Best),
             |estimator, trial| {
                 let mut stream = Stream::new(seed, u64::from(trial));
-                let truth = Truth {
-                    c_tau_m: 5.0 + 400.0 * stream.uniform(),
-                    aoa: direction(&mut stream, ELEVATIONS_DEG),
-                    aod: range.aim(BEAM),
-                    snr_db,
-                    phase_rad: std::f64::consts::TAU * stream.uniform(),
-                };
+                let truth = drawn(&range, BEAM, snr_db, &mut stream);
                 let bound = crlb::single(&receiver, &truth.arrival())?;
                 let square = |found: Fitted| {
                     let e = error_of(found.c_tau_m, found.aoa.vector(), &truth);

@@ -14,8 +14,8 @@ use cslam_core::profile::FlightEstimator;
 use cslam_core::signal::fit_threshold;
 use rayon::prelude::*;
 
-use super::single::ELEVATIONS_DEG;
-use super::{Range, Truth, direction};
+use super::single::{ELEVATIONS_DEG, drawn};
+use super::{Range, Truth};
 use crate::crlb::Receiver;
 use crate::random::Stream;
 use crate::statistics::wilson;
@@ -78,13 +78,7 @@ pub fn revisit(snr_db: f64, trials: usize, seed: u64) -> Vec<Revisit> {
         .into_par_iter()
         .map_with(learned, |learned, trial| {
             let mut stream = Stream::new(seed, u64::from(trial));
-            let truth = Truth {
-                c_tau_m: 5.0 + 400.0 * stream.uniform(),
-                aoa: direction(&mut stream, ELEVATIONS_DEG),
-                aod: range.aim(BEAM),
-                snr_db,
-                phase_rad: std::f64::consts::TAU * stream.uniform(),
-            };
+            let truth = drawn(&range, BEAM, snr_db, &mut stream);
             let mut estimator = learned.clone();
             let near = |p: &EstimatedPath| (f64::from(p.path.c_tau_m) - truth.c_tau_m).abs() < NEAR_M;
             let found = std::array::from_fn(|sweep| {

@@ -11,6 +11,17 @@ use crate::statistics::{median, rms, wilson};
 
 /// Elevations of arrival: the dipole hears little beyond (docs/signal-model.md, "Arrays").
 pub(super) const ELEVATIONS_DEG: std::ops::Range<f64> = -60.0..75.0;
+
+/// A path at this SNR that a beam favours, of any length, direction of arrival and phase.
+pub(super) fn drawn(range: &Range, beam: u16, snr_db: f64, stream: &mut Stream) -> Truth {
+    Truth {
+        c_tau_m: 5.0 + 400.0 * stream.uniform(),
+        aoa: direction(stream, ELEVATIONS_DEG),
+        aod: range.aim(beam),
+        snr_db,
+        phase_rad: std::f64::consts::TAU * stream.uniform(),
+    }
+}
 /// An estimate this far off took another lobe or another tap, and says nothing of the bound.
 pub(super) const OUTLIER_SIGMAS: f64 = 10.0;
 
@@ -52,7 +63,6 @@ pub fn single(mode: Mode, snr_db: f64, trials: usize, seed: u64) -> Single {
     // A beam in the middle of the first face.
     let beam = 12;
     let range = Range::new(&[beam], seed);
-    let aod = range.aim(beam);
     let receiver = <Receiver>::default();
     let results: Vec<Option<Trial>> = (0..trials as u32)
         .into_par_iter()
@@ -60,13 +70,7 @@ pub fn single(mode: Mode, snr_db: f64, trials: usize, seed: u64) -> Single {
             || estimator(mode),
             |estimator, trial| {
                 let mut stream = Stream::new(seed, u64::from(trial));
-                let truth = Truth {
-                    c_tau_m: 5.0 + 400.0 * stream.uniform(),
-                    aoa: direction(&mut stream, ELEVATIONS_DEG),
-                    aod,
-                    snr_db,
-                    phase_rad: std::f64::consts::TAU * stream.uniform(),
-                };
+                let truth = drawn(&range, beam, snr_db, &mut stream);
                 let paths = range.sweep(&[truth], trial, estimator.as_mut());
                 let path = paths.first()?;
                 let bound = crlb::single(&receiver, &truth.arrival()).expect("observable");
@@ -134,13 +138,7 @@ pub fn detection(mode: Mode, snr_db: f64, trials: usize, seed: u64) -> Detection
             || estimator(mode),
             |estimator, trial| {
                 let mut stream = Stream::new(seed, u64::from(trial));
-                let truth = Truth {
-                    c_tau_m: 5.0 + 400.0 * stream.uniform(),
-                    aoa: direction(&mut stream, ELEVATIONS_DEG),
-                    aod: range.aim(beam),
-                    snr_db,
-                    phase_rad: std::f64::consts::TAU * stream.uniform(),
-                };
+                let truth = drawn(&range, beam, snr_db, &mut stream);
                 let paths = range.sweep(&[truth], trial, estimator.as_mut());
                 let near = |p: &EstimatedPath| (f64::from(p.path.c_tau_m) - truth.c_tau_m).abs() < 1.0;
                 [!paths.is_empty(), paths.iter().any(near)]

@@ -111,7 +111,10 @@ impl From<FieldError> for InputError {
     /// A key of a TOML file has the name of the field.
     fn from(error: FieldError) -> Self {
         let at = Self::at_key(error.field, error.wrong.to_string());
-        error.table.map_or(at.clone(), |table| at.under(table))
+        match error.table {
+            Some(table) => at.under(table),
+            None => at,
+        }
     }
 }
 
