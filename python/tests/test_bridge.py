@@ -8,6 +8,7 @@ import pytest
 
 import cslam
 
+CARRIER_HZ = 30e9
 FIXTURE = np.load(Path(__file__).parent / "links.npz", allow_pickle=False)
 
 
@@ -24,7 +25,7 @@ def as_sionna(**changes):
 
 
 def as_deepmimo():
-    """The links of the first transmitter as a DeepMIMO data set: float32, degrees, NaN where there is no path."""
+    """The links of the first transmitter as a DeepMIMO data set: float32, degrees, NaN where there is no path, or no interaction."""
     absent = ~FIXTURE["valid"][:, 0]
     gain = FIXTURE["re"][:, 0].astype(complex) + 1j * FIXTURE["im"][:, 0]
     digits = {0: "", 1: "1", 2: "3", 4: "4", 8: "2"}
@@ -42,8 +43,9 @@ def as_deepmimo():
             "inter": np.array(inter),
         }
     fields = {name: np.where(absent, np.nan, values).astype(np.float32) for name, values in fields.items()}
-    places = np.moveaxis(FIXTURE["vertices"][:, :, 0], 0, 2)
-    return {"tx_pos": FIXTURE["tx"][0], "rx_pos": FIXTURE["rx"], "inter_pos": places, **fields}
+    places = np.moveaxis(np.where(kinds[..., None] == 0, np.nan, FIXTURE["vertices"][:, :, 0]), 0, 2).astype(np.float32)
+    ends = {"tx_pos": FIXTURE["tx"][:1].astype(np.float32), "rx_pos": FIXTURE["rx"].astype(np.float32)}
+    return {**ends, "inter_pos": places, **fields, "rt_params": {"frequency": CARRIER_HZ}}
 
 
 def check(links, truth):
@@ -83,11 +85,54 @@ def test_links_of_deepmimo_are_those_of_the_tracer(truth):
     assert dropped == {"scattering": 1, "transmission": 1, "diffraction": 1, "more than 3 reflections": 1}
 
 
+@pytest.mark.parametrize(
+    "digits, reason",
+    [(2, "diffraction"), (13, "scattering"), (4, "transmission"), (1111, "more than 3 reflections"), (15, "other interaction")],
+)
+def test_interactions_of_deepmimo_are_dropped_by_their_digits(digits, reason):
+    others = as_deepmimo()
+    present = np.isfinite(others["inter"])
+    others["inter"][present] = digits
+    links, dropped = cslam.bridge.deepmimo(others)
+    assert dropped == {reason: present.sum()} and all(len(link) == 0 for link in links)
+
+
+def test_phases_of_deepmimo_that_hold_the_way_lose_it(truth):
+    held = as_deepmimo()
+    held["phase"] = held["phase"] - 360 * CARRIER_HZ * held["delay"].astype(np.float64)
+    links, _ = cslam.bridge.deepmimo(held, phase_at_receiver=True)
+    check(links, truth[: len(links)])
+
+
+def test_angles_of_deepmimo_of_other_conventions_are_dropped():
+    good = as_deepmimo()
+    count = sum(len(link) for link in cslam.bridge.deepmimo(good)[0])
+    elevations = {name: 90 - good[name] for name in ("aoa_el", "aod_el")}
+    travel = {"aoa_el": 180 - good["aoa_el"], "aoa_az": good["aoa_az"] + 180}
+    # So does the converter of Aerial Omniverse Digital Twin in DeepMIMO 4.0.5: elevations, and arrivals along the way of travel.
+    both = {**elevations, "aoa_el": 90 - travel["aoa_el"], "aoa_az": travel["aoa_az"]}
+    for angles in (elevations, travel, both):
+        links, dropped = cslam.bridge.deepmimo({**good, **angles})
+        assert sum(len(link) for link in links) == 0
+        assert dropped["angles and places disagree"] == count
+
+
+def test_a_deepmimo_set_of_several_base_stations_is_refused():
+    # Its fields are lists, one entry for each base station.
+    both = {name: [value, value] for name, value in as_deepmimo().items()}
+    with pytest.raises(ValueError, match="tx_pos: got 2 places, expected one"):
+        cslam.bridge.deepmimo(both)
+
+
 def test_what_is_no_number_is_counted():
     broken = FIXTURE["tau"].copy()
     broken[1, 0, 0] = np.nan
     _, dropped = cslam.bridge.sionna(*as_sionna(tau=broken))
     assert dropped["not finite"] == 1
+    nowhere = as_deepmimo()
+    nowhere["inter_pos"] = np.full_like(nowhere["inter_pos"], np.nan)
+    links, dropped = cslam.bridge.deepmimo(nowhere)
+    assert dropped["not finite"] > 0 and all((link.order == 0).all() for link in links)
 
 
 def test_a_link_of_another_tracer_is_heard_and_solved():

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cslam._shapes import Floats
-from cslam.world import SPEED_OF_LIGHT_M_PER_S, Link
+from cslam.world import SPEED_OF_LIGHT_M_PER_S, Link, _unit
 
 #: More reflections than this are dropped.
 MAX_ORDER = 3
@@ -28,7 +28,7 @@ _DEEPMIMO_KINDS = {2: "diffraction", 3: "scattering", 4: "transmission"}
 
 class Dropped(dict[str, int]):
     """Paths that were left out, by reason: ``diffuse``, ``refraction``, ``diffraction``, ``scattering``, ``transmission``,
-    ``more than 3 reflections``, ``not finite``, ``other interaction``."""
+    ``more than 3 reflections``, ``not finite``, ``other interaction``, ``angles and places disagree``."""
 
     def count(self, reason: str) -> None:
         """One more."""
@@ -101,11 +101,15 @@ def sionna(paths: Any, scene: Any = None, *, tx_m: Any = None, rx_m: Any = None)
 
 
 def deepmimo(dataset: Any, *, phase_at_receiver: bool = False) -> tuple[list[Link], Dropped]:
-    """Links of a DeepMIMO data set of one base station: one for each user.
+    """Links of a DeepMIMO data set of one base station: one for each user. Of a set of several, give ``dataset[0]``.
 
-    ``dataset`` has, as attributes or keys, ``tx_pos`` ``[3]``, ``rx_pos`` ``[u, 3]``, ``delay`` (s), ``power`` (dB), ``phase``,
+    ``dataset`` has, as attributes or keys, ``tx_pos`` ``[3]`` or ``[1, 3]``, ``rx_pos`` ``[u, 3]``, ``delay`` (s), ``power`` (dB), ``phase``,
     ``aoa_el``, ``aoa_az``, ``aod_el``, ``aod_az`` (degrees; "el" are zenith angles) and ``inter`` ``[u, p]``, NaN where there is no path, and
-    ``inter_pos`` ``[u, p, depth, 3]``.
+    ``inter_pos`` ``[u, p, depth, 3]``, from the transmitter on.
+
+    Not all of DeepMIMO's converters write zenith angles, and arrivals as seen from the receiver. A path whose angles do not point to its
+    vertices, or to the other end, is dropped. A converter keeps the first 25 paths of a user and says nothing of the others: trace without
+    kinds that are dropped here.
 
     ``phase_at_receiver``: the phases hold the way, as those of some tools do; it is taken out with the carrier of
     ``dataset.rt_params.frequency``. Sets made with Sionna RT do not.
@@ -115,12 +119,13 @@ def deepmimo(dataset: Any, *, phase_at_receiver: bool = False) -> tuple[list[Lin
     ValueError
         Naming the field that is missing or has another shape than was expected.
     """
+    # First, since a set of several base stations gives a list for every field.
+    tx = _array(dataset, "tx_pos").reshape(-1)
+    if tx.shape != (3,):
+        raise ValueError(f"tx_pos: got {tx.size // 3} places, expected one: give the set of one base station, as dataset[0]")
     rx = _array(dataset, "rx_pos")
     if rx.ndim != 2 or rx.shape[1] != 3:
         raise ValueError(f"rx_pos: got shape {list(rx.shape)}, expected [users, 3]")
-    tx = _array(dataset, "tx_pos").reshape(-1)
-    if tx.shape != (3,):
-        raise ValueError(f"tx_pos: got {tx.size // 3} places, expected one: give the set of one base station")
     delay = _array(dataset, "delay")
     if delay.ndim != 2 or len(delay) != len(rx):
         raise ValueError(f"delay: got shape {list(delay.shape)}, expected [{len(rx)}, paths]")
@@ -143,13 +148,16 @@ def deepmimo(dataset: Any, *, phase_at_receiver: bool = False) -> tuple[list[Lin
             with np.errstate(invalid="ignore"):
                 gain = complex(10 ** (fields["power"][u, p] / 20) * np.exp(1j * phase))
             numbers = [float(delay[u, p]), *angles]
-            reason = _refused(met, _DEEPMIMO_KINDS, [*numbers, gain.real, gain.imag])
+            vertices = places[u, p, : len(met), :].astype(np.float64)
+            reason = _refused(met, _DEEPMIMO_KINDS, [*numbers, gain.real, gain.imag, *vertices.ravel()])
             if reason is None and len(met) > places.shape[2]:
                 reason = "not finite"
+            if reason is None and not _agree(tx, rx[u], vertices, angles):
+                reason = "angles and places disagree"
             if reason is not None:
                 dropped.count(reason)
                 continue
-            rows.append(_row(numbers, gain, places[u, p, : len(met), :]))
+            rows.append(_row(numbers, gain, vertices))
         links.append(_link(tx, rx[u], rows))
     return links, dropped
 
@@ -204,6 +212,18 @@ def _refused(met: list[int], kinds: Mapping[int, str], numbers: Sequence[float])
     if len(met) > MAX_ORDER:
         return f"more than {MAX_ORDER} reflections"
     return None if np.isfinite(np.asarray(numbers, dtype=np.float64)).all() else "not finite"
+
+
+def _agree(tx: Floats, rx: Floats, vertices: Floats, angles: Sequence[float]) -> bool:
+    """Whether a path arrives from its last vertex and leaves for its first one, or for the other end if it has none.
+
+    To a tenth of the way there, which is far more than rounding, and 1 cm, for vertices next to an end.
+    """
+    there = vertices[[-1, 0]] if len(vertices) else np.array([tx, rx], dtype=np.float64)
+    ways = there - np.array([rx, tx], dtype=np.float64)
+    lengths = np.linalg.norm(ways, axis=1)
+    pointed = lengths[:, None] * _unit(np.array(angles[::2]), np.array(angles[1::2]))
+    return bool((np.linalg.norm(pointed - ways, axis=1) <= 0.1 * lengths + 0.01).all())
 
 
 def _row(numbers: Sequence[float], gain: complex, vertices: NDArray[Any]) -> dict[str, Any]:
