@@ -9,6 +9,7 @@ sweeps from several of its places tell a wall from an image of one, so that no s
 """
 
 import argparse
+import sys
 from collections import Counter
 
 import numpy as np
@@ -51,10 +52,13 @@ def main() -> None:
         (link,), left_out = cslam.bridge.sionna(paths, scene)
         links.append(link)
         dropped.update(left_out)
-        print(f"\r{len(links)} places", end="", flush=True)
+        if sys.stderr.isatty():
+            print(f"\r{len(links)} places", end="", file=sys.stderr, flush=True)
     cslam.write_links(given.out, links)
     heard = np.mean([len(link) for link in links])
-    print(f"\r{given.out}: {len(links)} links, {heard:.1f} paths a link; dropped: {dict(dropped) or 'none'}")
+    if sys.stderr.isatty():
+        print(file=sys.stderr)
+    print(f"{given.out}: {len(links)} links, {heard:.1f} paths a link; dropped: {dict(dropped) or 'none'}")
 
 
 if __name__ == "__main__":

@@ -55,7 +55,7 @@ const fn error(name: &'static str, key: &'static str, pooled: Pooled) -> Figure 
 }
 
 /// The figures of a campaign, in the order of its table.
-pub const FIGURES: [Figure; 15] = [
+pub const FIGURES: [Figure; 16] = [
     share(
         "correct reflection order, %",
         "map.precision",
@@ -64,6 +64,11 @@ pub const FIGURES: [Figure; 15] = [
     share(
         "correct surface, %",
         "map.precision_by_faces",
+        Pooled::By("map.accepted"),
+    ),
+    share(
+        "correct surface, edges aside, %",
+        "map.precision_edges_aside",
         Pooled::By("map.accepted"),
     ),
     share(

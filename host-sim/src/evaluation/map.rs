@@ -41,6 +41,8 @@ pub struct MapFigures {
     /// Share of accepted points whose path truly had as many reflections as they presume, and that lie within 0.6 m of the plane of the
     /// surface that reflected it there.
     pub precision_by_faces: Option<f64>,
+    /// The same where an edge that bent the wave beside its reflections does not count: it was reflected where the point lies all the same.
+    pub precision_edges_aside: Option<f64>,
     /// Accepted points that are more than 0.3 m, and more than three standard deviations that are claimed for them, off any true surface.
     pub accepted_far: Option<usize>,
     /// As `precision`, of points that presume one reflection.
@@ -137,6 +139,7 @@ pub(super) fn judge(log: &FlightLog, surfaces: Option<&Surfaces<'_>>) -> (MapFig
             (accepted.median, accepted.rmse);
         let by_faces = by_faces::judge(log, surfaces);
         (figures.precision_by_faces, figures.accepted_far) = (by_faces.precision, by_faces.far);
+        figures.precision_edges_aside = by_faces.precision_edges_aside;
         judge_cover(log, surfaces, &map_m, &errors.surface_m, &mut figures);
     }
     (figures, errors)

@@ -89,6 +89,7 @@ fn rows(report: &Report) -> Vec<(&'static str, String)> {
         percent(map.precision_higher_order),
     );
     add("correct surface", percent(map.precision_by_faces));
+    add("correct surface, edges aside", percent(map.precision_edges_aside));
     add("first-order paths accepted", percent(map.recall_first_order));
     add(
         "error of points of correct order, median",

@@ -129,6 +129,7 @@ fn map(report: &Report) -> String {
             &percent(m.precision_higher_order),
         ]),
         row(&["correct surface", &percent(m.precision_by_faces)]),
+        row(&["correct surface, edges aside", &percent(m.precision_edges_aside)]),
         row(&["without a true path (ghosts)", &m.ghosts.to_string()]),
         row(&["first-order paths measured", &percent(m.measured_first_order)]),
         row(&["first-order paths accepted", &percent(m.recall_first_order)]),
