@@ -48,10 +48,11 @@ pub(super) fn judge(log: &FlightLog, surfaces: &Surfaces<'_>) -> ByFaces {
             continue;
         };
         let truth = truth.filter(|path| !path.is_off_mover());
-        let is_right = |edges| truth.is_some_and(|path| is_on_its_face(path, point, surfaces, edges));
+        let by = |edges| truth.is_some_and(|path| is_on_its_face(path, point, surfaces, edges));
+        let is_right = by(Edges::Count);
         known += 1;
-        right += usize::from(is_right(Edges::Count));
-        right_edges_aside += usize::from(is_right(Edges::Count) || is_right(Edges::Aside));
+        right += usize::from(is_right);
+        right_edges_aside += usize::from(is_right || by(Edges::Aside));
     }
     ByFaces {
         precision: share(right, known),
@@ -131,17 +132,22 @@ mod tests {
         Scene::new("walls", Material::PAPER, DEFAULT_FREQUENCY_HZ, None, faces).expect("polygons")
     }
 
-    /// One accepted point of a path that was reflected once at (5, 10, 1.5).
-    fn judged(position_m: [f64; 3], order: u8) -> ByFaces {
+    /// One accepted point of this path.
+    fn judged_of(path: &LinkPath, point: PointRecord) -> ByFaces {
         let mut heard = sweep(0, [5.0, 0.0, 1.5]);
-        let mut path = true_path(order, 20.0, [1.5, 1.5]);
-        path.last_vertex = Some([5.0, 10.0, 1.5]);
-        heard.truth.link.as_mut().expect("known").paths = vec![path];
+        heard.truth.link.as_mut().expect("known").paths = vec![path.clone()];
         heard.estimate.paths = vec![measured(20.1, [1.5, 1.5])];
         let mut log = log_of(vec![heard]);
-        log.points = vec![point(0, 0, position_m)];
+        log.points = vec![point];
         super::super::matching::match_paths(&mut log, &super::super::MatchGates::default());
         judge(&log, &Surfaces::new(&walls()))
+    }
+
+    /// One accepted point of a path that was reflected once at (5, 10, 1.5).
+    fn judged(position_m: [f64; 3], order: u8) -> ByFaces {
+        let mut path = true_path(order, 20.0, [1.5, 1.5]);
+        path.last_vertex = Some([5.0, 10.0, 1.5]);
+        judged_of(&path, point(0, 0, position_m))
     }
 
     #[test]
@@ -163,38 +169,22 @@ mod tests {
 
     #[test]
     fn a_wave_that_an_edge_bent_is_of_another_order_and_was_reflected_where_the_point_is_all_the_same() {
-        let mut heard = sweep(0, [5.0, 0.0, 1.5]);
         let mut path = true_path(2, 20.0, [1.5, 1.5]);
         path.kind = Some(Kind::of(&[Interaction::Diffraction, Interaction::Reflection]).expect("two"));
         (path.first_vertex, path.last_vertex) = (Some([0.0, 2.0, 1.5]), Some([5.0, 10.0, 1.5]));
         path.edge_point = path.first_vertex;
-        heard.truth.link.as_mut().expect("known").paths = vec![path];
-        heard.estimate.paths = vec![measured(20.1, [1.5, 1.5])];
-        let judged = |position_m| {
-            let mut log = log_of(vec![heard.clone()]);
-            log.points = vec![point(0, 0, position_m)];
-            super::super::matching::match_paths(&mut log, &super::super::MatchGates::default());
-            judge(&log, &Surfaces::new(&walls()))
-        };
-        let there = judged([5.2, 10.1, 1.5]);
-        assert_eq!(
-            (there.precision, there.precision_edges_aside),
-            (Some(0.0), Some(1.0))
-        );
+        let both = |judged: ByFaces| (judged.precision, judged.precision_edges_aside);
+        let near_by = point(0, 0, [5.2, 10.1, 1.5]);
+        assert_eq!(both(judged_of(&path, near_by)), (Some(0.0), Some(1.0)));
         // On the wall that did not reflect it.
-        assert_eq!(judged([15.0, 11.0, 1.5]).precision_edges_aside, Some(0.0));
+        let elsewhere = judged_of(&path, point(0, 0, [15.0, 11.0, 1.5]));
+        assert_eq!(elsewhere.precision_edges_aside, Some(0.0));
         // As what it is, the second of two: right by either.
-        let mut log = log_of(vec![heard.clone()]);
-        log.points = vec![PointRecord {
+        let second_of_two = PointRecord {
             order: 2,
             reflection: 2,
-            ..point(0, 0, [5.2, 10.1, 1.5])
-        }];
-        super::super::matching::match_paths(&mut log, &super::super::MatchGates::default());
-        let both = judge(&log, &Surfaces::new(&walls()));
-        assert_eq!(
-            (both.precision, both.precision_edges_aside),
-            (Some(1.0), Some(1.0))
-        );
+            ..near_by
+        };
+        assert_eq!(both(judged_of(&path, second_of_two)), (Some(1.0), Some(1.0)));
     }
 }
