@@ -817,7 +817,23 @@ cslam_status cslam_receiver_beam(struct cslam_receiver *receiver,
                                  int32_t exponent);
 
 /*
- Samples of a beam squint symbol, 0 to 32, in this order, after all beams of the sweep.
+ Samples of a pilot: a beam that the transmitter has sent again after the sweep, `pilot` its number, plus 72 when it is the second time (0 to
+ 143). Between the beams and the squint symbols, of each beam the first one before the second; those of the 12 strongest beams are enough.
+ The receiver makes of them how fast paths grow while there is no line of sight. A sweep without them is whole.
+
+ # Safety
+ As `cslam_receiver_beam`.
+ */
+cslam_status cslam_receiver_pilot(struct cslam_receiver *receiver,
+                                  uint32_t sweep,
+                                  uint64_t sweep_ns,
+                                  int16_t *samples,
+                                  size_t count,
+                                  uint16_t pilot,
+                                  int32_t exponent);
+
+/*
+ Samples of a beam squint symbol, 0 to 32, in this order, after all beams of the sweep and their pilots.
 
  # Safety
  As `cslam_receiver_beam`.

@@ -1,4 +1,6 @@
 //! The whole receiver: sensors and samples in, pose, map and packets for the ground out. The application that flies on a board.
+//!
+//! Long: it is every call that a receiver is fed by, each a few lines of checks under what its caller must promise.
 
 use core::ffi::c_void;
 
@@ -19,6 +21,8 @@ use crate::values::flag;
 
 /// Squint symbols of a sweep: 11 a face.
 const SQUINT_SYMBOLS: u16 = 33;
+/// Pilots of a sweep: every beam twice again.
+const PILOTS: u16 = 2 * BEAMS as u16;
 /// An attitude, position or rate beyond this is no measurement.
 const MOST: f64 = 1e7;
 
@@ -252,7 +256,37 @@ pub unsafe extern "C" fn cslam_receiver_beam(
     CslamStatus::of(beam())
 }
 
-/// Samples of a beam squint symbol, 0 to 32, in this order, after all beams of the sweep.
+/// Samples of a pilot: a beam that the transmitter has sent again after the sweep, `pilot` its number, plus 72 when it is the second time (0 to
+/// 143). Between the beams and the squint symbols, of each beam the first one before the second; those of the 12 strongest beams are enough.
+/// The receiver makes of them how fast paths grow while there is no line of sight. A sweep without them is whole.
+///
+/// # Safety
+/// As `cslam_receiver_beam`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cslam_receiver_pilot(
+    receiver: *mut CslamReceiver,
+    sweep: u32,
+    sweep_ns: u64,
+    samples: *mut i16,
+    count: usize,
+    pilot: u16,
+    exponent: i32,
+) -> CslamStatus {
+    let heard = || {
+        if pilot >= PILOTS {
+            return Err(CslamStatus::OutOfRange);
+        }
+        let beam = pilot % BEAMS as u16;
+        // SAFETY: the caller's promise.
+        let block = beam_block(unsafe { block(samples, count)? }, beam, exponent)?;
+        let symbol = Symbol::Pilot(Block { beam: pilot, ..block });
+        // SAFETY: the caller's promise.
+        unsafe { capture(receiver, sweep, sweep_ns, symbol) }
+    };
+    CslamStatus::of(heard())
+}
+
+/// Samples of a beam squint symbol, 0 to 32, in this order, after all beams of the sweep and their pilots.
 ///
 /// # Safety
 /// As `cslam_receiver_beam`.

@@ -228,10 +228,20 @@ static void receivers(void) {
     EXPECT(cslam_receiver_init((char *)memory + 1, size, &config, &receiver_of_both), CSLAM_STATUS_MISALIGNED);
     EXPECT(cslam_receiver_init(memory, size, &config, &receiver_of_both), CSLAM_STATUS_OK);
     contend("receiver", use_receiver);
+    int16_t *samples = calloc(BLOCK + 1, sizeof *samples);
+    EXPECT(cslam_receiver_pilot(NULL, 1, 1000000, samples, BLOCK, 0, 0), CSLAM_STATUS_NULL);
+    EXPECT(cslam_receiver_pilot(receiver_of_both, 1, 1000000, NULL, BLOCK, 0, 0), CSLAM_STATUS_NULL);
+    EXPECT(cslam_receiver_pilot(receiver_of_both, 1, 1000000, samples + 1, BLOCK, 0, 0), CSLAM_STATUS_MISALIGNED);
+    EXPECT(cslam_receiver_pilot(receiver_of_both, 1, 1000000, samples, BLOCK - 1, 0, 0), CSLAM_STATUS_TOO_SHORT);
+    EXPECT(cslam_receiver_pilot(receiver_of_both, 1, 1000000, samples, BLOCK, 144, 0), CSLAM_STATUS_OUT_OF_RANGE);
+    EXPECT(cslam_receiver_pilot(receiver_of_both, 1, 1000000, samples, BLOCK, 0, -101), CSLAM_STATUS_OUT_OF_RANGE);
+    EXPECT(cslam_receiver_pilot(receiver_of_both, 1, 1000000, samples, BLOCK, 143, 0), CSLAM_STATUS_OK);
     EXPECT(cslam_receiver_end(receiver_of_both), CSLAM_STATUS_OK);
     float three[3] = {0, 0, 9.81f};
     EXPECT(cslam_receiver_imu(receiver_of_both, 1, three, three), CSLAM_STATUS_NOT_READY);
+    EXPECT(cslam_receiver_pilot(receiver_of_both, 1, 1000000, samples, BLOCK, 0, 0), CSLAM_STATUS_NOT_READY);
     EXPECT(cslam_receiver_close(receiver_of_both), CSLAM_STATUS_NOT_READY);
+    free(samples);
     free(memory);
 }
 

@@ -127,10 +127,11 @@ static void random_receiver_calls(long calls) {
         } else if (what < 25) {
             for (size_t i = 0; i < BLOCK; i += 1 + draw(4000))
                 samples[i] = (int16_t)draw(65536);
-            uint16_t block = (uint16_t)draw(74);
+            uint16_t block = (uint16_t)draw(what < 15 ? 74 : 146);
             int32_t exponent = (int32_t)draw(240) - 120;
-            status = draw(2) ? cslam_receiver_beam(to, of, time_ns, samples, BLOCK - !draw(9), block, exponent)
-                             : cslam_receiver_squint(to, of, time_ns, samples, BLOCK - !draw(9), block, exponent);
+            status = what < 10   ? cslam_receiver_beam(to, of, time_ns, samples, BLOCK - !draw(9), block, exponent)
+                     : what < 15 ? cslam_receiver_squint(to, of, time_ns, samples, BLOCK - !draw(9), block, exponent)
+                                 : cslam_receiver_pilot(to, of, time_ns, samples, BLOCK - !draw(9), block, exponent);
         } else if (what < 50) {
             cslam_beacon beacon = {.size = sizeof beacon, .sweep = of, .position_m = {0, 0, 2}, .attitude_wxyz = {1}, .sigma_m = 0.1f, .sweeps_per_stop = 4};
             sweep++;

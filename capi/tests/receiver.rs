@@ -112,6 +112,12 @@ fn flown(source: &impl Source, receiver: *mut CslamReceiver) -> Vec<u8> {
                     let status = cslam_receiver_beam(receiver, sweep, at, as_c(block), BLOCK, beam, exponent);
                     assert_eq!(status, CslamStatus::Ok);
                 }
+                for block in &mut heard.pilots.blocks {
+                    let (pilot, exponent) = (block.beam, block.exponent);
+                    let status =
+                        cslam_receiver_pilot(receiver, sweep, at, as_c(block), BLOCK, pilot, exponent);
+                    assert_eq!(status, CslamStatus::Ok);
+                }
                 for block in &mut heard.squint.blocks {
                     let (symbol, exponent) = (block.beam, block.exponent);
                     let status =
@@ -276,8 +282,36 @@ fn wrong_arguments_give_a_status() {
             cslam_receiver_beam(receiver, 0, 1, samples, 9, 0, 0),
             CslamStatus::TooShort
         );
+        for (count, pilot, exponent, expected) in [
+            (BLOCK, 143, 0, CslamStatus::Ok),
+            (BLOCK, 144, 0, CslamStatus::OutOfRange),
+            (BLOCK, 0, i32::MAX, CslamStatus::OutOfRange),
+            (BLOCK - 1, 0, 0, CslamStatus::TooShort),
+        ] {
+            assert_eq!(
+                cslam_receiver_pilot(receiver, 0, 1, samples, count, pilot, exponent),
+                expected
+            );
+        }
+        assert_eq!(
+            cslam_receiver_pilot(receiver, 0, 1, null_mut(), BLOCK, 0, 0),
+            CslamStatus::Null
+        );
+        assert_eq!(
+            cslam_receiver_pilot(null_mut(), 0, 1, samples, BLOCK, 0, 0),
+            CslamStatus::Null
+        );
         assert_eq!(
             cslam_receiver_squint(receiver, 0, 1, samples, BLOCK, 33, 0),
+            CslamStatus::OutOfRange
+        );
+        // A sweep that was begun before it has ended: its pilots are late.
+        assert_eq!(
+            cslam_receiver_pilot(receiver, 1, 2, samples, BLOCK, 0, 0),
+            CslamStatus::Ok
+        );
+        assert_eq!(
+            cslam_receiver_pilot(receiver, 0, 1, samples, BLOCK, 72, 0),
             CslamStatus::OutOfRange
         );
         assert_eq!(

@@ -144,6 +144,7 @@ impl fmt::Display for Bits<'_> {
             beam,
             snr_db,
             energy,
+            range_rate: _,
         } = self.0;
         write!(
             f,

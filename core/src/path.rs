@@ -42,6 +42,18 @@ pub struct Departure<T: Real = f32, D: Frame = World> {
     pub sigma_rad: T,
 }
 
+/// How fast a path grows, by the phase that its carrier has gained between two looks. Offset of the two carriers included, which all paths of a
+/// sweep share.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RangeRate {
+    /// Rate of the length, m/s: known but for whole periods, within half of one of nothing.
+    pub m_per_s: f32,
+    /// Its standard deviation, m/s.
+    pub sigma_m_per_s: f32,
+    /// Period: a wavelength over the time between the looks, m/s.
+    pub period_m_per_s: f32,
+}
+
 /// Diagonal path covariance from standard deviations: range in m, both angles in rad.
 pub fn diagonal_covariance<T: Real>(c_tau_sigma_m: T, angle_sigma_rad: T) -> Matrix3<T> {
     let angle = angle_sigma_rad * angle_sigma_rad;

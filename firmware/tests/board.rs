@@ -46,10 +46,11 @@ const ID: u32 = 0x4546_5343;
 fn prepare() -> Vec<Transaction<u8>> {
     [
         read(0, ID).to_vec(),
-        read(1, 1).to_vec(),
+        read(1, 2).to_vec(),
         set(2, 0, 0),
         set(3, 9, 9),
         set(4, 72 | 33 << 16, 72 | 33 << 16),
+        set(0x0c, 12, 12),
         set(7, 400_000, 400_000),
         set(5, 0x89ab_cdef, 0x89ab_cdef),
         set(6, 0x0123_4567, 0x0123_4567),
@@ -76,7 +77,10 @@ fn the_front_end_is_started_register_by_register() {
 
 #[test]
 fn a_front_end_that_does_not_keep_to_the_contract_is_not_run() {
-    let cases: [(Vec<Transaction<u8>>, ControlError<_>, &str); 5] = [
+    let set_up = prepare();
+    // What comes before the register of the pilots is set, three transactions a transfer.
+    let before_pilots = set_up[..3 * 8].to_vec();
+    let cases: [(Vec<Transaction<u8>>, ControlError<_>, &str); 7] = [
         (
             read(0, 0).to_vec(),
             ControlError::Identity { found: 0 },
@@ -93,12 +97,28 @@ fn a_front_end_that_does_not_keep_to_the_contract_is_not_run() {
             "another bitstream",
         ),
         (
-            [read(0, ID), read(1, 2)].concat(),
-            ControlError::Format { found: 2 },
+            // It knows no pilots.
+            [read(0, ID), read(1, 1)].concat(),
+            ControlError::Format { found: 1 },
             "another release",
         ),
         (
-            [read(0, ID).to_vec(), read(1, 1).to_vec(), set(2, 0, 1)].concat(),
+            [read(0, ID), read(1, 3)].concat(),
+            ControlError::Format { found: 3 },
+            "another release",
+        ),
+        (
+            // It claims a version that has the register, and has none.
+            [before_pilots, set(0x0c, 12, 0)].concat(),
+            ControlError::Register {
+                register: 0x0c,
+                written: 12,
+                found: 0,
+            },
+            "0x0c holds 0x00000000, written was 0x0000000c",
+        ),
+        (
+            [read(0, ID).to_vec(), read(1, 2).to_vec(), set(2, 0, 1)].concat(),
             ControlError::Register {
                 register: 2,
                 written: 0,

@@ -18,7 +18,7 @@ fn records() -> Vec<Record> {
         Content::Timing(-1.25e-6),
         Content::Uplink(heapless::Vec::from_slice(&[7; UPLINK_MAX]).expect("it fits")),
         Content::Uplink(heapless::Vec::new()),
-        Content::Frames(106),
+        Content::Frames(130),
         Content::End,
     ];
     let number = |(number, content)| Record {

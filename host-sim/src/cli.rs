@@ -103,7 +103,7 @@ enum Command {
     /// Record a flight: raw samples, IMU, magnetometer, beacons, timing, and the truth beside them
     ///
     /// Plans a flight through a scene and writes everything the receiver is given, with every error at its budget. The
-    /// truth lies in files of its own. About 6.9 MB a sweep, two sweeps per second.
+    /// truth lies in files of its own. About 8.5 MB a sweep, two sweeps per second.
     Record(commands::record::Args),
     /// Replay a recorded flight, checking every file
     Replay(commands::replay::Args),

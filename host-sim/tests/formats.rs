@@ -308,7 +308,13 @@ fn the_recorded_flight_is_replayed() {
             "estimated_paths.jsonl",
             estimated,
             "/estimated/file",
-            &["", "/paths/0", "/sighted", "/sighted/bearing"][..],
+            &[
+                "",
+                "/paths/0",
+                "/paths/0/range_rate",
+                "/sighted",
+                "/sighted/bearing",
+            ][..],
         ),
         ("beacons.jsonl", beacons, "/files/4", &["", "/beacon"]),
     ] {

@@ -62,6 +62,7 @@ fn a_recorded_flight_is_the_same_again_and_replays_to_the_same_bytes() {
         (Some(6), Some(6 * 72))
     );
     assert_eq!(counts["squint_blocks"], 6 * 33);
+    assert_eq!(counts["pilot_blocks"], 6 * 24);
     let imu = counts["imu_samples"].as_u64().expect("a number");
     assert!((2990..=3001).contains(&imu), "{imu}");
 
@@ -108,6 +109,7 @@ fn damaged_recordings_are_refused_with_the_reason() {
         "flight.json",
         "sweep-0003.sigmf-data",
         "sweep-0001.sigmf-meta",
+        "pilots-0002.sigmf-data",
     ] {
         let _ = fs::remove_dir_all(at.join("bad"));
         fs::create_dir(at.join("bad")).expect("writable");
@@ -130,7 +132,7 @@ fn without_samples_a_recording_is_small() {
     assert!(
         files(&directory.path().join("a"))
             .iter()
-            .all(|(name, _)| !name.starts_with("sweep-"))
+            .all(|(name, _)| !name.contains("sigmf"))
     );
     let output = cslam(directory.path(), &["replay", "a", "--json"]);
     let counts: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");

@@ -65,6 +65,41 @@ fn a_recorded_flight_of_the_real_world_flies_the_same() {
 }
 
 #[test]
+fn pilots_are_recorded_and_a_recording_without_them_loses_the_rates_alone() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let at = directory.path();
+    // Late in this flight the receiver has no line of sight that it takes: there it goes by how fast paths grow.
+    let options = [
+        "--scene", "street", "--seed", "4", "--steps", "32", "--world", "budget",
+    ];
+    good(at, &[&["record", "--out", "rec"][..], &options].concat());
+    good(at, &[&["fly", "--out", "direct"][..], &options].concat());
+    let fly = ["fly", "--recording", "rec", "--out"];
+    let unread = ["unread", "--localization", "filter-no-range-rates"];
+    good(at, &[&fly[..], &["flown"]].concat());
+    good(at, &[&fly[..], &unread].concat());
+    same(&at.join("direct"), &at.join("flown"), "with pilots");
+    let made = |out: &str, name: &str| fs::read(at.join(out).join(name)).expect("written");
+    let trajectory = "trajectory.tum";
+    assert!(
+        made("flown", trajectory) != made("unread", trajectory),
+        "no rate tells anything in this flight"
+    );
+    // The same samples in a recording that says nothing of pilots.
+    let file = at.join("rec").join("flight.json");
+    let text = fs::read_to_string(&file).expect("recorded");
+    assert_eq!(text.matches("\"pilots\": true,").count(), 1, "{text}");
+    fs::write(&file, text.replace("\"pilots\": true,", "")).expect("writable");
+    good(at, &[&fly[..], &["without"]].concat());
+    for name in [trajectory, "map.ply"] {
+        assert!(made("without", name) == made("unread", name), "{name} differs");
+    }
+    let blocks = |out: &str| report(&at.join(out))["health"]["blocks"].as_u64();
+    let [with, without] = [blocks("flown"), blocks("without")].map(|count| count.expect("counted"));
+    assert_eq!(with - without, 32 * 24);
+}
+
+#[test]
 fn a_recorded_flight_through_a_moved_scene_flies_the_same_and_is_held_against_the_moved_walls() {
     let config = "[world.scene]\nplacement = { moved_m = [40.0, -90.0, 12.0], turned_deg = 65.0 }\n\
                   surfaces = { ground_relief_rms_m = 0.1 }\n";

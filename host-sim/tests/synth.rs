@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use cslam_host_sim::channel::Sweep;
 use cslam_host_sim::paths;
 use cslam_host_sim::sigmf::{self, Codebook};
 
@@ -153,6 +154,19 @@ fn options_reach_the_samples() {
         (Codebook::SquintSequential, 33)
     );
     assert_eq!(make("raster", &["--send", "bsm-raster"]).blocks.len(), 3);
+    // The strongest beams' pilots, of each the first and the second one.
+    let pilots = make("pilots", &["--send", "pilots"]);
+    assert_eq!(pilots.codebook, Codebook::Pilots);
+    let numbers: Vec<u16> = pilots.blocks.iter().map(|block| block.beam).collect();
+    assert!(
+        numbers.chunks(2).all(|pair| pair[1] == pair[0] + 72),
+        "{numbers:?}"
+    );
+    let strongest = Sweep {
+        blocks: plain.blocks.clone(),
+    };
+    let beams: Vec<u16> = numbers.iter().copied().step_by(2).collect();
+    assert_eq!(beams, strongest.strongest(12).collect::<Vec<_>>());
 }
 
 #[test]

@@ -95,7 +95,7 @@ impl Estimator {
         beams: PyReadonlyArray1<'py, u16>,
         exponents: PyReadonlyArray1<'py, i32>,
     ) -> PyResult<Columns<'py>> {
-        let mut blocks = blocks(&iq, &beams, &exponents)?;
+        let mut blocks = blocks(&iq, &beams, &exponents, BEAMS)?;
         let found = py.detach(|| self.sweep(&mut blocks))?;
         let in_world = found
             .iter()
@@ -130,16 +130,17 @@ fn paths_of<E: PathEstimator<32, 9> + ?Sized>(estimator: &mut E, blocks: &mut [B
     estimator.finish().to_vec()
 }
 
-/// The blocks of a sweep out of arrays.
+/// The blocks of a sweep out of arrays, their numbers below `numbers`.
 pub(crate) fn blocks(
     iq: &PyReadonlyArray4<'_, i16>,
     beams: &PyReadonlyArray1<'_, u16>,
     exponents: &PyReadonlyArray1<'_, i32>,
+    numbers: usize,
 ) -> PyResult<Vec<Block>> {
     let shape = iq.shape();
-    if shape[1..] != [CHANNELS, SAMPLES, 2] || shape[0] == 0 || shape[0] > BEAMS {
+    if shape[1..] != [CHANNELS, SAMPLES, 2] || shape[0] == 0 || shape[0] > numbers {
         return Err(refused(format_args!(
-            "iq: got shape {shape:?}, expected [1 to {BEAMS}, {CHANNELS}, {SAMPLES}, 2]"
+            "iq: got shape {shape:?}, expected [1 to {numbers}, {CHANNELS}, {SAMPLES}, 2]"
         )));
     }
     for (name, length) in [("beams", beams.len()), ("exponents", exponents.len())] {
@@ -153,7 +154,7 @@ pub(crate) fn blocks(
     let samples = iq.as_slice().map_err(refused)?;
     let beams = beams.as_array();
     let exponents = exponents.as_array();
-    let mut seen = [false; BEAMS];
+    let mut seen = vec![false; numbers];
     let each = samples.as_chunks::<{ CHANNELS * SAMPLES * 2 }>().0;
     each.iter()
         .zip(beams)
@@ -164,7 +165,7 @@ pub(crate) fn blocks(
                 None => {
                     return Err(refused(format_args!(
                         "beams: got {beam}, expected 0 to {}",
-                        BEAMS - 1
+                        numbers - 1
                     )));
                 }
                 Some(true) => return Err(refused(format_args!("beams: {beam} comes twice"))),

@@ -7,10 +7,11 @@ use cslam_core::estimator::{Pose, Setup};
 use cslam_core::geometry::{Vector3, World};
 use cslam_core::inertial::{ImuSample, MagneticField};
 use cslam_core::paths::EstimatedPath;
+use cslam_core::profile::quad_4x8_gmt_72::BEAMS;
 use cslam_core::receiver::{Localization, MappedPoint, PATHS, SweepReport};
 use cslam_core::telemetry::{BeaconReport, Decoder, Key, MAX_FRAME, Sender, Uplink};
 use cslam_firmware::app::{Downlink, Ground, Observer};
-use cslam_host_sim::channel::Sweep;
+use cslam_host_sim::channel::{Codebook, Sweep};
 use cslam_host_sim::flight_log::PoseEstimate;
 use cslam_host_sim::raw_flight::{
     self, BoardMemory, BoardReceiver, Given, board_config, pose_estimate, verdict,
@@ -53,7 +54,7 @@ struct Parts {
 #[pyclass(frozen)]
 pub(crate) struct Receiver(Mutex<Parts>);
 
-/// Samples, beams and exponents of a sweep, or of its squint symbols.
+/// Samples, beams and exponents of a sweep, of its squint symbols, or of its pilots.
 type Blocks<'py> = (
     PyReadonlyArray4<'py, i16>,
     PyReadonlyArray1<'py, u16>,
@@ -163,7 +164,8 @@ impl Receiver {
         })
     }
 
-    /// All blocks of a sweep, and of the squint symbols behind it. `False` when the sweep has ended before.
+    /// All blocks of a sweep, of the squint symbols behind it, and of its pilots. `False` when the sweep has ended before.
+    #[pyo3(signature = (sweep, time_ns, beams, squint, pilots=None))]
     fn sweep(
         &self,
         py: Python<'_>,
@@ -171,15 +173,21 @@ impl Receiver {
         time_ns: u64,
         beams: Blocks<'_>,
         squint: Option<Blocks<'_>>,
+        pilots: Option<Blocks<'_>>,
     ) -> PyResult<bool> {
-        let taken = |(iq, numbers, exponents): &Blocks<'_>| blocks(iq, numbers, exponents);
+        let taken = |(iq, numbers, exponents): &Blocks<'_>, most| blocks(iq, numbers, exponents, most);
+        let or_none = |told: Option<Blocks<'_>>, most| {
+            let taken = told.map(|blocks| taken(&blocks, most)).transpose()?;
+            Ok::<_, PyErr>(Sweep {
+                blocks: taken.unwrap_or_default(),
+            })
+        };
         let mut heard = Given {
             beams: Sweep {
-                blocks: taken(&beams)?,
+                blocks: taken(&beams, BEAMS)?,
             },
-            squint: Sweep {
-                blocks: squint.as_ref().map(taken).transpose()?.unwrap_or_default(),
-            },
+            squint: or_none(squint, BEAMS)?,
+            pilots: or_none(pilots, Codebook::Pilots.len())?,
             ..Given::default()
         };
         self.work(py, |receiver, reports| {

@@ -128,8 +128,9 @@ impl RecordedFlight {
             Event::Sweep { sweep } => {
                 let given = py.detach(|| self.recording.sweep(sweep)).map_err(refused)?;
                 let of = |blocks: &[_]| (!blocks.is_empty()).then(|| arrays(py, blocks)).transpose();
-                let (beams, squint) = (of(&given.beams.blocks)?, of(&given.squint.blocks)?);
-                ("sweep", time_ns, sweep, beams, squint)
+                let [beams, squint, pilots] =
+                    [&given.beams, &given.squint, &given.pilots].map(|heard| of(&heard.blocks));
+                ("sweep", time_ns, sweep, beams?, squint?, pilots?)
                     .into_pyobject(py)?
                     .into_any()
             }

@@ -58,7 +58,7 @@ pub(crate) fn write_sigmf(
         gmt_position_m,
         uav_position_m,
         uav_quaternion_wb,
-        blocks: blocks(&iq, &beams, &exponents)?,
+        blocks: blocks(&iq, &beams, &exponents, Codebook::Beams.len())?,
     };
     py.detach(|| sigmf::write(&name, &recording)).map_err(refused)
 }

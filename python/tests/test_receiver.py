@@ -1,6 +1,7 @@
 """The whole receiver, fed event by event."""
 
 import dataclasses
+import json
 import threading
 
 import numpy as np
@@ -89,6 +90,62 @@ def test_samples_that_are_lost_are_missed_and_late_ones_refused(directory):
     assert all(swept.pose is None for swept in ended) and receiver.pose is None
 
 
+def test_a_recorded_sweep_has_its_pilots(directory):
+    sweeps = [event for event in cslam.RecordedFlight(directory) if isinstance(event, cslam.SweepSamples)]
+    for swept in sweeps:
+        pilots = swept.pilots
+        assert pilots.codebook == "gmt-72-pilots" and pilots.iq.shape == (24, 32, 512, 2)
+        first, second = pilots.beams[0::2], pilots.beams[1::2]
+        np.testing.assert_array_equal(second, first + 72)
+        assert set(first) <= set(swept.beams.beams)
+    at = directory / "pilots-0004"
+    np.testing.assert_array_equal(sweeps[4].pilots.iq, cslam.read_sigmf(at).iq)
+    assert cslam.read_sigmf(at).codebook == "gmt-72-pilots"
+
+
+def test_a_recording_without_pilots_is_read_and_missing_ones_are_named(tmp_path, directory):
+    told = json.loads((directory / "flight.json").read_text())
+    assert told["pilots"] is True
+    for file in directory.iterdir():
+        if not file.name.startswith(("pilots-", "flight.json")):
+            (tmp_path / file.name).symlink_to(file)
+    (tmp_path / "flight.json").write_text(json.dumps(told))
+    with pytest.raises(ValueError, match="pilots-0000.sigmf-meta: missing, expected the pilots of sweep 0"):
+        cslam.RecordedFlight(tmp_path)
+    del told["pilots"]
+    (tmp_path / "flight.json").write_text(json.dumps(told))
+    sweeps = [event for event in cslam.RecordedFlight(tmp_path) if isinstance(event, cslam.SweepSamples)]
+    assert len(sweeps) == SWEEPS and all(swept.pilots is None and swept.squint is not None for swept in sweeps)
+
+
+def packets_of(directory, change):
+    """What a receiver sends that is fed the events of a recording after a change."""
+    recording = cslam.RecordedFlight(directory)
+    receiver = cslam.Receiver.of(recording)
+    packets = b""
+    for event in recording:
+        receiver.feed(change(event) if isinstance(event, cslam.SweepSamples) else event)
+        packets += receiver.take_packets()
+    receiver.end()
+    return packets + receiver.take_packets()
+
+
+def test_pilots_reach_the_receiver(directory, flown):
+    _, sweeps, packets = flown
+    # The count of blocks in the health packets is what is left of pilots in a flight that sees its transmitter.
+    assert packets_of(directory, lambda event: event) == packets
+    assert packets_of(directory, lambda event: dataclasses.replace(event, pilots=None)) != packets
+
+
+def test_a_sweep_is_taken_with_and_without_pilots(directory):
+    event = next(event for event in cslam.RecordedFlight(directory) if isinstance(event, cslam.SweepSamples))
+    for told in ((), (event.squint,), (event.squint, event.pilots), (None, event.pilots)):
+        receiver = cslam.Receiver()
+        assert receiver.sweep(event.time_ns, event.sweep, event.beams, *told)
+        receiver.elapse(event.time_ns + 10**9)
+        assert [swept.sweep for swept in receiver.take_sweeps()] == [event.sweep]
+
+
 def test_threads_may_share_a_receiver(directory):
     recording = cslam.RecordedFlight(directory)
     receiver = cslam.Receiver()
@@ -113,6 +170,11 @@ def test_threads_may_share_a_receiver(directory):
 VECTOR = (0.0, 0.0, 0.0)
 
 
+def one(number):
+    """A block of this number, in which nothing is heard."""
+    return cslam.Recording(np.zeros((1, 32, 512, 2), np.int16), np.array([number]), np.array([-30]))
+
+
 @pytest.mark.parametrize(
     "call, words",
     [
@@ -129,6 +191,8 @@ VECTOR = (0.0, 0.0, 0.0)
         (lambda r: r.beacon(1, 0, VECTOR, sweeps_per_stop=0), "sweeps_per_stop: got 0, expected 1 to 65535"),
         (lambda r: r.beacon(1, -1, VECTOR), "sweep: got -1"),
         (lambda r: r.sweep(1, 0, cslam.Recording(np.zeros((1, 32, 512)), np.zeros(1, int), np.zeros(1, int))), "iq: got float64"),
+        (lambda r: r.sweep(1, 0, one(0), pilots=one(144)), "beams: got 144, expected 0 to 143"),
+        (lambda r: r.sweep(1, 0, one(72), pilots=one(143)), "beams: got 72, expected 0 to 71"),
         (lambda r: r.elapse(2**64), "time_ns: got 18446744073709551616"),
         (lambda r: r.feed("imu"), "event: got str"),
         (lambda r: cslam.Receiver(ground_z_m=float("nan")), "ground_z_m: got nan"),

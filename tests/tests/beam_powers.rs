@@ -28,7 +28,7 @@ type Frames = Vec<Box<FrameBytes>>;
 /// Delay with the clock's offset, m, and arrival, body axes.
 type TruePath = (f64, Direction<Body, f64>);
 
-/// A sweep as a sound front end sends it: begin, beams, squint symbols. And the true paths.
+/// A sweep as a sound front end sends it: begin, beams, pilots, squint symbols. And the true paths.
 struct Sent {
     frames: Frames,
     truth: Vec<TruePath>,
@@ -268,11 +268,12 @@ fn any_order_gives_right_paths_and_is_counted() {
     }
 }
 
-/// Begin, beams, squint symbols.
+/// Begin, beams, pilots, squint symbols.
 fn kind(frame: &FrameBytes) -> u8 {
     match header(frame).kind {
         Kind::Begin => 0,
         Kind::Beam => 1,
-        Kind::Squint => 2,
+        Kind::Pilot => 2,
+        Kind::Squint => 3,
     }
 }

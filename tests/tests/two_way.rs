@@ -12,7 +12,7 @@ fn begin(sweep: u32) -> Header {
         session: SESSION,
         sequence: sweep,
         sweep,
-        index: 105,
+        index: 129,
         exponent: 0,
         sweep_ns: 1_000_000_000 + 500_000_000 * u64::from(sweep),
         offset_ns: 0,

@@ -85,6 +85,7 @@ impl Measurement {
 
     /// Innovation against a length, an arrival and a departure; without a measured departure its rows are zero.
     #[must_use]
+    #[inline(never)]
     pub fn innovation(
         &self,
         range_m: f64,

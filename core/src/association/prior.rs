@@ -25,6 +25,7 @@ pub(super) struct Known<'s> {
 }
 
 /// All surfaces of a store.
+#[inline(never)]
 pub(super) fn known<const N: usize>(surfaces: &Surfaces<N>) -> Vec<Known<'_>, N> {
     crate::numeric::gather(surfaces.iter().map(|surface| {
         let plane = surface.plane.to_f64();

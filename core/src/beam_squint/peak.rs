@@ -77,6 +77,7 @@ impl<const ACTIVE: usize> Peak<'_, ACTIVE> {
 }
 
 /// The symbol with the strongest subcarrier among those that sweep an axis.
+#[inline(never)]
 fn strongest<'a, const SYMBOLS: usize, const ACTIVE: usize>(
     received: &ReceivedSymbols<'a, SYMBOLS, ACTIVE>,
     axis: usize,

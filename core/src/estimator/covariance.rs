@@ -227,6 +227,7 @@ impl<T: Real, const N: usize> Covariance<T, N> {
     }
 
     /// `P H^T`.
+    #[inline(never)]
     pub fn product(&self, row: &Row<T>) -> [T; N] {
         let mut sum = [T::zero(); N];
         for &(state, h) in row.entries() {

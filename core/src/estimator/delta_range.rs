@@ -31,8 +31,8 @@ const SAME_M: f64 = 1.0;
 /// Directions closer than this are one, rad. A departure known worse does not tell what the GMT's motion does.
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const SAME_RAD: f64 = 0.05;
-/// Degrees of freedom of a difference's errors: they have the tails of a Student distribution, for a path may have been exchanged for its
-/// neighbour, which errs by decimetres.
+/// Degrees of freedom of what paths tell from sweep to sweep, and within one: errors have the tails of a Student distribution, for a path may have been
+/// exchanged for its neighbour, which errs by decimetres, or be two.
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const FREEDOM: f64 = 3.0;
 /// Square of the standard deviations beyond which a difference says nothing.
@@ -147,6 +147,14 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
     }
 
+    /// Widens the variance of a row whose errors have tails by how far it is off; gives the chi-square before.
+    pub(super) fn spread_tails(&self, row: &mut Row<T>) -> f64 {
+        let spread = row.dot(&self.covariance.product(row)) + row.variance;
+        let chi2 = (row.residual * row.residual / spread).to_f64();
+        row.variance *= T::of(((FREEDOM + chi2) / (FREEDOM + 1.0)).max(1.0));
+        chi2
+    }
+
     /// Takes in how much the paths have grown since `before`, in which the UAV went by `moved_m`.
     pub(super) fn delta_ranges(&mut self, before: &Lengths, moved_m: Vector3<f64>) {
         let now = self.lengths.clone();
@@ -169,9 +177,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             else {
                 continue;
             };
-            let spread = row.dot(&self.covariance.product(&row)) + row.variance;
-            let chi2 = (row.residual * row.residual / spread).to_f64();
-            row.variance *= T::of(((FREEDOM + chi2) / (FREEDOM + 1.0)).max(1.0));
+            let chi2 = self.spread_tails(&mut row);
             let fits = chi2 <= GATE;
             // There is room for a row of every path.
             if fits && rows.push(row).is_ok() {

@@ -45,6 +45,10 @@ pub struct Counters {
     pub delta_ranges: u32,
     /// Delta ranges rejected by the gate.
     pub delta_ranges_rejected: u32,
+    /// Rates of paths taken in, less one a sweep.
+    pub range_rates: u32,
+    /// Rates of paths that no other agrees with.
+    pub range_rates_rejected: u32,
     /// Poses set anew.
     pub refixes: u32,
     /// Sweeps whose first path proves the pose wrong: shorter than the straight way.

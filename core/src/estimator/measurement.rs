@@ -15,6 +15,7 @@ use super::nominal::Nominal;
 use super::row::Row;
 use crate::array::{BeamReach, MOST_ARRAYS};
 use crate::geometry::{Body, Direction, Gmt, Plane, Real, Rotation, World};
+use crate::path::RangeRate;
 use crate::radio::RadioModel;
 
 /// Direction in which a path left, by a face of the GMT.
@@ -43,6 +44,8 @@ pub struct PathMeasurement {
     pub aoa_rise_sigma_rad: f64,
     /// Angle of departure, when it was measured.
     pub departure: Option<FaceDirection>,
+    /// How fast it grows, when that was measured.
+    pub range_rate: Option<RangeRate>,
 }
 
 /// The GMT as its beacon describes it.

@@ -55,6 +55,7 @@ mod measurement;
 mod nominal;
 mod pose;
 mod predict;
+mod range_rate;
 mod reflection;
 mod row;
 mod scalar;

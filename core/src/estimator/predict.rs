@@ -192,6 +192,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     /// Nobody measured the motion: velocity and attitude are kept, and soon not known.
+    #[inline(never)]
     fn coasted(&mut self, until_ns: u64, accel: f64, gyro: f64) {
         self.window.clear();
         self.level = None;

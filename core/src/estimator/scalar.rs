@@ -69,6 +69,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.queue(yaw_rad + sigma_rad, heading)
     }
 
+    #[inline(never)]
     fn queue(&mut self, value: f64, pending: Pending) -> TimingVerdict {
         if !value.is_finite() {
             return TimingVerdict::NotFinite;
@@ -125,6 +126,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     /// Chi-square of one row over its gate.
+    #[inline(never)]
     pub(super) fn scalar_ratio(&self, row: &Row<T>, gate: f64) -> f64 {
         let innovation = row.dot(&self.covariance.product(row)) + row.variance;
         let residual = row.residual.to_f64();

@@ -185,6 +185,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     /// The timing's own error may have changed by this, m.
+    #[inline(never)]
     fn doubt_timing_by(&mut self, doubt_m: f64) {
         let doubt_m = doubt_m.abs().min(MOST_DOUBT_M);
         self.tell(Step::Stands);

@@ -204,6 +204,11 @@ impl Imu {
         health
     }
 
+    /// How fast the body turns by the newest sample, rad/s in its own axes; zero before the first.
+    pub fn turn_rad_per_s(&self) -> Vector3<f32> {
+        self.last.map_or_else(Vector3::zeros, |(turn, _)| turn)
+    }
+
     /// What became of all samples.
     pub fn counters(&self) -> &ImuCounters {
         &self.counters

@@ -109,6 +109,7 @@ pub(super) enum Change {
 /// Changes the taps by the sum of the sources' models and keeps `profile` in step. Close sources of opposite phase are
 /// larger than their sum, which is what fits int16: they must go together. `reach`: taps on both sides of the first source's origin
 /// ([`reach`]). Returns over how many taps.
+#[inline(never)]
 pub(super) fn change<const L: usize, const A: usize, const E: usize, const C: usize>(
     model: &ArrayModel<A, E>,
     template: &Template,

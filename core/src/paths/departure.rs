@@ -148,6 +148,7 @@ impl<const BEAMS: usize, const FACES: usize, const X: usize, const Z: usize> Dep
     }
 
     /// Row and column of a beam towards a direction, each with its slope by a cosine.
+    #[inline(always)]
     fn factors(&self, aim: &Aim, seen: &Seen) -> [[f32; 2]; 2] {
         let turns = self.arrays.phase_per_element_rad() / core::f32::consts::TAU;
         let [row, column] = [
@@ -364,6 +365,7 @@ fn mean_variance(h11: f32, h12: f32, h22: f32) -> f32 {
 }
 
 /// `sum exp(j 2 pi n t) / sqrt(COUNT)` over a centred row, real, and its slope by `t`.
+#[inline(always)]
 fn row_factor<const COUNT: usize>(turns: f32) -> [f32; 2] {
     let step = phasor(0.5 * turns);
     let root = libm::sqrtf(COUNT as f32);

@@ -1,7 +1,7 @@
 //! What path estimation gives: a path with what else was seen of it, and what became of a beam.
 
 use crate::geometry::{Body, Frame, Gmt, Rotation, World};
-use crate::path::Path;
+use crate::path::{Path, RangeRate};
 
 /// A path with what else the receiver saw of it. Its departure is in frame `D`: in the axes of the GMT as it is estimated, for only a beacon tells
 /// how these stand in the world.
@@ -16,6 +16,8 @@ pub struct EstimatedPath<D: Frame = Gmt> {
     pub snr_db: f32,
     /// Power per active subcarrier in that beam, summed over the elements, amplitude units of the blocks squared.
     pub energy: f32,
+    /// How fast it grows, where later looks told.
+    pub range_rate: Option<RangeRate>,
 }
 
 impl EstimatedPath {
@@ -32,6 +34,7 @@ impl EstimatedPath {
             beam: self.beam,
             snr_db: self.snr_db,
             energy: self.energy,
+            range_rate: self.range_rate,
         }
     }
 }

@@ -1,9 +1,10 @@
 //! The path estimator: beams in, one at a time, paths out at the end of the sweep.
 
 mod build;
+mod pilots;
 
 use heapless::Vec;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::PathEstimator;
 use super::calibration::Calibration;
@@ -15,6 +16,7 @@ use super::grid::AngleGrid;
 use super::merge::{Detection, Detections, Merged};
 use super::meter::{Meter, Stage};
 use super::model::ArrayModel;
+use super::pilot::Pilots;
 use super::search::{Beam, Found, Left, SOURCES, Search};
 use super::template::Template;
 use crate::geometry::Direction;
@@ -56,7 +58,6 @@ pub struct Estimator<
     departures: Departures<BEAMS, FACES, X, Z>,
     /// Energy of the weakest path that is reported, relative to the strongest.
     share: f32,
-    // State of a sweep.
     work: Workspace,
     profile: [u64; SAMPLES],
     found: Vec<Found<A>, SOURCES>,
@@ -70,6 +71,7 @@ pub struct Estimator<
     loudest: f64,
     /// Noise variance of a tap in the last beam searched, amplitude units squared.
     noise: f32,
+    pilots: Pilots<A, K>,
     meter: M,
 }
 
@@ -332,6 +334,7 @@ impl<
             beam: first.beam,
             snr_db: 10.0 * libm::log10f(snr),
             energy: first.energy / (active * active),
+            range_rate: None,
         }
     }
 }
@@ -354,6 +357,12 @@ impl<
         let report = self.search(block);
         self.meter.enter(outer);
         report
+    }
+
+    fn push_pilot(&mut self, block: BeamBlock<'_, C>, turn: &Vector3<f32>, paths: &mut [EstimatedPath]) {
+        let outer = self.meter.enter(Stage::Rest);
+        self.hear_pilot(block, turn, paths);
+        self.meter.enter(outer);
     }
 
     fn front_end(&mut self) -> (&Correlator, &mut Workspace) {
@@ -380,6 +389,7 @@ impl<
         self.detections.clear();
         self.known.clear();
         self.effort.clear();
+        self.pilots.clear();
         (self.strongest, self.noise, self.loudest) = (0.0, 0.0, 0.0);
         self.meter.enter(outer);
         paths

@@ -58,6 +58,7 @@ mod model;
 mod multi_start;
 mod nomp;
 mod paper;
+mod pilot;
 mod place;
 mod received;
 mod search;
@@ -78,6 +79,7 @@ pub use paper::{PaperEstimator, TapDelays};
 pub use received::ReceivedPath;
 
 use heapless::Vec;
+use nalgebra::Vector3;
 
 use crate::signal::{BeamBlock, Correlator, Workspace};
 
@@ -86,6 +88,18 @@ pub trait PathEstimator<const C: usize, const K: usize> {
     /// Takes the samples of one beam; the block is worked on in place and is not needed afterwards. Beams may come in
     /// any order, or be missing.
     fn push_beam(&mut self, block: BeamBlock<'_, C>) -> BeamReport;
+
+    /// Takes a pilot of the sweep that has ended with these paths: a beam that was sent again, `block.beam` its number, and with the number of all beams
+    /// added for the second time. After the second one, paths that are strongest in that beam are told [how fast they grow](crate::path::RangeRate), while the
+    /// body turned so fast, rad/s in its own axes. Nothing in an estimator that does not listen to pilots.
+    fn push_pilot(
+        &mut self,
+        block: BeamBlock<'_, C>,
+        turn_rad_per_s: &Vector3<f32>,
+        paths: &mut [EstimatedPath],
+    ) {
+        let _unheard = (block, turn_rad_per_s, paths);
+    }
 
     /// Ends the sweep: its paths, strongest first. The estimator is empty afterwards.
     fn finish(&mut self) -> Vec<EstimatedPath, K>;

@@ -279,6 +279,7 @@ impl<const A: usize, const E: usize, const C: usize, const BEAMS: usize, const K
             beam: beam as u16,
             snr_db: 10.0 * libm::log10f(snr),
             energy: energy / (self.active * self.active),
+            range_rate: None,
         })
     }
 }

@@ -112,6 +112,7 @@ impl<const A: usize, const E: usize, M: Meter> Search<'_, A, E, M> {
     }
 
     /// Most energy that errors of the arrays leave of paths at a delay, taps from `origin`: each path's share, under its pulse.
+    #[inline(never)]
     pub(super) fn errors_of<'f, const C: usize>(
         &self,
         paths: impl Iterator<Item = &'f Found<A>>,

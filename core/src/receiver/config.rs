@@ -101,6 +101,19 @@ pub enum Departures {
     Beams,
 }
 
+/// Of which sweeps the pilots are read: how fast paths grow.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Pilots {
+    /// Of none: how fast paths grow is not used, whoever tells it.
+    Unread,
+    /// Of those without line of sight while there is a pose, where the filter uses them.
+    #[default]
+    WithoutSight,
+    /// Of every sweep: for whoever keeps paths, to fly them with other paths left out.
+    EverySweep,
+}
+
 /// Which paths are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -152,6 +165,8 @@ pub struct Config<'m, Description = RadioConfig> {
     pub map_aided: bool,
     /// Whether the growth of paths from sweep to sweep holds the velocity without line of sight.
     pub delta_ranges: bool,
+    /// Of which sweeps the pilots are read: how fast paths grow holds the velocity without line of sight.
+    pub pilots: Pilots,
 }
 
 /// Who says what a path is.
@@ -265,6 +280,7 @@ impl<'m, Description> Config<'m, Description> {
             surfaces: SurfaceConfig::default(),
             map_aided: true,
             delta_ranges: true,
+            pilots: Pilots::default(),
         }
     }
 }

@@ -69,6 +69,7 @@ pub fn map_learned<const VOXELS: usize>(
 
 impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS, STATES> {
     /// The paths as data association takes them.
+    #[inline(never)]
     pub(super) fn to_associate(
         &self,
         measured: &[MeasuredPath],

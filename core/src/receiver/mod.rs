@@ -51,7 +51,7 @@ mod rules;
 mod sight;
 mod sweep;
 
-pub use config::{BaselineConfig, Config, ConfigError, Departures, LinkStates, Localization, Mapped};
+pub use config::{BaselineConfig, Config, ConfigError, Departures, LinkStates, Localization, Mapped, Pilots};
 pub use gain::LinkBudget;
 pub use mapping::{MOST_GMT_SIGMA_M, map_learned};
 pub use radio::{Antennas, Radio};
@@ -255,7 +255,7 @@ impl<'m, R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'m, R, VOX
             count(&mut self.counters.abandoned);
             let _forgotten = R::finish(self.memory.estimator);
         }
-        self.open = Some(Open::new(sweep, time_ns));
+        self.open = Some(Open::new(sweep, time_ns, self.imu.turn_rad_per_s()));
     }
 
     /// Samples of a transmit beam; the block is worked on in place. Nothing is reported of a stray block.
@@ -280,6 +280,31 @@ impl<'m, R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'m, R, VOX
             return;
         }
         R::push_symbol(self.memory.squint, self.memory.estimator, block);
+    }
+
+    /// Samples of a pilot, after all beams of its sweep: `block.beam` is the beam that was sent again, and with the number of all beams added for the second
+    /// time ([`crate::paths::PathEstimator::push_pilot`]). Nothing depends on them: a sweep without is what it was.
+    pub fn pilot(&mut self, block: R::Block<'_>) {
+        self.close_beams();
+        let Some(Open {
+            paths: Some(paths),
+            sighted,
+            turn_rad_per_s,
+            ..
+        }) = &mut self.open
+        else {
+            count(&mut self.counters.stray_blocks);
+            return;
+        };
+        let read = match self.config.pilots {
+            Pilots::Unread => false,
+            // One path alone tells nothing but the offset of the carriers.
+            Pilots::WithoutSight => sighted.is_none() && paths.len() > 1 && self.localizer.pose().is_some(),
+            Pilots::EverySweep => true,
+        };
+        if read {
+            R::push_pilot(self.memory.estimator, block, turn_rad_per_s, paths);
+        }
     }
 
     /// What the GMT says about the sweep in hand.

@@ -4,7 +4,7 @@ use heapless::Vec;
 
 use super::PATHS;
 use super::bend::Bend;
-use super::config::LinkStates;
+use super::config::{LinkStates, Pilots};
 use super::localizer::left;
 use super::receive::{ends, length_m, to_world};
 use crate::array::GmtArrays;
@@ -188,6 +188,10 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
             aoa_sigma_rad: libm::sqrt(f64::from(0.5 * (covariance.m22 + covariance.m33).max(0.0))),
             aoa_rise_sigma_rad: 0.0,
             departure: squint.or_else(|| self.beam_departure(measured, gmt)),
+            range_rate: measured
+                .estimated
+                .range_rate
+                .filter(|_| self.config.pilots != Pilots::Unread),
         })
     }
 

@@ -7,6 +7,7 @@ use core::fmt;
 use core::marker::PhantomData;
 
 use heapless::Vec;
+use nalgebra::Vector3;
 
 use super::PATHS;
 use super::config::{Config, ConfigError, Departures};
@@ -51,6 +52,14 @@ pub trait Radio {
 
     /// Takes a transmit beam into the sweep.
     fn push_beam(estimator: &mut Self::Estimator, block: Self::Block<'_>) -> BeamReport;
+
+    /// Takes a pilot of the sweep whose paths these are.
+    fn push_pilot(
+        estimator: &mut Self::Estimator,
+        block: Self::Block<'_>,
+        turn_rad_per_s: &Vector3<f32>,
+        paths: &mut [EstimatedPath],
+    );
 
     /// Ends the beams: the paths of the sweep, strongest first.
     fn finish(estimator: &mut Self::Estimator) -> Vec<EstimatedPath, PATHS>;
@@ -175,6 +184,15 @@ impl<
 
     fn push_beam(estimator: &mut Estimator, block: BeamBlock<'_, C>) -> BeamReport {
         estimator.push_beam(block)
+    }
+
+    fn push_pilot(
+        estimator: &mut Estimator,
+        block: BeamBlock<'_, C>,
+        turn_rad_per_s: &Vector3<f32>,
+        paths: &mut [EstimatedPath],
+    ) {
+        estimator.push_pilot(block, turn_rad_per_s, paths);
     }
 
     fn finish(estimator: &mut Estimator) -> Vec<EstimatedPath, PATHS> {

@@ -354,6 +354,7 @@ mod tests {
                 beam: 0,
                 snr_db: 30.0,
                 energy: 1.0,
+                range_rate: None,
             },
             gain_db: Some(-92.0),
         }

@@ -4,6 +4,7 @@
 //! surfaces explain; with the pose that comes back, the paths are classified and associated, and what passes becomes points.
 
 use heapless::Vec;
+use nalgebra::Vector3;
 
 use super::bend::Bend;
 use super::config::Departures;
@@ -52,10 +53,12 @@ pub(super) struct Open {
     pub(super) sighted: Option<usize>,
     /// Whether beam squint took it, with the bearing where somebody else has read one.
     pub(super) squint: Result<Option<Bearing>, Refusal>,
+    /// How fast the body turned when it began, body axes.
+    pub(super) turn_rad_per_s: Vector3<f32>,
 }
 
 impl Open {
-    pub(super) fn new(sweep: u32, time_ns: u64) -> Self {
+    pub(super) fn new(sweep: u32, time_ns: u64, turn_rad_per_s: Vector3<f32>) -> Self {
         Self {
             sweep,
             time_ns,
@@ -64,6 +67,7 @@ impl Open {
             paths: None,
             sighted: None,
             squint: Err(Refusal::NotBegun),
+            turn_rad_per_s,
         }
     }
 }

@@ -91,6 +91,10 @@ impl core::error::Error for WaveformError {}
 impl Waveform {
     /// Name of the default waveform in recordings.
     pub const NAME: &'static str = "zc409-273";
+    /// Time from the first beam of a sweep to that of its first pilots, the beams sent again, s.
+    pub const PILOT_DELAY_S: f64 = 1e-3;
+    /// Time from a beam's first pilot to its second, s: lengths that change by less than a wavelength in it are told from each other, 2.5 m/s.
+    pub const PILOT_INTERVAL_S: f64 = 4e-3;
 
     /// Whether the receiver can work with it.
     ///

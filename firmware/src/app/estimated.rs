@@ -12,6 +12,8 @@ use crate::front_end::Checksum;
 pub struct Estimated {
     /// Blocks of transmit beams that were there.
     pub beams: u16,
+    /// Blocks of pilots that were there.
+    pub pilots: u16,
     /// Blocks of squint symbols that were there.
     pub squint_symbols: u16,
     /// The last squint symbol of the schedule is among them: nothing more comes.
@@ -31,7 +33,9 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize, C: Checksum> Applicatio
         estimated: Estimated,
         observer: &mut impl Observer,
     ) -> bool {
-        let blocks = u32::from(estimated.beams).saturating_add(u32::from(estimated.squint_symbols));
+        let blocks = [estimated.beams, estimated.pilots, estimated.squint_symbols]
+            .into_iter()
+            .fold(0_u32, |sum, count| sum.saturating_add(count.into()));
         if !self.enter(sweep, sweep_ns, observer) {
             self.counters.late_blocks = self.counters.late_blocks.saturating_add(blocks);
             return false;

@@ -44,6 +44,7 @@ where
                 return Ok(());
             }
             Content::Beam(block) => Symbol::Beam(block),
+            Content::Pilot(block) => Symbol::Pilot(block),
             Content::Squint(block) => Symbol::Squint(block),
         };
         let capture = Capture {

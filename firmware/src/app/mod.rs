@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! inertial samples, magnetometer, timing --> Application --> Receiver
-//! blocks of beams and squint symbols ----/        |            | report of a sweep, pose
+//! blocks of beams, pilots, symbols ------/        |            | report of a sweep, pose
 //! beacons, commands --------------------/         `<-----------'
 //!                                                 `--> queue of frames --> downlink
 //! ```
@@ -98,7 +98,7 @@ pub struct Capture<B> {
     pub sweep: u32,
     /// Start of the sweep, UAV clock, ns.
     pub sweep_ns: u64,
-    /// The samples: of a beam, or of a squint symbol.
+    /// The samples: of a beam, of a pilot, or of a squint symbol.
     pub symbol: Symbol<B>,
 }
 
@@ -107,6 +107,9 @@ pub struct Capture<B> {
 pub enum Symbol<B> {
     /// A transmit beam; `beam` is its number in the codebook.
     Beam(B),
+    /// A pilot, behind all beams; `beam` is the number of the beam that was sent again, and with the number of all beams added for the second
+    /// time.
+    Pilot(B),
     /// A squint symbol; `beam` is its place in the schedule.
     Squint(B),
 }
@@ -251,6 +254,10 @@ impl<'m, R: Radio, const VOXELS: usize, const STATES: usize, C: Checksum>
                 if report.left_out {
                     counters::count(&mut self.counters.beams_left_out);
                 }
+            }
+            Symbol::Pilot(block) => {
+                observer.stage(Stage::Paths, || self.cslam.close_beams());
+                observer.stage(Stage::Pilot, || self.cslam.pilot(block));
             }
             Symbol::Squint(block) => {
                 // The first one ends the beams: their paths are estimated.

@@ -26,11 +26,13 @@ pub enum Stage {
     Telemetry = 7,
     /// Checks of a frame of the front end.
     Frame = 8,
+    /// A block of a pilot.
+    Pilot = 9,
 }
 
 impl Stage {
     /// Every stage, in the order of their numbers.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Inertial,
         Self::Magnetic,
         Self::Timing,
@@ -40,6 +42,7 @@ impl Stage {
         Self::Sweep,
         Self::Telemetry,
         Self::Frame,
+        Self::Pilot,
     ];
 
     /// Name in tables and logs.
@@ -55,6 +58,7 @@ impl Stage {
             Self::Sweep => "end of sweep",
             Self::Telemetry => "telemetry",
             Self::Frame => "frame",
+            Self::Pilot => "pilot",
         }
     }
 }

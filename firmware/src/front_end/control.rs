@@ -9,7 +9,7 @@ use embedded_hal_async::spi::SpiDevice;
 
 use super::header::Status;
 use super::kind::VERSION;
-use super::{BEAMS, SQUINT_SYMBOLS};
+use super::{BEAMS, PILOT_BEAMS, SQUINT_SYMBOLS};
 
 const READ: u8 = 0x80;
 const ID: u8 = 0x00;
@@ -22,6 +22,7 @@ const TIME_HIGH: u8 = 0x06;
 const PATIENCE_US: u8 = 0x07;
 const STATUS: u8 = 0x08;
 const LOADED: u8 = 0x09;
+const PILOTS: u8 = 0x0C;
 
 /// What ID reads: `CSFE`.
 const IDENTITY: u32 = u32::from_le_bytes(*b"CSFE");
@@ -43,7 +44,7 @@ pub enum ControlError<E> {
         /// What the identity register reads.
         found: u32,
     },
-    /// It hands over frames of another version.
+    /// It hands over frames of another version: those of version 1 have no pilots and no register for them.
     Format {
         /// Version found.
         found: u32,
@@ -138,6 +139,7 @@ impl<SPI: SpiDevice> Control<SPI> {
             (CONTROL, 0),
             (SESSION, u32::from(session)),
             (PLAN, plan),
+            (PILOTS, u32::from(PILOT_BEAMS)),
             (PATIENCE_US, patience_us),
             (TIME_LOW, sync_ns as u32),
             (TIME_HIGH, (sync_ns >> 32) as u32),

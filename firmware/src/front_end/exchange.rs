@@ -74,7 +74,7 @@ mod tests {
             session: 7,
             sequence: 0,
             sweep: 11,
-            index: 105,
+            index: 129,
             exponent: 0,
             sweep_ns: 5_000_000_000,
             offset_ns: 0,

@@ -1,16 +1,16 @@
 //! The header of a frame (docs/front-end.md section 5).
 //!
-//! Little endian, version 1; the last four bytes are the checksum of those before, in every version:
+//! Little endian, version 2; the last four bytes are the checksum of those before, in every version:
 //!
 //! | offset | type | content |
 //! |---|---|---|
 //! | 0 | `[u8; 4]` | magic `CSLF` |
 //! | 4 | u8 | version |
-//! | 5 | u8 | kind: 1 begin of a sweep, 2 beam, 3 squint symbol |
+//! | 5 | u8 | kind: 1 begin of a sweep, 2 beam, 3 squint symbol, 4 pilot |
 //! | 6 | u16 | session, as the receiver wrote it into the front end's register |
 //! | 8 | u32 | sequence number, from 0 in a session, one more with each frame, handed over or dropped |
 //! | 12 | u32 | number of the sweep |
-//! | 16 | u16 | index: of the beam or the symbol; of a begin, the number of frames that follow |
+//! | 16 | u16 | index: of the beam or the symbol; of a pilot that of its beam, plus 72 when it is the second one; of a begin, the number of frames that follow |
 //! | 18 | i16 | exponent: amplitude = integer x 2^exponent |
 //! | 20 | u32 | bytes behind this header that count: of samples; of a begin 288 with [powers](super::Powers), 0 without |
 //! | 24 | u64 | time of the sweep's first sample by the UAV clock, ns: in every frame, so that none is missed most |
@@ -62,7 +62,8 @@ pub struct Header {
     pub sequence: u32,
     /// Number of the sweep.
     pub sweep: u32,
-    /// Beam 0..72, squint symbol 0..33; of a begin the number of frames that follow, 0..=105.
+    /// Beam 0..72, squint symbol 0..33, pilot 0..144 (its beam, plus 72 when it is the second one); of a begin the number of frames that
+    /// follow, 0..=249.
     pub index: u16,
     /// Amplitude = integer x 2^exponent, sqrt(W); one scale over all blocks. 0 for a begin.
     pub exponent: i16,
@@ -87,7 +88,7 @@ impl Header {
         match (self.kind, self.powers) {
             (Kind::Begin, false) => 0,
             (Kind::Begin, true) => POWER_BYTES,
-            (Kind::Beam | Kind::Squint, _) => SAMPLE_BYTES,
+            (Kind::Beam | Kind::Squint | Kind::Pilot, _) => SAMPLE_BYTES,
         }
     }
 
@@ -141,6 +142,7 @@ impl Header {
             1 => Kind::Begin,
             2 => Kind::Beam,
             3 => Kind::Squint,
+            4 => Kind::Pilot,
             found => return Err(FrameError::Kind { found }),
         };
         let mut header = Self {

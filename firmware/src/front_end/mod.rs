@@ -52,5 +52,11 @@ pub const FRAME_LENGTH: usize = HEADER_LENGTH + SAMPLE_BYTES;
 pub const BEAMS: u16 = 72;
 /// Beam squint symbols of a sweep: 11 a face.
 pub const SQUINT_SYMBOLS: u16 = 33;
-/// Frames of a sweep: its begin, the beams, the squint symbols.
-pub const FRAMES_PER_SWEEP: u16 = 1 + BEAMS + SQUINT_SYMBOLS;
+/// Beams whose pilots are handed over, the strongest of a sweep.
+pub const PILOT_BEAMS: u16 = 12;
+/// Times that a beam is sent again.
+pub const PILOTS_OF_A_BEAM: u16 = 2;
+/// Frames of a sweep: its begin, the beams, the pilots, the squint symbols.
+pub const FRAMES_PER_SWEEP: u16 = 1 + BEAMS + PILOTS_OF_A_BEAM * PILOT_BEAMS + SQUINT_SYMBOLS;
+/// Frames of a sweep at most: pilots of all beams.
+pub const MOST_FRAMES: u16 = 1 + BEAMS + PILOTS_OF_A_BEAM * BEAMS + SQUINT_SYMBOLS;

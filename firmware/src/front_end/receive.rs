@@ -26,6 +26,8 @@ pub enum Content<'a> {
     Beam(BeamBlock<'a>),
     /// Samples of a squint symbol; `beam` is its place in the schedule.
     Squint(BeamBlock<'a>),
+    /// Samples of a pilot; `beam` is its beam, plus 72 when it is the second one.
+    Pilot(BeamBlock<'a>),
 }
 
 /// A whole frame.
@@ -125,6 +127,7 @@ impl<C: Checksum> FrontEnd<C> {
             },
             Kind::Beam => Content::Beam(block(&header, samples)),
             Kind::Squint => Content::Squint(block(&header, samples)),
+            Kind::Pilot => Content::Pilot(block(&header, samples)),
         };
         Ok(Frame {
             header,
@@ -151,7 +154,9 @@ impl<C: Checksum> FrontEnd<C> {
             Kind::Begin => {
                 !header.powers || powers_checksum(&powers::read(samples)) == header.payload_checksum
             }
-            Kind::Beam | Kind::Squint => self.checksum.samples(samples) == header.payload_checksum,
+            Kind::Beam | Kind::Squint | Kind::Pilot => {
+                self.checksum.samples(samples) == header.payload_checksum
+            }
         };
         if !is_sound {
             return Err(FrameError::PayloadChecksum { sequence });

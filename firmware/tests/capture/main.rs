@@ -16,8 +16,8 @@ use std::sync::OnceLock;
 
 use cslam_core::signal::Iq;
 use cslam_firmware::front_end::{
-    BEAMS, Block, Checksum, Counters, Cut, FRAME_LENGTH, FRAME_WORDS, FRAMES_PER_SWEEP, Header, Kind, Port,
-    SQUINT_SYMBOLS, SoftwareCrc, Status,
+    BEAMS, Block, Checksum, Counters, Cut, FRAME_LENGTH, FRAME_WORDS, FRAMES_PER_SWEEP, Header, Kind,
+    PILOTS_OF_A_BEAM, Port, SQUINT_SYMBOLS, SoftwareCrc, Status,
 };
 use cslam_firmware::storage::{Settings, Store};
 
@@ -125,11 +125,16 @@ fn all_come(source: &Source, processor: &Processor) {
 fn the_protocol_does_not_ask_what_the_manual_leaves_open() {
     // A word that the end of a frame has left unfilled is dropped, or filled up and handed on; words that wait for the DMA.
     for (fills_up, fifo_words) in [(false, 8), (true, 4), (true, 8)] {
-        let (mut source, mut processor) = (Source::new(5, 12), Processor::new(world(), known().clone(), 6));
+        // With more faults stalls take so much of the link that the front end drops what has waited for too long.
+        let (mut source, mut processor) = (Source::new(5, 30), Processor::new(world(), known().clone(), 6));
         (processor.world.fills_up, processor.world.fifo_words) = (fills_up, fifo_words);
         fly(40, &mut source, &mut processor);
         let received: BTreeSet<u32> = processor.received.iter().copied().collect();
-        assert_eq!(received, source.good);
+        assert!(
+            received == source.good,
+            "a good frame was lost, or another given on"
+        );
+        assert_eq!(processor.world.driver.dropped, 0);
         let cut = [Fault::Short, Fault::Long, Fault::Merged, Fault::Stalled];
         let cut: u32 = cut.iter().map(|fault| source.count(*fault)).sum();
         assert!(cut > 50, "only {cut} frames were cut");

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use cslam_core::signal::Iq;
 use cslam_firmware::front_end::{
-    Block, Capture, Checksum, Content, Cut, FrameError, FrontEnd, Header, SoftwareCrc, Step,
+    Block, Capture, Checksum, Content, Cut, FrameError, FrontEnd, Header, Kind, SoftwareCrc, Step,
 };
 
 use crate::lines::CLOCKS_PER_US;
@@ -153,8 +153,14 @@ impl Processor {
         };
         let work = match self.front_end.receive(&buffer.header, &mut buffer.samples) {
             Ok(frame) => {
-                if let Content::Beam(block) | Content::Squint(block) = frame.content {
-                    assert_eq!(block.beam, frame.header.index);
+                let sampled = match frame.content {
+                    Content::Begin { .. } => None,
+                    Content::Beam(block) => Some((Kind::Beam, block.beam)),
+                    Content::Pilot(block) => Some((Kind::Pilot, block.beam)),
+                    Content::Squint(block) => Some((Kind::Squint, block.beam)),
+                };
+                if let Some(sampled) = sampled {
+                    assert_eq!(sampled, (frame.header.kind, frame.header.index));
                 }
                 self.received.push(frame.header.sequence);
                 (self.work)(&frame.header, &mut self.random)

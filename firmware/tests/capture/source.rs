@@ -89,14 +89,15 @@ impl Source {
 
     /// Puts a sweep into the front end's memory.
     pub(super) fn sweep(&mut self, sweep: u32, driver: &mut Driver) {
-        // The last symbol has been on air.
-        let from = u64::from(sweep) * PERIOD + 438 * CLOCKS_PER_US;
         for place in 0..FRAMES_PER_SWEEP {
-            let (kind, index) = match place {
-                0 => (Kind::Begin, BEAMS + SQUINT_SYMBOLS),
-                _ if place <= BEAMS => (Kind::Beam, place - 1),
-                _ => (Kind::Squint, place - 1 - BEAMS),
+            // From when on it can be handed over, us after the sweep began: all symbols have been on air, and all second pilots.
+            let ((kind, index), from_us) = match place {
+                0 => ((Kind::Begin, FRAMES_PER_SWEEP - 1), 438),
+                _ if place <= BEAMS => ((Kind::Beam, place - 1), 438),
+                _ if place < FRAMES_PER_SWEEP - SQUINT_SYMBOLS => (pilot(place - 1 - BEAMS), 5300),
+                _ => ((Kind::Squint, place + SQUINT_SYMBOLS - FRAMES_PER_SWEEP), 438),
             };
+            let from = u64::from(sweep) * PERIOD + from_us * CLOCKS_PER_US;
             let payload = self.sequence as usize % 4;
             let header = Header {
                 kind,
@@ -237,6 +238,14 @@ impl Source {
     pub(super) fn count(&self, fault: Fault) -> u32 {
         self.faults.iter().filter(|(_, which)| *which == fault).count() as u32
     }
+}
+
+/// A pilot by its place behind the beams: of each beam the first one and then the second.
+fn pilot(place: u16) -> (Kind, u16) {
+    (
+        Kind::Pilot,
+        place / PILOTS_OF_A_BEAM + place % PILOTS_OF_A_BEAM * BEAMS,
+    )
 }
 
 /// What the receiver does with a frame: a third of a millisecond, and up to 0.3 s at the end of a sweep.

@@ -5,8 +5,9 @@ mod counters;
 use cslam_core::signal::Iq;
 use cslam_firmware::front_end::{
     Arrival, BEAMS, Block, Checksum, Content, Counters, FRAMES_PER_SWEEP, FrameError, FrontEnd,
-    HEADER_LENGTH, Header, Kind, POWER_BYTES, Powers, SAMPLE_BYTES, SQUINT_SYMBOLS, SoftwareCrc, Status,
-    WINDOW, powers_checksum, read_samples, write_powers, write_samples,
+    HEADER_LENGTH, Header, Kind, MOST_FRAMES, PILOT_BEAMS, PILOTS_OF_A_BEAM, POWER_BYTES, Powers,
+    SAMPLE_BYTES, SQUINT_SYMBOLS, SoftwareCrc, Status, WINDOW, powers_checksum, read_samples, write_powers,
+    write_samples,
 };
 use proptest::prelude::*;
 
@@ -70,25 +71,25 @@ fn a_header_has_the_layout_of_the_document() {
     .encode();
     #[rustfmt::skip]
     let expected = [
-        b'C', b'S', b'L', b'F', 1, 3, 2, 1, 6, 5, 4, 3, 0xa, 9, 8, 7, 0x20, 0, 0xfe, 0xff, 0, 0, 1, 0,
+        b'C', b'S', b'L', b'F', 2, 3, 2, 1, 6, 5, 4, 3, 0xa, 9, 8, 7, 0x20, 0, 0xfe, 0xff, 0, 0, 1, 0,
         0x18, 0x17, 0x16, 0x15, 0x14, 0x13, 0x12, 0x11, 0x24, 0x23, 0x22, 0x21, 0x34, 0x33, 0x32, 0x31, 5, 0,
         0, 0, 0x44, 0x43, 0x42, 0x41,
     ];
     assert_eq!(bytes[..48], expected);
     assert!(bytes[48..60].iter().all(|byte| *byte == 0));
     // By an implementation that is not ours: binascii.crc32 of Python over bytes 0..60.
-    assert_eq!(bytes[60..], 0xd540_4d4eu32.to_le_bytes());
+    assert_eq!(bytes[60..], 0xf3ff_7937u32.to_le_bytes());
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
     #[test]
     fn every_header_survives(
-        kind in 0usize..3, powers: bool, session: u16, sequence: u32, sweep: u32, index in 0u16..33, exponent in -128i16..=128,
+        kind in 0usize..4, powers: bool, session: u16, sequence: u32, sweep: u32, index in 0u16..33, exponent in -128i16..=128,
         sweep_ns: u64, offset_ns: u32, payload_checksum: u32, dropped: u32, status: u16,
     ) {
         let header = Header {
-            kind: [Kind::Begin, Kind::Beam, Kind::Squint][kind],
+            kind: [Kind::Begin, Kind::Beam, Kind::Squint, Kind::Pilot][kind],
             session, sequence, sweep, index, exponent, sweep_ns, offset_ns, payload_checksum, dropped,
             powers: powers && kind == 0,
             status: Status(status),
@@ -99,10 +100,10 @@ proptest! {
     /// Whatever a sender with the right checksum writes: what passes is what it wrote.
     #[test]
     fn hostile_headers_are_read_as_they_are_or_refused(
-        kind in 0u8..5, powers: bool, index in 0u16..110, bytes: [[u8; 32]; 2],
+        kind in 0u8..6, powers: bool, index in 0u16..260, bytes: [[u8; 32]; 2],
     ) {
         let mut bytes = bytes.as_flattened().to_vec();
-        bytes[..6].copy_from_slice(&[b'C', b'S', b'L', b'F', 1, kind]);
+        bytes[..6].copy_from_slice(&[b'C', b'S', b'L', b'F', 2, kind]);
         bytes[16..18].copy_from_slice(&index.to_le_bytes());
         let exponent = i16::from(bytes[18] as i8);
         bytes[18..20].copy_from_slice(&exponent.to_le_bytes());
@@ -114,7 +115,7 @@ proptest! {
         bytes[20..24].copy_from_slice(&length.to_le_bytes());
         let checksum = SoftwareCrc.bytes(&bytes[..HEADER_LENGTH - 4]);
         bytes[HEADER_LENGTH - 4..].copy_from_slice(&checksum.to_le_bytes());
-        let limit = [0, FRAMES_PER_SWEEP, BEAMS, SQUINT_SYMBOLS, 0][usize::from(kind)];
+        let limit = [0, MOST_FRAMES, BEAMS, SQUINT_SYMBOLS, PILOTS_OF_A_BEAM * BEAMS, 0][usize::from(kind)];
         let read = Header::decode(bytes[..].try_into().expect("64 bytes"));
         prop_assert_eq!(read.is_ok(), index < limit);
         if let Ok(header) = read {
@@ -143,8 +144,12 @@ fn no_changed_bit_of_a_header_passes() {
 fn each_field_out_of_range_is_named() {
     let beam = header(Kind::Beam, 0, &block(1));
     let of = |at, bytes: &[u8]| Header::decode(&altered(&beam, at, bytes)).expect_err("out of range");
-    assert_eq!(of(4, &[2]), FrameError::Version { found: 2 });
-    assert_eq!(of(5, &[4]), FrameError::Kind { found: 4 });
+    for found in [1, 3] {
+        assert_eq!(of(4, &[found]), FrameError::Version { found });
+    }
+    for found in [0, 5] {
+        assert_eq!(of(5, &[found]), FrameError::Kind { found });
+    }
     assert_eq!(
         of(16, &BEAMS.to_le_bytes()),
         FrameError::Index {
@@ -165,7 +170,9 @@ fn each_field_out_of_range_is_named() {
             expected: 65_536
         }
     );
-    for (kind, limit) in [(Kind::Squint, SQUINT_SYMBOLS), (Kind::Begin, FRAMES_PER_SWEEP)] {
+    // Pilots of all beams, each twice.
+    let limits = [(Kind::Squint, 33), (Kind::Pilot, 144), (Kind::Begin, 250)];
+    for (kind, limit) in limits {
         let last = Header {
             index: limit - 1,
             ..header(kind, 0, &block(1))
@@ -199,6 +206,56 @@ fn samples_are_given_on_where_they_lie() {
 }
 
 #[test]
+fn a_pilot_says_which_beam_and_which_of_the_two_it_is() {
+    assert_eq!((PILOT_BEAMS, PILOTS_OF_A_BEAM, FRAMES_PER_SWEEP), (12, 2, 130));
+    let mut samples = block(5);
+    let mut link = FrontEnd::new(SoftwareCrc, SESSION);
+    for (sequence, index) in [(0, 3), (1, 72 + 3), (2, 143)] {
+        let pilot = Header {
+            index,
+            ..header(Kind::Pilot, sequence, &samples)
+        };
+        let bytes = pilot.encode();
+        assert_eq!((bytes[5], bytes[16]), (4, index as u8));
+        let original = samples.clone();
+        let frame = link.receive(&bytes, &mut samples).expect("sound");
+        assert_eq!(frame.header, pilot);
+        let Content::Pilot(block) = frame.content else {
+            panic!("a pilot was sent");
+        };
+        assert_eq!((block.beam, block.exponent), (index, -38));
+        assert_eq!(block.samples, &*original);
+    }
+    let beyond = Header {
+        index: 144,
+        ..header(Kind::Pilot, 3, &samples)
+    };
+    let error = link
+        .receive(&beyond.encode(), &mut samples)
+        .expect_err("no such beam");
+    assert_eq!(
+        error,
+        FrameError::Index {
+            kind: Kind::Pilot,
+            found: 144,
+            limit: 144
+        }
+    );
+    // Its samples are under the checksum like a beam's.
+    let damaged = header(Kind::Pilot, 3, &samples).encode();
+    samples[31][511] = Iq::from_word(samples[31][511].word() ^ 1);
+    let error = link.receive(&damaged, &mut samples).expect_err("damaged");
+    assert_eq!(error, FrameError::PayloadChecksum { sequence: 3 });
+    let expected = Counters {
+        ok: 3,
+        damaged_header: 1,
+        damaged_payload: 1,
+        ..Counters::default()
+    };
+    assert_eq!(link.counters(), expected);
+}
+
+#[test]
 fn samples_survive_as_bytes_low_byte_of_the_real_part_first() {
     let mut samples = block(6);
     samples[0][0] = Iq::new(0x0102, 0x0304);
@@ -218,14 +275,14 @@ fn a_begin_needs_no_samples_and_says_how_many_frames_follow() {
     let mut samples = block(8);
     let mut link = FrontEnd::new(SoftwareCrc, SESSION);
     let begin = Header {
-        index: 105,
+        index: 129,
         ..header(Kind::Begin, 0, &samples)
     };
     let frame = link.receive(&begin.encode(), &mut samples).expect("sound");
     assert!(matches!(
         frame.content,
         Content::Begin {
-            frames: 105,
+            frames: 129,
             powers: None
         }
     ));
@@ -239,7 +296,7 @@ fn a_begin_tells_the_powers_of_the_beams() {
     let begin = |sequence| Header {
         powers: true,
         payload_checksum: powers_checksum(&powers),
-        index: 105,
+        index: 129,
         ..header(Kind::Begin, sequence, &samples)
     };
     let [first, second] = [begin(0), begin(1)].map(|header| header.encode());

@@ -8,6 +8,7 @@
 mod loss;
 mod over_ground;
 mod pairs;
+mod range_rates;
 mod report;
 mod revisit;
 mod scenes;
@@ -17,6 +18,7 @@ mod twin;
 pub use loss::{Loss, loss};
 pub use over_ground::{Bounce, Corner, bounce, corner};
 pub use pairs::{Pairs, pairs};
+pub use range_rates::{RangeRates, range_rates};
 pub use report::{Case, Report, Target};
 pub use revisit::{Revisit, revisit};
 pub use scenes::{Departures, Scenes, departures, scenes};
@@ -142,6 +144,33 @@ impl Range {
             estimator.push_beam(block.view());
         }
         estimator.finish().to_vec()
+    }
+
+    /// The same for paths with frequency shifts, Hz, and after it the pilots of a beam.
+    fn sweep_with_pilots(
+        &self,
+        shifted: &[(Truth, f64)],
+        index: u32,
+        beam: u16,
+        estimator: &mut dyn PathEstimator<32, 9>,
+    ) -> Vec<EstimatedPath> {
+        let ray = |(truth, doppler_hz): &(Truth, f64)| Ray {
+            doppler_hz: *doppler_hz,
+            ..self.ray(truth)
+        };
+        let rays: Vec<Ray> = shifted.iter().map(ray).collect();
+        let mut sweep = self.simulator.sweep_rays(&rays, &Instant::at_rest(), index);
+        for block in sweep.strongest_first() {
+            estimator.push_beam(block.view());
+        }
+        let mut paths = estimator.finish();
+        let mut pilots = self
+            .simulator
+            .pilots_of_rays(&rays, &Instant::at_rest(), index, [beam].into_iter());
+        for block in &mut pilots.blocks {
+            estimator.push_pilot(block.view(), &Vector3::zeros(), &mut paths);
+        }
+        paths.to_vec()
     }
 
     fn ray(&self, truth: &Truth) -> Ray {

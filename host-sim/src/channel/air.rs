@@ -2,12 +2,12 @@
 
 use std::borrow::Cow;
 
-use cslam_core::signal::SAMPLES;
+use cslam_core::signal::{SAMPLES, Waveform};
 
 use super::C64;
 use super::antenna::{phasor, phasor_of_turns};
 use super::body::{Body, TurningRotors};
-use super::effects::phase_noise;
+use super::effects::{phase_noise, phase_walk};
 use super::impairments::Jammer;
 use super::jamming::{HeardNeighbour, jammer, neighbour};
 use super::mix::{Gain, mix};
@@ -16,7 +16,7 @@ use super::pieces::{Pieces, Slot};
 use super::rays::{Instant, Ray};
 use super::reception::Reception;
 use super::simulator::{Block, Simulator};
-use super::streams::{PER_BEAM, PHASE_NOISE, stream};
+use super::streams::{PER_BEAM, PHASE_NOISE, PHASE_WALK, stream};
 use super::transmit::BeamField;
 use super::waves::{Plane, Shape, Wave};
 use crate::random::Stream;
@@ -35,6 +35,8 @@ pub(super) struct SweepState<'a, const ARRAYS: usize, const ELEMENTS: usize, con
     /// For each ray, the one of the link that it is made of: they leave the GMT together.
     pub(super) origin: Vec<usize>,
     pub(super) receptions: Vec<Reception<ARRAYS, ELEMENTS>>,
+    /// Frequency shift of each ray at each array by the body's turn about its centre, Hz.
+    turning_hz: Vec<[f64; ARRAYS]>,
     pub(super) fields: Vec<Vec<BeamField>>,
     /// Per array, a wave for each ray, one for the jammer and one for the neighbour.
     pub(super) waves: [Vec<Wave>; ARRAYS],
@@ -45,6 +47,8 @@ pub(super) struct SweepState<'a, const ARRAYS: usize, const ELEMENTS: usize, con
     pub(super) made_at_s: f64,
     /// Offset of the carrier, Hz.
     pub(super) cfo_hz: f64,
+    /// Phase of the carrier in the pilots of each beam, rad: of the first ones, and of the second ones.
+    walked_rad: [Vec<f64>; 2],
     /// Rate of the clock's offset, s/s.
     clock_drift: f64,
     rotors: Option<TurningRotors<'a, ARRAYS>>,
@@ -89,6 +93,8 @@ impl<'a, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
                 .chain(jammer)
                 .chain(neighbour.as_ref().map(|n| &n.reception))
         };
+        let turning = |ray: &Ray| simulator.arrays.turning_hz(&ray.arrival, &instant.turn_rad_per_s);
+        let turning_hz = all.iter().map(turning).collect();
         let steering = std::array::from_fn(|j| heard().map(|r| r.steering[j]).collect());
         // What the body scatters, 22 dB down and more, and what others send has its delay at the array's centre.
         let of_link = &receptions[..rays.len()];
@@ -106,12 +112,19 @@ impl<'a, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
         let mut state = Self {
             fields: fields.collect(),
             cfo_hz: impairments.cfo_hz + offset_hz,
+            walked_rad: phase_walk::pilots(
+                impairments.oscillators.phase_walk_rad_per_root_s,
+                simulator.beams(),
+                simulator.maker.waveform().beam_period_s(),
+                &mut Stream::new(simulator.seed, stream(index, 0, PHASE_WALK)),
+            ),
             clock_drift: impairments.clock_drift + instant.clock_drift + tied,
             simulator,
             instant,
             index,
             rays: all,
             origin,
+            turning_hz,
             receptions,
             waves: std::array::from_fn(|_| Vec::new()),
             steering,
@@ -133,7 +146,12 @@ impl<'a, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
     pub(super) fn with_pieces(mut self, rays: &[Ray]) -> Self {
         if !rays.is_empty() {
             let errors = self.simulator.arrays.errors_at(self.instant.time_s);
-            self.pieces = Some(Pieces::new(self.simulator, rays, &errors));
+            self.pieces = Some(Pieces::new(
+                self.simulator,
+                rays,
+                &errors,
+                &self.instant.turn_rad_per_s,
+            ));
         }
         self
     }
@@ -146,7 +164,14 @@ impl<'a, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
 
     /// Time of a slot's block since the first one, s.
     pub(super) fn time_s(&self, slot: usize) -> f64 {
-        self.simulator.maker.waveform().beam_period_s() * slot as f64
+        let period_s = self.simulator.maker.waveform().beam_period_s();
+        match self.simulator.pilot_of(slot) {
+            Some((beam, again)) => {
+                let later_s = Waveform::PILOT_INTERVAL_S * again as f64;
+                Waveform::PILOT_DELAY_S + later_s + period_s * beam as f64
+            }
+            None => period_s * slot as f64,
+        }
     }
 
     fn make_waves(&mut self, clock_s: f64) {
@@ -180,8 +205,16 @@ impl<'a, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
         let simulator = self.simulator;
         let impairments = &simulator.config.impairments;
         let mut draws = Stream::new(simulator.seed, stream(self.index, slot, PER_BEAM));
+        // A pilot's oscillators are those of its beam, milliseconds later.
+        let pilot = simulator.pilot_of(slot);
+        let beam = pilot.map_or(slot, |(beam, _)| beam);
+        let walked = pilot.and_then(|(beam, again)| self.walked_rad.get(again)?.get(beam).copied());
         // Drawn whether used or not, so that one setting does not move another's.
         let lost = (draws.uniform() < impairments.dropped_beam_probability) || lost;
+        if beam != slot {
+            draws = Stream::new(simulator.seed, stream(self.index, beam, PER_BEAM));
+            let _of_the_beam = draws.uniform();
+        }
         let mut array_phase: [C64; ARRAYS] =
             std::array::from_fn(|_| phasor(std::f64::consts::TAU * draws.uniform()));
         if simulator.radio.is_one_board() {
@@ -210,14 +243,15 @@ impl<'a, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
             } else {
                 C64::new(1.0, 0.0)
             };
+            let lo = lo * phasor(walked.unwrap_or(0.0));
             let of_rays = self
                 .rays
                 .iter()
                 .zip(&self.receptions)
                 .enumerate()
                 .map(|(index, (ray, r))| {
-                    let mut common =
-                        ray.amplitude * turn(ray.doppler_hz + self.cfo_hz) * r.carrier[j] * lo * amplitude;
+                    let shift_hz = ray.doppler_hz + self.turning_hz[index][j] + self.cfo_hz;
+                    let mut common = ray.amplitude * turn(shift_hz) * r.carrier[j] * lo * amplitude;
                     if let Some(rotors) = &self.rotors {
                         common *= rotors.factor(tips.as_deref().unwrap_or_default(), index, j, flight_s);
                     }
@@ -260,7 +294,7 @@ impl<'a, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
             );
             if let Some(pieces) = &self.pieces {
                 let slot = Slot {
-                    beam: slot,
+                    beam,
                     clock_s,
                     common: lo * amplitude,
                     turn: |doppler_hz| turn(doppler_hz + self.cfo_hz),

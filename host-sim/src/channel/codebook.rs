@@ -1,10 +1,14 @@
 //! The transmissions that blocks can belong to.
 
+use cslam_firmware::front_end::PILOTS_OF_A_BEAM;
+
 /// Which transmissions the blocks belong to; `cslam:beam` counts within it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Codebook {
     /// The 72 beams of a sweep.
     Beams,
+    /// Pilots, the beams of a sweep each sent twice again: a first one has the number of its beam, a second one 72 more.
+    Pilots,
     /// Beam squint symbols, sequential scheme: 11 a face.
     SquintSequential,
     /// Beam squint symbols, raster scheme: one a face.
@@ -13,12 +17,18 @@ pub enum Codebook {
 
 impl Codebook {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Beams, Self::SquintSequential, Self::SquintRaster];
+    pub const ALL: [Self; 4] = [
+        Self::Beams,
+        Self::Pilots,
+        Self::SquintSequential,
+        Self::SquintRaster,
+    ];
 
     /// Value of `cslam:codebook`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Beams => "gmt-72",
+            Self::Pilots => "gmt-72-pilots",
             Self::SquintSequential => "bsm-seq",
             Self::SquintRaster => "bsm-raster",
         }
@@ -28,6 +38,7 @@ impl Codebook {
     pub const fn len(self) -> usize {
         match self {
             Self::Beams => 72,
+            Self::Pilots => PILOTS_OF_A_BEAM as usize * Self::Beams.len(),
             Self::SquintSequential => 33,
             Self::SquintRaster => 3,
         }

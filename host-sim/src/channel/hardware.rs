@@ -125,6 +125,8 @@ pub struct Oscillators {
     pub offset_rms_hz: f64,
     /// Rate of its wander, Hz/s rms, 0..=1e4.
     pub wander_rms_hz_per_s: f64,
+    /// Walk of the carrier's phase between pilots, rad in a root second, 0..=100: white frequency noise of the crystals.
+    pub phase_walk_rad_per_root_s: f64,
 }
 
 impl Oscillators {
@@ -134,6 +136,7 @@ impl Oscillators {
             phase_noise: true,
             offset_rms_hz: 9e3,
             wander_rms_hz_per_s: 50.0,
+            phase_walk_rad_per_root_s: 1.5,
         }
     }
 
@@ -141,6 +144,12 @@ impl Oscillators {
         within(&[
             ("offset_rms_hz", self.offset_rms_hz, 0.0, 1e6),
             ("wander_rms_hz_per_s", self.wander_rms_hz_per_s, 0.0, 1e4),
+            (
+                "phase_walk_rad_per_root_s",
+                self.phase_walk_rad_per_root_s,
+                0.0,
+                100.0,
+            ),
         ])
     }
 }

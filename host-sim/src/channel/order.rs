@@ -36,6 +36,17 @@ impl<const CHANNELS: usize> Sweep<CHANNELS> {
         powers
     }
 
+    /// The beams of so many blocks, the strongest ones, strongest first.
+    pub fn strongest(&self, count: usize) -> impl Iterator<Item = u16> {
+        let mut beams: Vec<(f32, u16)> = self
+            .blocks
+            .iter()
+            .map(|block| (block.power(), block.beam))
+            .collect();
+        beams.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        beams.into_iter().take(count).map(|(_, beam)| beam)
+    }
+
     /// The blocks, strongest first; of equal ones the lower beam.
     pub fn strongest_first(&mut self) -> impl Iterator<Item = &mut Block<CHANNELS>> {
         strongest_first(&mut self.blocks)

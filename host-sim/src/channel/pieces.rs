@@ -6,6 +6,7 @@
 //! symbols hear the strongest pieces alone, as rays.
 
 use cslam_core::signal::SAMPLES;
+use nalgebra::Vector3;
 
 use super::C64;
 use super::bank::Bank;
@@ -35,7 +36,8 @@ pub(super) fn divide(rays: Vec<Ray>, scattered: impl Fn(usize) -> bool) -> (Vec<
 /// A piece at the receive arrays.
 struct Piece<const ARRAYS: usize, const ELEMENTS: usize> {
     amplitude: C64,
-    doppler_hz: f64,
+    /// Frequency shift at each array.
+    doppler_hz: [f64; ARRAYS],
     reception: Reception<ARRAYS, ELEMENTS>,
     /// Field of each transmit beam towards it; none where it is too weak to be heard.
     fields: Vec<Option<C64>>,
@@ -62,6 +64,7 @@ impl<'a, const ARRAYS: usize, const ELEMENTS: usize> Pieces<'a, ARRAYS, ELEMENTS
         simulator: &'a Simulator<ARRAYS, ELEMENTS, CHANNELS>,
         rays: &[Ray],
         errors: &ElementErrors<ARRAYS, ELEMENTS>,
+        turn_rad_per_s: &Vector3<f64>,
     ) -> Self {
         let cut = libm::exp10(-BEAM_RANGE_DB / 10.0);
         let piece = |ray: &Ray| {
@@ -71,7 +74,10 @@ impl<'a, const ARRAYS: usize, const ELEMENTS: usize> Pieces<'a, ARRAYS, ELEMENTS
             let heard = |(field, power): (C64, f64)| (power > least).then_some(field);
             Piece {
                 amplitude: ray.amplitude,
-                doppler_hz: ray.doppler_hz,
+                doppler_hz: simulator
+                    .arrays
+                    .turning_hz(&ray.arrival, turn_rad_per_s)
+                    .map(|turning_hz| ray.doppler_hz + turning_hz),
                 reception: simulator
                     .arrays
                     .reception(&ray.arrival, ray.delay_s, ray.across, errors),
@@ -100,7 +106,7 @@ impl<'a, const ARRAYS: usize, const ELEMENTS: usize> Pieces<'a, ARRAYS, ELEMENTS
                 let field = piece.fields.get(slot.beam).copied().flatten()?;
                 let at = &piece.reception;
                 let gain =
-                    piece.amplitude * field * (slot.turn)(piece.doppler_hz) * at.carrier[j] * slot.common;
+                    piece.amplitude * field * (slot.turn)(piece.doppler_hz[j]) * at.carrier[j] * slot.common;
                 let steering = at.steering[j].map(|element| single(element * gain));
                 let [re, im] = self.bank.wave(at.delay_s[j] + slot.clock_s);
                 Some((steering, re.as_chunks::<LANES>().0, im.as_chunks::<LANES>().0))

@@ -20,6 +20,8 @@ pub struct Instant {
     pub attitude: Rotation<Body, World, f64>,
     /// Velocity of the UAV, m/s.
     pub velocity_m_per_s: Vector3<f64>,
+    /// How fast the UAV turns, rad/s, body axes.
+    pub turn_rad_per_s: Vector3<f64>,
     /// Attitude of the GMT.
     pub gmt_attitude: Rotation<Gmt, World, f64>,
     /// Velocity of the GMT, m/s.
@@ -37,6 +39,7 @@ impl Instant {
             time_s: 0.0,
             attitude: Rotation::identity(),
             velocity_m_per_s: Vector3::zeros(),
+            turn_rad_per_s: Vector3::zeros(),
             gmt_attitude: Rotation::identity(),
             gmt_velocity_m_per_s: Vector3::zeros(),
             clock_offset_s: 0.0,

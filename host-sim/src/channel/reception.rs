@@ -105,6 +105,17 @@ impl<const ARRAYS: usize, const ELEMENTS: usize> ReceiveArrays<ARRAYS, ELEMENTS>
         self.arrays.lead_m(u)
     }
 
+    /// Frequency shift of a wave from `arrival` at each array by the body's turn about its centre, Hz.
+    pub(super) fn turning_hz(
+        &self,
+        arrival: &Direction<Body, f64>,
+        turn_rad_per_s: &Vector3<f64>,
+    ) -> [f64; ARRAYS] {
+        let per_m = self.carrier_hz / SPEED_OF_LIGHT_M_PER_S;
+        self.centres_m()
+            .map(|centre_m| per_m * arrival.vector().dot(&turn_rad_per_s.cross(&centre_m)))
+    }
+
     /// Centre of each array, m, body frame.
     pub(super) fn centres_m(&self) -> [Vector3<f64>; ARRAYS] {
         self.arrays.arrays.map(|array| array.centre_m)

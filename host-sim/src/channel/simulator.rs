@@ -23,6 +23,9 @@ use crate::paths::Link;
 /// Streams of random numbers have room for the oscillators of so many arrays, beside the GMT's.
 const MOST_ARRAYS: usize = 15;
 
+/// Slots of pilots follow this one, those of the beams' first ones, then of the second ones.
+const PILOTS: usize = 1024;
+
 /// Samples of one transmit beam.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block<const CHANNELS: usize = 32> {
@@ -140,6 +143,17 @@ impl<const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
     /// Beams of a full sweep.
     pub fn beams(&self) -> usize {
         self.transmitter.beams()
+    }
+
+    /// Slot of a beam's first or second pilot.
+    pub(super) fn pilot_slot(&self, beam: usize, again: usize) -> usize {
+        PILOTS + again * self.beams() + beam
+    }
+
+    /// Beam of a slot that is a pilot's, and whether it is the first (0) or the second one.
+    pub(super) fn pilot_of(&self, slot: usize) -> Option<(usize, usize)> {
+        let place = slot.checked_sub(PILOTS)?;
+        Some((place % self.beams(), place / self.beams()))
     }
 
     /// Configuration.

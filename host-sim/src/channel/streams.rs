@@ -11,3 +11,4 @@ pub(super) const PHASE_NOISE: u64 = 3;
 pub(super) const CONVERTER: u64 = 4;
 pub(super) const BURSTS: u64 = 5;
 pub(super) const BURST_NOISE: u64 = 6;
+pub(super) const PHASE_WALK: u64 = 7;

@@ -48,7 +48,7 @@ pub(crate) struct Args {
     /// Length of the flight, s; instead of the configuration's
     #[arg(long, value_name = "S")]
     duration: Option<f64>,
-    /// Leave out the sample blocks: 6.9 MB for each sweep
+    /// Leave out the sample blocks: 8.5 MB for each sweep
     #[arg(long)]
     no_samples: bool,
     /// Directory for the recording, made when missing. It holds one recording: an older one in it is replaced whole when the
@@ -143,6 +143,7 @@ fn record_world(
     let sweeps = world.sweeps().min(args.steps.unwrap_or(u32::MAX));
     let manifest = Manifest {
         samples: !args.no_samples,
+        pilots: !args.no_samples,
         ..manifest(config, scene, world, sweeps)
     };
     let manifest = write(world, sweeps, manifest, &args.out, interrupted)?;
@@ -207,7 +208,7 @@ fn write(
     Ok(manifest)
 }
 
-/// The blocks of a sweep and of the beam squint symbols after it. Where the UAV was is the truth's to say, and where the
+/// The blocks of a sweep, of its pilots and of the beam squint symbols after it. Where the UAV was is the truth's to say, and where the
 /// GMT was the beacon's: neither belongs to the samples.
 fn write_samples(
     directory: &Path,
@@ -225,6 +226,8 @@ fn write_samples(
     };
     let beams = recording(Codebook::Beams, &heard.beams);
     sigmf::write(&recording::sweep_base(directory, sweep), &beams)?;
+    let pilots = recording(Codebook::Pilots, &heard.pilots);
+    sigmf::write(&recording::pilots_base(directory, sweep), &pilots)?;
     let squint = recording(Codebook::SquintSequential, &heard.squint);
     sigmf::write(&recording::squint_base(directory, sweep), &squint)
 }

@@ -40,6 +40,7 @@ struct Counts {
     beacons: u64,
     sweeps: u64,
     beam_blocks: u64,
+    pilot_blocks: u64,
     squint_blocks: u64,
     estimated_paths: u64,
 }
@@ -77,6 +78,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
                 counts.sweeps += 1;
                 if manifest.samples {
                     counts.beam_blocks += blocks(args, to, sweep, Codebook::Beams)?;
+                    if manifest.pilots {
+                        counts.pilot_blocks += blocks(args, to, sweep, Codebook::Pilots)?;
+                    }
                     counts.squint_blocks += blocks(args, to, sweep, Codebook::SquintSequential)?;
                 }
             }
@@ -103,7 +107,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
 fn blocks(args: &Args, out: Option<&Path>, sweep: u32, expected: Codebook) -> Result<u64, InputError> {
     let base = match expected {
         Codebook::Beams => recording::sweep_base,
-        _ => recording::squint_base,
+        Codebook::Pilots => recording::pilots_base,
+        Codebook::SquintSequential | Codebook::SquintRaster => recording::squint_base,
     };
     let name = base(&args.directory, sweep);
     let samples = sigmf::read(&name)?;
@@ -136,6 +141,7 @@ fn table(counts: &Counts) -> Table {
         ("beacons", counts.beacons),
         ("sweeps", counts.sweeps),
         ("blocks of transmit beams", counts.beam_blocks),
+        ("blocks of pilots", counts.pilot_blocks),
         ("blocks of beam squint symbols", counts.squint_blocks),
         ("estimated paths", counts.estimated_paths),
     ] {

@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use cslam_firmware::front_end::PILOT_BEAMS;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -35,7 +36,7 @@ pub(crate) struct Args {
     /// Configuration file (TOML), of which [world.channel] counts; `cslam config` shows what it may hold
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// What the transmitter sends: its 72 beams, or the beam squint symbols that follow them
+    /// What the transmitter sends: its 72 beams, the pilots of the 12 strongest of them, or the beam squint symbols that follow the beams
     #[arg(long, value_enum, default_value_t = Sent::Beams)]
     send: Sent,
     /// Print one JSON object a recording on standard output
@@ -52,6 +53,7 @@ enum Preset {
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Sent {
     Beams,
+    Pilots,
     #[value(name = "bsm-seq")]
     SquintSequential,
     #[value(name = "bsm-raster")]
@@ -144,6 +146,10 @@ fn synthesise(
     let index = u32::try_from(index).map_err(|_| "too many links".to_owned())?;
     match send {
         Sent::Beams => simulator.sweep(link, instant, index),
+        Sent::Pilots => simulator.sweep(link, instant, index).and_then(|heard| {
+            let beams = heard.strongest(usize::from(PILOT_BEAMS));
+            simulator.pilots(link, instant, index, beams)
+        }),
         Sent::SquintSequential => simulator.squint(link, instant, index, SquintScheme::Sequential),
         Sent::SquintRaster => simulator.squint(link, instant, index, SquintScheme::Raster),
     }
@@ -154,6 +160,7 @@ impl Sent {
     fn codebook(self) -> Codebook {
         match self {
             Self::Beams => Codebook::Beams,
+            Self::Pilots => Codebook::Pilots,
             Self::SquintSequential => Codebook::SquintSequential,
             Self::SquintRaster => Codebook::SquintRaster,
         }

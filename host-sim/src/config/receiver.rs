@@ -129,6 +129,8 @@ pub enum LocalizationChoice {
     Filter,
     /// The same without the growth of paths from sweep to sweep
     FilterNoDeltaRanges,
+    /// The same without how fast paths grow by their pilots
+    FilterNoRangeRates,
     /// The paper's periodic calibration, velocity from the fixes, gated by the paper's network
     Baseline,
     /// The same to the letter, velocity running free

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 
-use cslam_core::receiver::Config;
+use cslam_core::receiver::{Config, Pilots};
 use cslam_core::signal::Waveform;
 use cslam_firmware::app::Estimated;
 
@@ -43,7 +43,10 @@ impl<'s> KeptFlight<'s> {
     /// [`crate::input::InputError`] naming a figure that is out of range, or saying that no flight was found.
     pub fn fly(scene: &'s Scene, config: WorldConfig, seed: u64) -> anyhow::Result<Self> {
         let world = World::new(scene, config.clone(), seed)?;
-        let receiver = board_config()?;
+        let receiver = Config {
+            pilots: Pilots::EverySweep,
+            ..board_config()?
+        };
         let keeper = Keeper::new(&world);
         with_receiver(at_site(receiver, &world), |receiver| {
             let swept = |swept: &Swept<'_>| keeper.swept(swept);

@@ -7,7 +7,7 @@ use std::thread::Scope;
 use super::source::{Given, Source};
 use crate::input::InputError;
 
-/// Sweeps that may lie ready on each thread: 6.9 MB each by default.
+/// Sweeps that may lie ready on each thread: 8.5 MB each by default.
 const AHEAD: usize = 2;
 
 /// A sweep by its number, ready to be heard.

@@ -32,8 +32,8 @@ impl FrontEndLink {
         Ok(frames)
     }
 
-    /// The frames of a sweep in their order: its begin, its beams, strongest first, its squint symbols. A begin has the powers of the beams; its
-    /// frame is as long as the others, with zeros.
+    /// The frames of a sweep in their order: its begin, its beams, strongest first, its pilots, its squint symbols. A begin has the powers of the
+    /// beams; its frame is as long as the others, with zeros.
     pub fn sweep(
         &mut self,
         heard: &mut HeardSweep,
@@ -62,7 +62,8 @@ impl FrontEndLink {
         each(&frame)?;
         let beams = heard.beams.strongest_first().map(|block| (Kind::Beam, block));
         let squint = heard.squint.blocks.iter_mut().map(|block| (Kind::Squint, block));
-        for (kind, block) in beams.chain(squint) {
+        let pilots = heard.pilots.blocks.iter_mut().map(|block| (Kind::Pilot, block));
+        for (kind, block) in beams.chain(pilots).chain(squint) {
             let view = block.view();
             let header = Header {
                 kind,

@@ -226,21 +226,28 @@ where
     if let Some(estimated) = heard
         .estimated
         .take()
-        .filter(|it| it.beams > 0 || it.squint_symbols > 0)
+        .filter(|it| it.beams > 0 || it.pilots > 0 || it.squint_symbols > 0)
     {
         used &= receiver.estimated(sweep, sweep_ns, estimated, observer);
     }
     if !heard.beams.blocks.is_empty() {
         receiver.powers(sweep, sweep_ns, &heard.beams.powers(), observer);
     }
-    let beams = heard.beams.strongest_first().map(|block| (false, block));
-    let squint = heard.squint.blocks.iter_mut().map(|block| (true, block));
-    for (of_squint, block) in beams.chain(squint) {
-        let symbol = if of_squint {
-            Symbol::Squint(block.view())
-        } else {
-            Symbol::Beam(block.view())
-        };
+    let beams = heard
+        .beams
+        .strongest_first()
+        .map(|block| Symbol::Beam(block.view()));
+    let pilots = heard
+        .pilots
+        .blocks
+        .iter_mut()
+        .map(|block| Symbol::Pilot(block.view()));
+    let squint = heard
+        .squint
+        .blocks
+        .iter_mut()
+        .map(|block| Symbol::Squint(block.view()));
+    for symbol in beams.chain(pilots).chain(squint) {
         let capture = Capture {
             sweep,
             sweep_ns,

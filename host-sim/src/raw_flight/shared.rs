@@ -8,7 +8,7 @@ use crate::flight_log::PoseTruth;
 use crate::input::InputError;
 use crate::sensors::Stamped;
 
-/// The first receiver may be so many sweeps before the last one: 6.9 MB each by default.
+/// The first receiver may be so many sweeps before the last one: 8.5 MB each by default.
 const WINDOW: u32 = 16;
 
 /// A source for several listeners.

@@ -21,6 +21,8 @@ pub struct Given<const CHANNELS: usize = 32> {
     pub beams: Sweep<CHANNELS>,
     /// Blocks of the beam squint symbols that follow them.
     pub squint: Sweep<CHANNELS>,
+    /// Blocks of the pilots, of each beam the first and the second one.
+    pub pilots: Sweep<CHANNELS>,
     /// What was made of all of these blocks, where that is kept instead of them.
     pub estimated: Option<Estimated>,
     /// Where the UAV was at the first beam, and the true paths, where both are known: not for the receiver.
@@ -72,6 +74,7 @@ impl<const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize> Source<C
         Ok(Given {
             beams: heard.beams,
             squint: heard.squint,
+            pilots: heard.pilots,
             estimated: None,
             truth: Some(((&heard.truth).into(), heard.link)),
         })

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use cslam_core::beam_squint::{Bearing, Delay, Refusal};
 use cslam_core::geometry::{Direction, Frame, Matrix3, Vector3};
-use cslam_core::path::{self, Departure};
+use cslam_core::path::{self, Departure, RangeRate};
 use cslam_core::paths::EstimatedPath;
 use cslam_firmware::app::Estimated;
 use nalgebra::Matrix2;
@@ -42,6 +42,8 @@ pub struct Estimates {
 struct SweepLine {
     sweep: u32,
     beams: u16,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pilots: u16,
     squint_symbols: u16,
     whole: bool,
     paths: Vec<PathLine>,
@@ -63,6 +65,17 @@ struct PathLine {
     beam: u16,
     snr_db: f32,
     energy: f32,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    range_rate: Option<RangeRateLine>,
+}
+
+/// How fast a path grows, as [`RangeRate`] has it.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RangeRateLine {
+    m_per_s: f32,
+    sigma_m_per_s: f32,
+    period_m_per_s: f32,
 }
 
 /// What beam squint was told to listen to, and what it made of it: a bearing, or why there is none.
@@ -205,6 +218,7 @@ impl SweepLine {
         Self {
             sweep,
             beams: estimated.beams,
+            pilots: estimated.pilots,
             squint_symbols: estimated.squint_symbols,
             whole: estimated.whole,
             paths: estimated.paths.iter().map(PathLine::of).collect(),
@@ -233,6 +247,7 @@ impl SweepLine {
         }
         Ok(Estimated {
             beams: self.beams,
+            pilots: self.pilots,
             squint_symbols: self.squint_symbols,
             whole: self.whole,
             paths,
@@ -253,6 +268,7 @@ impl PathLine {
             beam: estimated.beam,
             snr_db: estimated.snr_db,
             energy: estimated.energy,
+            range_rate: estimated.range_rate.map(RangeRateLine::of),
         }
     }
 
@@ -275,8 +291,52 @@ impl PathLine {
             beam: self.beam,
             snr_db: self.snr_db,
             energy: self.energy,
+            range_rate: self.range_rate.as_ref().map(RangeRateLine::rate).transpose()?,
         })
     }
+}
+
+impl RangeRateLine {
+    fn of(rate: RangeRate) -> Self {
+        let RangeRate {
+            m_per_s,
+            sigma_m_per_s,
+            period_m_per_s,
+        } = rate;
+        Self {
+            m_per_s,
+            sigma_m_per_s,
+            period_m_per_s,
+        }
+    }
+
+    fn rate(&self) -> Result<RangeRate, String> {
+        let Self {
+            m_per_s,
+            sigma_m_per_s,
+            period_m_per_s,
+        } = *self;
+        // All are finite: a number beyond single precision has been refused when the line was read.
+        for (key, value) in [
+            ("sigma_m_per_s", sigma_m_per_s),
+            ("period_m_per_s", period_m_per_s),
+        ] {
+            if value <= 0.0 {
+                return Err(format!("range_rate: {key} is {value}, expected above 0"));
+            }
+        }
+        Ok(RangeRate {
+            m_per_s,
+            sigma_m_per_s,
+            period_m_per_s,
+        })
+    }
+}
+
+/// Whether a count is what one that is absent says.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
+fn is_zero(count: &u16) -> bool {
+    *count == 0
 }
 
 fn direction<F: Frame>(key: &str, unit: [f32; 3]) -> Result<Direction<F>, String> {

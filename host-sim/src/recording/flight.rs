@@ -7,7 +7,9 @@ use std::sync::Mutex;
 use cslam_firmware::app::Estimated;
 
 use super::truth::{TRUTH_PATHS, TruthTrack};
-use super::{Damage, Manifest, Recording, read_estimated, read_with, squint_base, sweep_base};
+use super::{
+    Damage, Manifest, PILOTS, Recording, pilots_base, read_estimated, read_with, squint_base, sweep_base,
+};
 use crate::channel::Sweep;
 use crate::flight_log::PoseTruth;
 use crate::input::InputError;
@@ -89,7 +91,7 @@ impl RecordedFlight {
             .map_or_else(|e| e.into_inner().clone(), |d| d.clone())
     }
 
-    /// The blocks of a sweep, or of the symbols after it; none when they are damaged and damage is counted.
+    /// The blocks of a sweep, of its pilots, or of the symbols after it; none when they are damaged and damage is counted.
     fn blocks(&self, base: &Path, expected: Codebook, part: &str) -> Result<Sweep, InputError> {
         let read = sigmf::read(base).and_then(|recording| {
             let message = if recording.codebook != expected {
@@ -141,7 +143,14 @@ impl Source for RecordedFlight {
                 ..Given::default()
             });
         }
+        // One that says nothing of pilots has none: files of other programs may have such names.
+        let pilots = if self.manifest().pilots {
+            self.blocks(&pilots_base(&self.directory, sweep), Codebook::Pilots, PILOTS)?
+        } else {
+            Sweep::default()
+        };
         Ok(Given {
+            pilots,
             beams: self.blocks(&sweep_base(&self.directory, sweep), Codebook::Beams, "sweeps")?,
             squint: self.blocks(
                 &squint_base(&self.directory, sweep),

@@ -107,6 +107,7 @@ fn blocks(given: &Given) -> Estimated {
     let squint = &given.squint.blocks;
     Estimated {
         beams: count(given.beams.blocks.len()),
+        pilots: count(given.pilots.blocks.len()),
         squint_symbols: count(squint.len()),
         whole: squint.iter().any(|block| block.beam.saturating_add(1) >= last),
         ..Estimated::default()

@@ -16,6 +16,7 @@
 //! | `truth_paths.jsonl` | the true paths of every sweep, a link a line, beside samples |
 //! | `estimated_paths.jsonl` | what path estimation and beam squint made of the samples, a sweep a line, where they were kept instead |
 //! | `sweep-NNNN.sigmf-meta`, `.sigmf-data` | sample blocks of each sweep, when they were recorded ([`sweep_base`]) |
+//! | `pilots-NNNN.sigmf-meta`, `.sigmf-data` | the pilots of each sweep, beside samples that have them ([`pilots_base`]) |
 //! | `squint-NNNN.sigmf-meta`, `.sigmf-data` | the beam squint symbols after each sweep, beside samples ([`squint_base`]) |
 //!
 //! Numbers are written so that reading gives back the same bits, hence a recording that is read and written again has
@@ -58,6 +59,8 @@ const VERSION: u32 = 3;
 const VERSION_WITHOUT_BAROMETER: u32 = 2;
 /// Name of the description.
 const MANIFEST: &str = "flight.json";
+/// What damage to the pilots is counted as.
+const PILOTS: &str = "pilots";
 /// Bytes of a record of `imu.bin`.
 const IMU_RECORD_LEN: usize = 8 + cslam_firmware::icm42688::PACKET_LEN;
 /// Files of the receiver's events, by the rank of the event.
@@ -125,6 +128,9 @@ pub struct Manifest {
     pub imu_rate_hz: u32,
     /// Whether each sweep's sample blocks lie beside.
     pub samples: bool,
+    /// Whether the pilots of each sweep lie beside its samples; absent: false, and files of pilots are not read.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub pilots: bool,
     /// Estimated paths that lie beside; absent: there are none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimated: Option<Estimates>,
@@ -160,6 +166,7 @@ impl Manifest {
             ground_z_m: None,
             imu_rate_hz: flight.config().imu.rate_hz,
             samples: false,
+            pilots: false,
             estimated: None,
             arrivals: flight
                 .config()
@@ -169,6 +176,12 @@ impl Manifest {
             files: Vec::new(),
         }
     }
+}
+
+/// Whether a key that is absent says the same.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
+fn is_false(said: &bool) -> bool {
+    !said
 }
 
 /// Names of the files of events of a version; `None` for one that nobody knows.
@@ -219,12 +232,18 @@ fn is_name(name: &str) -> bool {
         || name == estimated::ESTIMATED
         || name == ARRIVALS
         || samples("sweep-")
+        || samples("pilots-")
         || samples("squint-")
 }
 
 /// Where the sample blocks of a sweep lie: the name that [`crate::sigmf`] appends `.sigmf-meta` and `.sigmf-data` to.
 pub fn sweep_base(directory: &Path, sweep: u32) -> PathBuf {
     directory.join(format!("sweep-{sweep:04}"))
+}
+
+/// Where the pilots of a sweep lie, as [`sweep_base`].
+pub fn pilots_base(directory: &Path, sweep: u32) -> PathBuf {
+    directory.join(format!("pilots-{sweep:04}"))
 }
 
 /// Where the beam squint symbols that follow a sweep lie, as [`sweep_base`].

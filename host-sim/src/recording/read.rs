@@ -1,7 +1,9 @@
 //! Reading and replaying a recording.
+//!
+//! Long: the files of one directory, one after the other.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use cslam_firmware::icm42688::{PACKET_LEN, RawSample};
@@ -9,8 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use super::arrivals::merge;
 use super::{
-    ARRIVALS, Damage, EVENT_FILES, FORMAT, FileEntry, HEADERS, IMU_RECORD_LEN, MANIFEST, Manifest, VERSION,
-    VERSION_WITHOUT_BAROMETER, crc32, event_files, sweep_base,
+    ARRIVALS, Damage, EVENT_FILES, FORMAT, FileEntry, HEADERS, IMU_RECORD_LEN, MANIFEST, Manifest, PILOTS,
+    VERSION, VERSION_WITHOUT_BAROMETER, crc32, event_files, pilots_base, sweep_base,
 };
 use crate::input::limits::{FLIGHT_DESCRIPTION, FLIGHT_EVENTS, FLIGHT_S};
 use crate::input::{InputError, from_json, from_json_line, lines as numbered, read_exactly, read_text};
@@ -85,6 +87,10 @@ pub fn read_with(directory: &Path, damage: &mut Damage) -> Result<Recording, Inp
             "duration_s is {}, expected above 0, up to {FLIGHT_S}",
             manifest.duration_s
         );
+        return Err(InputError::in_file(&file, message));
+    }
+    if manifest.pilots && !manifest.samples {
+        let message = "pilots is true, expected false: samples is, and pilots lie beside samples";
         return Err(InputError::in_file(&file, message));
     }
     if let Some(radio) = &manifest.radio {
@@ -366,7 +372,7 @@ fn sweeps(directory: &Path, events: &mut Vec<Stamped>, damage: &mut Damage) -> R
     Ok(())
 }
 
-/// The samples of every sweep are there, where they were recorded.
+/// The samples and the pilots of every sweep are there, where they were recorded.
 fn samples(
     directory: &Path,
     manifest: &Manifest,
@@ -381,12 +387,19 @@ fn samples(
         _ => None,
     };
     let begun: BTreeSet<u32> = events.iter().filter_map(begun).collect();
+    let mut expect = |part: &str, what: &str, base: PathBuf, sweep: u32| {
+        let (meta, data) = crate::sigmf::files(&base);
+        let Some(missing) = [meta, data].into_iter().find(|file| !file.is_file()) else {
+            return Ok(());
+        };
+        let message = format!("missing, expected the {what} of sweep {sweep}");
+        // Counted when they are asked for.
+        damage.found(part, 0, InputError::in_file(&missing, message))
+    };
     for sweep in begun {
-        let (meta, data) = crate::sigmf::files(&sweep_base(directory, sweep));
-        if let Some(missing) = [meta, data].iter().find(|file| !file.is_file()) {
-            let message = format!("missing, expected the samples of sweep {sweep}");
-            // Counted when the samples are asked for.
-            damage.found("sweeps", 0, InputError::in_file(missing, message))?;
+        expect("sweeps", "samples", sweep_base(directory, sweep), sweep)?;
+        if manifest.pilots {
+            expect(PILOTS, "pilots", pilots_base(directory, sweep), sweep)?;
         }
     }
     Ok(())

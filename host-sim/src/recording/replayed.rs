@@ -77,6 +77,7 @@ mod tests {
                 beam: 0,
                 snr_db: 20.0,
                 energy: 1.0,
+                range_rate: None,
             };
             estimated.paths.push(path).expect("room for one");
             Ok(Given {

@@ -1,6 +1,7 @@
 //! A recording gives back what was recorded, and refuses what was damaged.
 
 mod damage;
+mod pilots;
 
 use std::fs;
 use std::path::Path;

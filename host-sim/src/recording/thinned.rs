@@ -242,6 +242,7 @@ mod tests {
                     beam: 0,
                     snr_db: 20.0,
                     energy: 1.0,
+                    range_rate: None,
                 });
             let order = |k: usize| u8::from(k != 1);
             let link = Link {

@@ -14,7 +14,7 @@ use crate::input::InputError;
 use crate::sensors::{Event, KINDS, SensedFlight, Stamped};
 
 /// Records the first `sweeps` sweeps of a flight into `directory`, which is created. `manifest` describes it; when it speaks of
-/// samples, the caller writes them to [`super::sweep_base`] and [`super::squint_base`].
+/// samples, the caller writes them to [`super::sweep_base`] and [`super::squint_base`], and those of pilots that it speaks of to [`super::pilots_base`].
 ///
 /// # Errors
 /// When a file cannot be written, naming it.

@@ -37,7 +37,7 @@ pub struct Recording {
     pub uav_position_m: Option<[f64; 3]>,
     /// Attitude of the UAV, [w, x, y, z], body to world, where it is known.
     pub uav_quaternion_wb: Option<[f64; 4]>,
-    /// Blocks, one a transmit beam.
+    /// Blocks, one a transmission of the codebook that was heard.
     pub blocks: Vec<Block>,
 }
 
@@ -199,18 +199,41 @@ mod tests {
     }
 
     #[test]
+    fn pilots_have_the_numbers_of_twice_as_many_beams() {
+        let folder = tempfile::tempdir().expect("folder");
+        let name = folder.path().join("pilots");
+        let pilots = Recording {
+            codebook: Codebook::Pilots,
+            // Of each beam the first one and the second one, the strongest beam first.
+            blocks: [71, 143, 3, 75, 0, 72].map(|beam| Block::zero(beam, -30)).into(),
+            ..recording()
+        };
+        write(&name, &pilots).expect("written");
+        assert_eq!(read(&name).expect("readable"), pilots);
+        assert_eq!(Codebook::named("gmt-72-pilots"), Some(Codebook::Pilots));
+    }
+
+    #[test]
     fn damage_is_named() {
         type Damage = (&'static str, fn(&mut serde_json::Value), &'static str);
-        let cases: [Damage; 16] = [
+        let cases: [Damage; 17] = [
             (
                 "codebook",
                 |m| m["global"]["cslam:codebook"] = "x".into(),
-                "expected one of gmt-72, bsm-seq, bsm-raster",
+                "expected one of gmt-72, gmt-72-pilots, bsm-seq, bsm-raster",
             ),
             (
                 "squint",
                 |m| m["global"]["cslam:codebook"] = "bsm-seq".into(),
                 "`cslam:beam` is 71, expected 0 to 32",
+            ),
+            (
+                "pilots",
+                |m| {
+                    m["global"]["cslam:codebook"] = "gmt-72-pilots".into();
+                    m["captures"][1]["cslam:beam"] = 144.into();
+                },
+                "`cslam:beam` is 144, expected 0 to 143",
             ),
             (
                 "type",

@@ -89,6 +89,7 @@ pub const EFFECTS: [Effect; 31] = [
         &[
             "channel.impairments.oscillators.offset_rms_hz",
             "channel.impairments.oscillators.wander_rms_hz_per_s",
+            "channel.impairments.oscillators.phase_walk_rad_per_root_s",
         ],
     ),
     effect("mixers-and-converters", &["channel.impairments.receiver"]),

@@ -34,6 +34,9 @@ pub use propagation::{Materials, PropagationConfig};
 pub use scene::SceneConfig;
 use surroundings::Surroundings;
 
+/// Beams whose pilots the front end keeps, the strongest of a sweep (docs/front-end.md section 5).
+const PILOT_BEAMS: usize = 12;
+
 /// A scene, or the links that somebody traced in one, with a flight through it. The UAV hears it with `ARRAYS` arrays of `ELEMENTS`
 /// elements.
 #[derive(Debug)]
@@ -54,6 +57,8 @@ pub struct HeardSweep<const CHANNELS: usize = 32> {
     pub beams: Sweep<CHANNELS>,
     /// Blocks of the beam squint symbols that follow them.
     pub squint: Sweep<CHANNELS>,
+    /// Blocks of the pilots: the strongest beams, each sent twice again.
+    pub pilots: Sweep<CHANNELS>,
     /// The world at the first beam: not for the receiver.
     pub truth: Truth,
     /// The true paths: not for the receiver.
@@ -224,10 +229,16 @@ impl<'s, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
             .simulator
             .squint(heard, &instant, sweep, self.radio().squint_scheme())
             .map_err(|e| failed(e.to_string()))?;
+        let strongest = beams.strongest(PILOT_BEAMS);
+        let pilots = self
+            .simulator
+            .pilots(heard, &instant, sweep, strongest)
+            .map_err(|e| failed(e.to_string()))?;
         Ok(HeardSweep {
             number: sweep,
             beams,
             squint,
+            pilots,
             truth,
             link,
         })
@@ -289,6 +300,7 @@ pub fn instant(truth: &Truth) -> Result<Instant, GeometryError> {
         time_s: truth.time_s,
         attitude: Rotation::from_quaternion(truth.uav.quaternion_wb())?,
         velocity_m_per_s: truth.uav.velocity_m_per_s,
+        turn_rad_per_s: truth.uav.rate_rad_per_s,
         gmt_attitude: Rotation::from_quaternion([gmt.w, gmt.i, gmt.j, gmt.k])?,
         gmt_velocity_m_per_s: truth.gmt_velocity_m_per_s,
         clock_offset_s: truth.clock_offset_s,

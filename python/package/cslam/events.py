@@ -52,6 +52,9 @@ class SweepSamples:
     beams: Recording | None
     #: Beam squint symbols 0 to 32 behind them, ``beams`` of which are their numbers; None when there are none.
     squint: Recording | None = None
+    #: Pilots: some of the beams, sent twice again. ``beams`` of the first ones are the numbers of their beams, of the second ones 72 more; a first one
+    #: comes before its second. None when there are none: nothing is lost but how fast paths grow.
+    pilots: Recording | None = None
 
 
 @dataclasses.dataclass(frozen=True)

@@ -28,7 +28,7 @@ class Recording:
     beams: NDArray[np.uint16]
     #: ``[b]``, int32, **one for each beam**: amplitude = integer x 2^exponent.
     exponents: NDArray[np.int32]
-    #: What was sent: ``gmt-72``, or ``bsm-seq``, ``bsm-raster`` for beam squint symbols, of which no paths are estimated.
+    #: What was sent: ``gmt-72``; or ``gmt-72-pilots`` for pilots, ``bsm-seq``, ``bsm-raster`` for beam squint symbols, of which no paths are estimated.
     codebook: str = "gmt-72"
     #: ``[3]``, world axes, m, or None.
     gmt_position_m: Floats | None = None

@@ -143,7 +143,7 @@ class Receiver:
             self.timing(event.time_ns, event.clock_offset_s)
         elif isinstance(event, SweepSamples):
             if event.beams is not None:
-                self.sweep(event.time_ns, event.sweep, event.beams, event.squint)
+                self.sweep(event.time_ns, event.sweep, event.beams, event.squint, event.pilots)
         elif isinstance(event, Beacon):
             place = (event.position_m, event.heading_pitch_roll_rad, event.sigma_m)
             self.beacon(event.time_ns, event.sweep, *place, event.sweeps_per_stop)
@@ -172,12 +172,22 @@ class Receiver:
         within("clock_offset_s", clock_offset_s, -1.0, 1.0)
         self._core.timing(time_of(time_ns), clock_offset_s)
 
-    def sweep(self, time_ns: int, sweep: int, beams: Recording, squint: Recording | None = None) -> bool:
+    def sweep(
+        self,
+        time_ns: int,
+        sweep: int,
+        beams: Recording,
+        squint: Recording | None = None,
+        pilots: Recording | None = None,
+    ) -> bool:
         """The samples of a sweep that began at ``time_ns``; see `SweepSamples`. False when this sweep has ended before: they are not used.
+
+        Numbers of ``beams`` are 0 to 71, of ``pilots`` 0 to 143: of the second pilot of a beam 72 more than of the first.
 
         It ends when its beacon comes, or 21 ms later by the time of what comes next.
         """
-        return self._core.sweep(whole("sweep", sweep, 0, 2**32 - 1), time_of(time_ns), _blocks(beams), squint and _blocks(squint))
+        number, others = whole("sweep", sweep, 0, 2**32 - 1), (told and _blocks(told) for told in (squint, pilots))
+        return self._core.sweep(number, time_of(time_ns), _blocks(beams), *others)
 
     def beacon(
         self,

@@ -45,6 +45,7 @@ fn flight(walls: &[MappedPlane], late_m: f64) -> (Filter61, ReflectedPath) {
         aoa: Direction::from_vector(way).expect("apart"),
         aoa_sigma_rad: 1e-4,
         aoa_rise_sigma_rad: 0.0,
+        range_rate: None,
         departure: None,
     };
     let planes = Bounces::from_slice(walls).expect("two at most");

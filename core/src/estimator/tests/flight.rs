@@ -51,6 +51,7 @@ pub(super) fn path(time_ns: u64) -> PathMeasurement {
         aoa: Direction::from_vector(state.attitude.tr_mul(&way)).expect("apart"),
         aoa_sigma_rad: 1e-4,
         aoa_rise_sigma_rad: 0.0,
+        range_rate: None,
         departure: Some(FaceDirection {
             face: 0,
             cosines: [leaving.y, leaving.z],

@@ -41,6 +41,7 @@ fn path(with_departure: bool) -> PathMeasurement {
         aoa: Direction::from_vector(attitude_wb().tr_mul(&way)).expect("apart"),
         aoa_sigma_rad: 1e-4,
         aoa_rise_sigma_rad: 0.0,
+        range_rate: None,
         departure: with_departure.then_some(FaceDirection {
             face: 0,
             cosines: [leaving.y, leaving.z],

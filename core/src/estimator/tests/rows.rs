@@ -64,6 +64,7 @@ fn path() -> PathMeasurement {
         aoa: Direction::from_zenith_azimuth(1.7, 0.3).expect("angles"),
         aoa_sigma_rad: 1e-3,
         aoa_rise_sigma_rad: 0.0,
+        range_rate: None,
         departure: Some(FaceDirection {
             face: 2,
             cosines: [0.3, 0.1],

@@ -14,6 +14,7 @@ use super::super::grid::AngleGrid;
 use super::super::merge::Detections;
 use super::super::meter::Meter;
 use super::super::model::ArrayModel;
+use super::super::pilot::Pilots;
 use super::super::template::Template;
 use super::super::warm_start::KnownPaths;
 use super::Estimator;
@@ -120,6 +121,7 @@ impl<
             left: None,
             loudest: 0.0,
             noise: 0.0,
+            pilots: Pilots::new(&config.waveform),
             meter,
         }
     }

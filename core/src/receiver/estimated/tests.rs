@@ -61,6 +61,7 @@ fn paths(energy: f32) -> Vec<EstimatedPath, PATHS> {
         beam: 12,
         snr_db: 30.0,
         energy,
+        range_rate: None,
     };
     [path(30.0, energy), path(42.0, 0.1 * energy)]
         .into_iter()

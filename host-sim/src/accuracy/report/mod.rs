@@ -2,6 +2,7 @@
 
 mod beam;
 mod close;
+mod range_rates;
 mod sweep;
 
 use serde::Serialize;
@@ -19,6 +20,8 @@ pub enum Case {
     Detection,
     /// One weak path in a flight, where beams take turns: how often it is found within three sweeps (best mode only)
     Revisit,
+    /// How fast a path grows, told by its pilots
+    RangeRates,
     /// Sweeps of noise alone
     Noise,
     /// Fixed point against the double-precision twin, paired trials (best mode only)
@@ -39,7 +42,7 @@ impl Case {
     /// Trials of the case in units of the command's `--trials`.
     fn trials(self, unit: usize) -> usize {
         match self {
-            Self::Single | Self::Twin | Self::Detection | Self::Revisit => 10 * unit,
+            Self::Single | Self::Twin | Self::Detection | Self::Revisit | Self::RangeRates => 10 * unit,
             Self::Noise | Self::Bounce | Self::Corner => 2 * unit,
             Self::Scenes | Self::Pairs | Self::Departure => unit,
         }
@@ -70,10 +73,11 @@ pub struct Report {
 
 impl Case {
     /// All cases, in the order of the report.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Single,
         Self::Detection,
         Self::Revisit,
+        Self::RangeRates,
         Self::Noise,
         Self::Twin,
         Self::Scenes,
@@ -95,6 +99,7 @@ impl Case {
             Self::Single => beam::single_path(run, n),
             Self::Detection => beam::weak_path(run, n),
             Self::Revisit => beam::revisited(run, n),
+            Self::RangeRates => range_rates::rates(run, n),
             Self::Noise => sweep::noise(run, n),
             Self::Twin => beam::fixed_point(run, n),
             Self::Scenes => sweep::nine_paths(run, n),
@@ -111,6 +116,7 @@ impl Case {
             Self::Single => beam::SNR_DB.len(),
             Self::Detection => beam::WEAK_DB.len(),
             Self::Revisit => return usize::from(modes.contains(&Mode::Best)),
+            Self::RangeRates => return usize::from(modes.contains(&Mode::Best)) * range_rates::ROWS.len(),
             Self::Noise => 1,
             Self::Twin => return beam::TWIN_DB.len() * usize::from(modes.contains(&Mode::Best)),
             Self::Scenes => 2,

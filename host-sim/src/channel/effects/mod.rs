@@ -10,6 +10,7 @@ pub(super) mod cross_polarisation;
 pub(super) mod drift;
 pub(super) mod interference;
 pub(super) mod phase_noise;
+pub(super) mod phase_walk;
 pub(super) mod quadrature;
 pub(super) mod ripple;
 pub(super) mod rotors;

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use cslam_core::estimator::{Setup, baseline};
 use cslam_core::link_state::{Classifier, PaperClassifier, PathClassifier, Trees, models};
-use cslam_core::receiver::{Config as CoreConfig, Departures, LinkStates, Localization, Mapped, Rules};
+use cslam_core::receiver::{
+    Config as CoreConfig, Departures, LinkStates, Localization, Mapped, Pilots, Rules,
+};
 
 use crate::config::{
     DepartureChoice, LinkStateChoice, LocalizationChoice, MappedChoice, Mode, ReceiverConfig,
@@ -72,14 +74,21 @@ pub(super) fn methods(told: &ReceiverConfig, setup: Option<Setup>) -> anyhow::Re
             Localization::Filter(_) => Localization::Filter(told.filter.config(setup)),
             Localization::Baseline(baseline, _) => with(baseline.mode),
         },
-        Some(LocalizationChoice::Filter | LocalizationChoice::FilterNoDeltaRanges) => {
-            Localization::Filter(told.filter.config(setup))
-        }
+        Some(
+            LocalizationChoice::Filter
+            | LocalizationChoice::FilterNoDeltaRanges
+            | LocalizationChoice::FilterNoRangeRates,
+        ) => Localization::Filter(told.filter.config(setup)),
         Some(LocalizationChoice::Baseline) => with(baseline::Mode::VelocityFromFixes),
         Some(LocalizationChoice::BaselineLiteral) => with(baseline::Mode::Literal),
     };
+    // The filter takes those without line of sight, and kept paths can be flown again with other lines of sight left out.
+    config.pilots = Pilots::EverySweep;
     if let Some(choice) = told.localization {
         config.delta_ranges = choice != LocalizationChoice::FilterNoDeltaRanges;
+        if choice == LocalizationChoice::FilterNoRangeRates {
+            config.pilots = Pilots::Unread;
+        }
     }
     if let Some(choice) = told.departures {
         config.departures = match choice {

@@ -14,7 +14,7 @@ fn unit<F: Frame>(stream: &mut Stream) -> Direction<F> {
     Direction::from_vector(vector).expect("a direction")
 }
 
-fn path(stream: &mut Stream, departs: bool) -> EstimatedPath {
+fn path(stream: &mut Stream, departs: bool, grows: bool) -> EstimatedPath {
     EstimatedPath {
         path: path::Path {
             c_tau_m: number(stream),
@@ -28,6 +28,11 @@ fn path(stream: &mut Stream, departs: bool) -> EstimatedPath {
         beam: 71,
         snr_db: -0.0,
         energy: f32::from_bits(1),
+        range_rate: grows.then(|| RangeRate {
+            m_per_s: number(stream),
+            sigma_m_per_s: number(stream).abs(),
+            period_m_per_s: number(stream).abs(),
+        }),
     }
 }
 
@@ -48,10 +53,13 @@ fn sweeps() -> Vec<Estimated> {
     let mut stream = Stream::new(3, 0);
     let mut sweeps = vec![Estimated::default()];
     for count in 0..10 {
-        let paths: heapless::Vec<_, 9> = (0..count).map(|k| path(&mut stream, k % 3 > 0)).collect();
+        let paths: heapless::Vec<_, 9> = (0..count)
+            .map(|k| path(&mut stream, k % 3 > 0, k % 2 > 0))
+            .collect();
         let sighted = (count > 0).then(|| (count - 1, Ok(bearing(&mut stream, count % 2 > 0))));
         sweeps.push(Estimated {
             beams: 72,
+            pilots: if count % 2 > 0 { 24 } else { 0 },
             squint_symbols: 33,
             whole: true,
             paths,
@@ -61,7 +69,7 @@ fn sweeps() -> Vec<Estimated> {
     for refusal in Refusal::ALL {
         sweeps.push(Estimated {
             beams: 1,
-            paths: std::iter::once(path(&mut stream, true)).collect(),
+            paths: std::iter::once(path(&mut stream, true, false)).collect(),
             sighted: Some((0, Err(refusal))),
             ..Estimated::default()
         });
@@ -90,6 +98,33 @@ fn every_bit_comes_back() {
     // Equal numbers may differ in their bits: zeros have signs. Of each number, its shortest text tells all.
     assert_eq!(text(&read).expect("finite"), text(&sweeps).expect("finite"));
     assert_eq!(read[2].paths[0].snr_db.to_bits(), (-0.0_f32).to_bits());
+    // With rates and without, and the rate's own sign of zero.
+    let rates: Vec<bool> = read[3]
+        .paths
+        .iter()
+        .map(|path| path.range_rate.is_some())
+        .collect();
+    assert_eq!(rates, [false, true]);
+    let mut still = sweeps;
+    let rate = still[3].paths[1].range_rate.as_mut().expect("a rate");
+    rate.m_per_s = -0.0;
+    let read = read_text(&text(&still).expect("finite")).expect("what was written");
+    let rate = read[3].paths[1].range_rate.expect("a rate");
+    assert_eq!(rate.m_per_s.to_bits(), (-0.0_f32).to_bits());
+}
+
+#[test]
+fn what_is_absent_of_pilots_is_not_written() {
+    let mut without = sweeps();
+    for sweep in &mut without {
+        sweep.pilots = 0;
+        for path in &mut sweep.paths {
+            path.range_rate = None;
+        }
+    }
+    let said = text(&without).expect("finite");
+    assert!(!said.contains("pilots") && !said.contains("range_rate"), "{said}");
+    assert_eq!(read_text(&said).expect("what was written"), without);
 }
 
 #[test]
@@ -97,6 +132,11 @@ fn what_no_line_can_say_is_not_written() {
     for wrong in [f32::NAN, f32::INFINITY] {
         let mut sweeps = sweeps();
         sweeps[4].paths[1].path.covariance.m23 = wrong;
+        let said = text(&sweeps).expect_err("no number").to_string();
+        assert!(said.contains("sweep 4") && said.contains("not finite"), "{said}");
+        sweeps[4].paths[1].path.covariance.m23 = 0.0;
+        assert!(text(&sweeps).is_ok());
+        sweeps[4].paths[1].range_rate.as_mut().expect("a rate").m_per_s = wrong;
         let said = text(&sweeps).expect_err("no number").to_string();
         assert!(said.contains("sweep 4") && said.contains("not finite"), "{said}");
     }
@@ -113,7 +153,7 @@ fn what_is_wrong_with_a_line_is_said() {
         format!("{}{line}\n", &good[..good.len() - last.len() - 1])
     };
     type Edit = fn(&mut serde_json::Value);
-    let cases: [(Edit, &str); 9] = [
+    let cases: [(Edit, &str); 15] = [
         (|line| line["sweep"] = 7.into(), "sweep is 7, expected 3"),
         (|line| line["more"] = 7.into(), "unknown field `more`"),
         (|line| line["paths"][0]["energy"] = "x".into(), "expected f32"),
@@ -132,6 +172,27 @@ fn what_is_wrong_with_a_line_is_said() {
             },
             "10 paths, expected up to 9",
         ),
+        (
+            |line| line["paths"][1]["range_rate"]["m_per_s"] = 1e300.into(),
+            "not the paths of a sweep: number out of range",
+        ),
+        (
+            |line| line["paths"][1]["range_rate"]["sigma_m_per_s"] = 0.0.into(),
+            "path 1: range_rate: sigma_m_per_s is 0, expected above 0",
+        ),
+        (
+            |line| line["paths"][1]["range_rate"]["period_m_per_s"] = (-2.5).into(),
+            "path 1: range_rate: period_m_per_s is -2.5, expected above 0",
+        ),
+        (
+            |line| line["paths"][1]["range_rate"]["period_m_per_s"] = 1e-300.into(),
+            "path 1: range_rate: period_m_per_s is 0, expected above 0",
+        ),
+        (
+            |line| line["paths"][1]["range_rate"] = serde_json::json!({"m_per_s": 0.5}),
+            "missing field `sigma_m_per_s`",
+        ),
+        (|line| line["pilots"] = (-1).into(), "expected u16"),
         (
             |line| line["sighted"]["path"] = 2.into(),
             "sighted: path is 2, expected one of 2",

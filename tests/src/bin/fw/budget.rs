@@ -145,7 +145,7 @@ pub(crate) fn time(arguments: &Arguments, log: &str) -> anyhow::Result<()> {
     }
     let [mean, most] =
         ["mean", "most"].map(|which| of(&format!("instructions, sweep without checksum, {which}")));
-    let piece = ["beam", "end of beams", "squint symbol", "end of sweep"]
+    let piece = ["beam", "end of beams", "pilot", "squint symbol", "end of sweep"]
         .map(|stage| of(&format!("instructions, {stage}, most")))
         .into_iter()
         .fold(0.0, f64::max);

@@ -2,7 +2,7 @@
 
 use cslam_core::estimator::baseline::Mode;
 use cslam_core::link_state::{PaperClassifier, models};
-use cslam_core::receiver::{BaselineConfig, Config as Receiver, Localization};
+use cslam_core::receiver::{BaselineConfig, Config as Receiver, Localization, Pilots};
 
 use crate::raw_flight::board_config;
 
@@ -27,7 +27,7 @@ impl Row {
 }
 
 /// All aids, without each, without both; the paper's calibration.
-pub(super) const ROWS: [Row; 6] = [
+pub(super) const ROWS: [Row; 8] = [
     Row::new("all aids", |_| Ok(())),
     Row::new("without reflections", |receiver| {
         receiver.map_aided = false;
@@ -37,8 +37,17 @@ pub(super) const ROWS: [Row; 6] = [
         receiver.delta_ranges = false;
         Ok(())
     }),
-    Row::new("without both", |receiver| {
+    Row::new("without range rates", |receiver| {
+        receiver.pilots = Pilots::Unread;
+        Ok(())
+    }),
+    Row::new("range rates alone", |receiver| {
         (receiver.map_aided, receiver.delta_ranges) = (false, false);
+        Ok(())
+    }),
+    Row::new("without any", |receiver| {
+        (receiver.map_aided, receiver.delta_ranges) = (false, false);
+        receiver.pilots = Pilots::Unread;
         Ok(())
     }),
     Row::new("HPC, velocity from fixes", |receiver| {

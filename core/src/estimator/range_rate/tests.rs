@@ -1,0 +1,189 @@
+use nalgebra::Vector3;
+
+use super::super::{Filter49, FilterConfig};
+use super::*;
+use crate::estimator::Transmitter;
+use crate::geometry::{Direction, Rotation};
+use crate::path::RangeRate;
+use crate::radio::RadioModel;
+
+const PERIOD_M_PER_S: f64 = 2.5;
+/// How the UAV flies in truth; the filter knows of the first part alone.
+const TRULY_M_PER_S: Vector3<f64> = Vector3::new(5.0, 0.1, -0.05);
+const KNOWN_M_PER_S: Vector3<f64> = Vector3::new(5.0, 0.0, 0.0);
+const TOWARDS: [Vector3<f64>; 4] = [
+    Vector3::new(0.0, 1.0, 0.0),
+    Vector3::new(0.6, 0.0, 0.8),
+    Vector3::new(-1.0, 0.0, 0.0),
+    Vector3::new(0.6, -0.8, 0.0),
+];
+
+/// A running filter, its velocity known so well along each axis.
+fn flying(sigma_m_per_s: f32) -> Filter49 {
+    let mut filter = Filter49::new(&RadioModel::default(), FilterConfig::default(), 1_000_000_000);
+    filter.running = true;
+    filter.nominal.velocity_m_per_s = KNOWN_M_PER_S;
+    for axis in 0..3 {
+        filter
+            .covariance
+            .reset(VELOCITY + axis, sigma_m_per_s * sigma_m_per_s);
+        filter.covariance.reset(ATTITUDE + axis, 1e-8);
+    }
+    filter
+}
+
+/// A path from a direction, whose rate is off by so much.
+fn path(towards: Vector3<f64>, off_m_per_s: f64) -> PathMeasurement {
+    let rate = off_m_per_s - towards.dot(&TRULY_M_PER_S);
+    let folded = rate - PERIOD_M_PER_S * libm::round(rate / PERIOD_M_PER_S);
+    PathMeasurement {
+        c_tau_m: 50.0,
+        c_tau_sigma_m: 0.01,
+        aoa: Direction::from_vector(towards).expect("a direction"),
+        aoa_sigma_rad: 1e-3,
+        aoa_rise_sigma_rad: 0.0,
+        departure: None,
+        range_rate: Some(RangeRate {
+            m_per_s: folded as f32,
+            sigma_m_per_s: 0.01,
+            period_m_per_s: PERIOD_M_PER_S as f32,
+        }),
+    }
+}
+
+fn take(filter: &mut Filter49, paths: &[PathMeasurement]) {
+    filter.range_rates(&SweepMeasurement {
+        time_ns: 1_000_000_000,
+        gmt: Transmitter {
+            position_m: Vector3::zeros(),
+            sigma_m: 0.02,
+            attitude: Rotation::identity(),
+            reach: crate::array::BeamReach::default(),
+        },
+        stop: 0,
+        line_of_sight: None,
+        self_consistent: false,
+        contrary: None,
+        level_yaw: None,
+        reflections: &[],
+        paths,
+    });
+}
+
+fn counted(filter: &Filter49) -> (u32, u32) {
+    (filter.counters.range_rates, filter.counters.range_rates_rejected)
+}
+
+#[test]
+fn four_paths_tell_the_velocity_whatever_the_offset_of_the_carriers() {
+    for offset_m_per_s in [0.0, 0.7, -1.2, 31.3] {
+        let mut filter = flying(0.06);
+        take(&mut filter, &TOWARDS.map(|towards| path(towards, offset_m_per_s)));
+        let off = (filter.nominal.velocity_m_per_s - TRULY_M_PER_S).norm();
+        assert!(
+            off < 0.03,
+            "{offset_m_per_s}: {}",
+            filter.nominal.velocity_m_per_s
+        );
+        let sigma = |axis| libm::sqrt(filter.variance(VELOCITY + axis));
+        assert!((0..3).all(|axis| sigma(axis) < 0.04), "{offset_m_per_s}");
+        assert_eq!(counted(&filter), (3, 0));
+    }
+}
+
+#[test]
+fn the_variance_is_that_of_least_squares_with_an_unknown_offset() {
+    let mut filter = flying(0.05);
+    filter.nominal.velocity_m_per_s = TRULY_M_PER_S;
+    let paths = TOWARDS.map(|towards| path(towards, 0.3));
+    let rates = paths.map(|path| filter.rate(&path).expect("a rate"));
+    take(&mut filter, &paths);
+    // Velocity and offset together: information of the prior and of the four rates.
+    let mut information = nalgebra::Matrix4::<f64>::zeros();
+    for axis in 0..3 {
+        information[(axis, axis)] = 400.0;
+    }
+    for rate in rates {
+        let slope = rate.slopes.velocity.push(1.0);
+        information += slope * slope.transpose() / rate.variance;
+    }
+    let expected = information.try_inverse().expect("all is told");
+    for axis in 0..3 {
+        let (found, expected) = (filter.variance(VELOCITY + axis), expected[(axis, axis)]);
+        assert!(
+            (found / expected - 1.0).abs() < 5e-3,
+            "{axis}: {found} {expected}"
+        );
+    }
+}
+
+#[test]
+fn one_path_alone_tells_nothing() {
+    let mut filter = flying(0.06);
+    take(&mut filter, &[path(TOWARDS[0], 0.3)]);
+    assert_eq!(filter.nominal.velocity_m_per_s, KNOWN_M_PER_S);
+    assert_eq!(counted(&filter), (0, 0));
+}
+
+#[test]
+fn a_path_that_moves_by_itself_is_left_out_and_counted() {
+    let mut filter = flying(0.05);
+    filter.nominal.velocity_m_per_s = TRULY_M_PER_S;
+    // The strongest one is that of a car.
+    let paths = [0, 1, 2, 3].map(|k| path(TOWARDS[k], if k == 0 { 0.6 } else { 0.0 }));
+    take(&mut filter, &paths);
+    let off = (filter.nominal.velocity_m_per_s - TRULY_M_PER_S).norm();
+    assert!(off < 1e-3, "{}", filter.nominal.velocity_m_per_s);
+    assert_eq!(counted(&filter), (2, 1));
+}
+
+#[test]
+fn an_attitude_that_is_off_shows_in_the_rates() {
+    let mut filter = flying(0.01);
+    filter.nominal.velocity_m_per_s = TRULY_M_PER_S;
+    for axis in 0..3 {
+        filter.covariance.reset(ATTITUDE + axis, 1e-4);
+    }
+    let turned = crate::estimator::rotation(&Vector3::new(0.0, 0.0, 0.01));
+    let paths = TOWARDS.map(|towards| {
+        let seen = turned.transpose() * towards;
+        PathMeasurement {
+            aoa: Direction::from_vector(seen).expect("a direction"),
+            ..path(towards, 0.0)
+        }
+    });
+    let before = filter.nominal.attitude;
+    take(&mut filter, &paths);
+    let yaw_rad = (filter.nominal.attitude * before.transpose()).m21;
+    assert!((0.002..0.012).contains(&yaw_rad), "{yaw_rad}");
+}
+
+#[test]
+fn a_velocity_too_unsure_to_count_periods_takes_none() {
+    let mut filter = flying(0.15);
+    take(&mut filter, &TOWARDS.map(|towards| path(towards, 0.0)));
+    assert_eq!(filter.nominal.velocity_m_per_s, KNOWN_M_PER_S);
+    assert_eq!(counted(&filter), (0, 3));
+}
+
+#[test]
+fn numbers_that_are_none_are_no_rates() {
+    let mut filter = flying(0.06);
+    let broken = [f32::NAN, f32::INFINITY, 0.0, -1.0].map(|period_m_per_s| {
+        let mut path = path(TOWARDS[0], 0.0);
+        path.range_rate = path.range_rate.map(|rate| RangeRate {
+            period_m_per_s,
+            ..rate
+        });
+        path
+    });
+    take(&mut filter, &broken);
+    let mut unsure = path(TOWARDS[1], 0.0);
+    unsure.range_rate = unsure.range_rate.map(|rate| RangeRate {
+        sigma_m_per_s: f32::NAN,
+        ..rate
+    });
+    take(&mut filter, &[unsure, path(TOWARDS[2], 0.0)]);
+    assert_eq!(filter.nominal.velocity_m_per_s, KNOWN_M_PER_S);
+    assert!(filter.variance(VELOCITY).is_finite());
+}
