@@ -35,6 +35,7 @@ mod codebook;
 mod element;
 mod gmt;
 mod reach;
+mod receive_beam;
 mod squint;
 mod uav;
 
@@ -42,6 +43,7 @@ pub use codebook::{Beam, Codebook, CodebookConfig};
 pub use element::{GmtElement, UavElement, half_wave_dipole};
 pub use gmt::{GmtArrayConfig, GmtArrays, GmtFace, planar_factor};
 pub use reach::BeamReach;
+pub(crate) use receive_beam::{Null, ReceiveBeam};
 pub use squint::{SquintConfig, SquintScheme, SquintSymbol};
 pub use uav::{MOST_ARRAYS, UavArrayConfig, UavArrays, UavLayout, Ula};
 

@@ -6,11 +6,10 @@
 //! their Gram matrix. Against free gains for each array this loses nothing to first order, and it needs a quarter of
 //! the memory.
 
-use heapless::Vec;
 use nalgebra::Complex;
 
 use super::pattern::Spin;
-use crate::array::UavArrays;
+use crate::array::{Null, ReceiveBeam, UavArrays};
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Body, Direction};
 use crate::kernels::Channel;
@@ -19,10 +18,7 @@ use crate::signal::{BeamBlock, Correlator, Iq, SAMPLES, Waveform, Workspace, bin
 /// Interferers that can be nulled, the ground bounce among them.
 /// Capacity: work of a reception.
 pub const NULLS: usize = 2;
-/// Share of its power towards the path that an array must keep beside its nulls (-35 dB): weaker ones are left out.
-/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
-const LEAST_KEPT: f32 = 3e-4;
-/// The same beside the null of the ground bounce (-10 dB): an array that would keep less does without that null. The fit has the
+/// Share of its power towards the path that an array must keep beside the null of the ground bounce (-10 dB): one that would keep less does without that null. The fit has the
 /// bounce as well, and a path that the null weakens is one that everything else outweighs.
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const LEAST_KEPT_OF_BOUNCE: f32 = 0.1;
@@ -32,9 +28,6 @@ const GUARD: i32 = 12;
 /// Amplitudes are kept in units of 2^-34.
 /// Derived: thermal noise in sqrt(W) is then of the order of one.
 const REFERENCE_EXPONENT: i32 = -34;
-/// One, Q15.
-/// Given: the format Q15.
-const Q15_ONE: f32 = 32_767.0;
 /// Iterations for the principal direction.
 /// Capacity: the path stands far over the noise, a few suffice.
 const ITERATIONS: usize = 8;
@@ -58,8 +51,8 @@ pub(super) struct Reception<const A: usize, const E: usize, const C: usize, cons
     first: i32,
     /// Phase per subcarrier of a metre of delay, rad.
     per_m_rad: f32,
-    /// Conjugate weight of every channel, norm `1 / sqrt E` an array, Q15: magnitudes of an array add up to one at most. Zeros for arrays that are left out.
-    weights: [Iq; C],
+    /// Beam of every array.
+    beams: [ReceiveBeam<E>; A],
     /// Delay taken out of each array, m; none where the array is left out.
     delay_m: [Option<f32>; A],
     /// The beam of an array, and its spectrum.
@@ -76,7 +69,7 @@ impl<const A: usize, const E: usize, const C: usize, const ACTIVE: usize> Recept
             reference: core::array::from_fn(|index| waveform.symbol::<f32>(index).conj()),
             first: waveform.offset(0),
             per_m_rad: per_m as f32,
-            weights: [Iq::ZERO; C],
+            beams: [ReceiveBeam::DEAF; A],
             delay_m: [None; A],
             beam: [Iq::ZERO; SAMPLES],
             spectrum: [Iq::ZERO; SAMPLES],
@@ -97,30 +90,18 @@ impl<const A: usize, const E: usize, const C: usize, const ACTIVE: usize> Recept
         let steps = arrays.phase_step_rad(aoa);
         let leads_m = arrays.lead_m(aoa);
         let mut any = false;
-        for (j, weights) in self.weights.as_chunks_mut::<E>().0.iter_mut().enumerate() {
+        for (j, (beam, delay)) in self.beams.iter_mut().zip(&mut self.delay_m).enumerate() {
             let of = |values: &[f32; A]| values.get(j).copied().unwrap_or(0.0);
-            let mut basis: Vec<[Complex<f32>; E], NULLS> = Vec::new();
-            let towards = |step_rad: f32, basis: &[[Complex<f32>; E]]| {
-                let mut vector = UavArrays::<f32, A, E>::steering(step_rad);
-                let kept = purge(&mut vector, basis);
-                (vector, kept)
-            };
+            let steering = |steps: &[f32; A]| UavArrays::<f32, A, E>::steering(of(steps));
             let bounce = bounce.into_iter().map(|null| (null, LEAST_KEPT_OF_BOUNCE));
-            for (null, least) in bounce.chain(nulls.iter().map(|null| (null, 0.0))) {
-                let (vector, apart) = towards(of(&arrays.phase_step_rad(null)), &basis);
-                let usable = apart > LEAST_KEPT && basis.push(vector).is_ok();
-                if usable && towards(of(&steps), &basis).1 < least {
-                    let _masks = basis.pop();
-                }
-            }
-            let (vector, kept) = towards(of(&steps), &basis);
-            let keeps = kept > LEAST_KEPT;
-            let scale = Q15_ONE / libm::sqrtf(E as f32);
-            let q15 = |v: Complex<f32>| Iq::new((v.re * scale) as i16, (-v.im * scale) as i16);
-            *weights = vector.map(|v| if keeps { q15(v) } else { Iq::ZERO });
-            if let Some(delay_m) = self.delay_m.get_mut(j) {
-                *delay_m = keeps.then(|| c_tau_m - of(&leads_m));
-            }
+            let nulls = bounce.chain(nulls.iter().map(|null| (null, 0.0)));
+            let nulls = nulls.map(|(null, least_kept)| Null {
+                steering: steering(&arrays.phase_step_rad(null)),
+                least_kept,
+            });
+            *beam = ReceiveBeam::new::<NULLS>(&steering(&steps), nulls);
+            let keeps = beam.keeps();
+            *delay = keeps.then(|| c_tau_m - of(&leads_m));
             any |= keeps;
         }
         any
@@ -141,25 +122,15 @@ impl<const A: usize, const E: usize, const C: usize, const ACTIVE: usize> Recept
         let scaled = correlator.scale(block);
         let (mut noise, mut count) = (0.0, 0.0);
         // In units of weights of norm one.
-        let gain = libm::sqrtf(E as f32);
+        let gain = ReceiveBeam::<E>::gain();
         let channels = scaled.samples().as_chunks::<E>().0;
-        let weights = self.weights.as_chunks::<E>().0;
-        for (j, (channels, weights)) in channels.iter().zip(weights).enumerate() {
+        for (j, (channels, beam)) in channels.iter().zip(&self.beams).enumerate() {
             let Some(row) = self.rows.get_mut(j) else { continue };
             let Some(delay_m) = self.delay_m.get(j).copied().flatten() else {
                 *row = [ZERO; ACTIVE];
                 continue;
             };
-            for (n, sum) in self.beam.iter_mut().enumerate() {
-                let samples = core::array::from_fn(|i| {
-                    channels
-                        .get(i)
-                        .and_then(|c| c.get(n))
-                        .copied()
-                        .unwrap_or(Iq::ZERO)
-                });
-                *sum = Iq::weighted_sum(samples, weights);
-            }
+            beam.hear(channels, &mut self.beam);
             correlator.spectrum(&self.beam, &mut self.spectrum, work);
             for (position, x) in self.spectrum.iter().enumerate() {
                 let sum = Complex::new(f32::from(x.re()), f32::from(x.im())) * gain;
@@ -223,27 +194,4 @@ impl<const A: usize, const E: usize, const C: usize, const ACTIVE: usize> Recept
         let norm = libm::sqrtf(direction.iter().map(Complex::norm_sqr).sum());
         (norm > 0.0).then(|| direction.map(|d| d / norm))
     }
-}
-
-/// Takes the parts along an orthonormal basis out of a vector and scales the rest to norm one; returns the share of the
-/// power that it kept.
-fn purge<const E: usize>(vector: &mut [Complex<f32>; E], basis: &[[Complex<f32>; E]]) -> f32 {
-    let power = |v: &[Complex<f32>; E]| v.iter().map(Complex::norm_sqr).sum::<f32>();
-    let before = power(vector);
-    for b in basis {
-        let along: Complex<f32> = b.iter().zip(vector.iter()).map(|(b, v)| b.conj() * v).sum();
-        for (v, b) in vector.iter_mut().zip(b) {
-            *v -= b * along;
-        }
-    }
-    let after = power(vector);
-    let scale = if after > 0.0 {
-        1.0 / libm::sqrtf(after)
-    } else {
-        0.0
-    };
-    for v in vector.iter_mut() {
-        *v *= scale;
-    }
-    if before > 0.0 { after / before } else { 0.0 }
 }

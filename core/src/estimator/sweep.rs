@@ -97,6 +97,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
         } else if self.running {
             self.reflections(&gmt, measurement.reflections);
             self.delta_ranges(&lengths, moved_m);
+        }
+        if self.running {
             self.range_rates(measurement);
         }
         self.health.starting = !self.running;

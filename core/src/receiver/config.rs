@@ -90,7 +90,7 @@ impl BaselineConfig {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Departures {
-    /// Beam squint, maximum likelihood; the sweep's beams where that fails.
+    /// The sweep's beams; where they leave it open, together with beam squint, maximum likelihood.
     #[default]
     SquintFit,
     /// Beam squint, parabola on the log power.
@@ -107,10 +107,10 @@ pub enum Departures {
 pub enum Pilots {
     /// Of none: how fast paths grow is not used, whoever tells it.
     Unread,
-    /// Of those without line of sight while there is a pose, where the filter uses them.
+    /// Of those in which there is a pose and more than one path, where the filter uses them.
     #[default]
-    WithoutSight,
-    /// Of every sweep: for whoever keeps paths, to fly them with other paths left out.
+    WithPose,
+    /// Of every sweep: for whoever keeps paths, to fly them with another receiver.
     EverySweep,
 }
 
@@ -165,7 +165,7 @@ pub struct Config<'m, Description = RadioConfig> {
     pub map_aided: bool,
     /// Whether the growth of paths from sweep to sweep holds the velocity without line of sight.
     pub delta_ranges: bool,
-    /// Of which sweeps the pilots are read: how fast paths grow holds the velocity without line of sight.
+    /// Of which sweeps the pilots are read: how fast paths grow tells the velocity.
     pub pilots: Pilots,
 }
 

@@ -38,6 +38,7 @@
 mod bend;
 mod clock;
 mod config;
+mod departure;
 mod estimated;
 mod gain;
 mod level;
@@ -288,7 +289,6 @@ impl<'m, R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'m, R, VOX
         self.close_beams();
         let Some(Open {
             paths: Some(paths),
-            sighted,
             turn_rad_per_s,
             ..
         }) = &mut self.open
@@ -299,7 +299,7 @@ impl<'m, R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'m, R, VOX
         let read = match self.config.pilots {
             Pilots::Unread => false,
             // One path alone tells nothing but the offset of the carriers.
-            Pilots::WithoutSight => sighted.is_none() && paths.len() > 1 && self.localizer.pose().is_some(),
+            Pilots::WithPose => paths.len() > 1 && self.localizer.pose().is_some(),
             Pilots::EverySweep => true,
         };
         if read {

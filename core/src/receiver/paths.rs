@@ -7,9 +7,8 @@ use super::bend::Bend;
 use super::config::{LinkStates, Pilots};
 use super::localizer::left;
 use super::receive::{ends, length_m, to_world};
-use crate::array::GmtArrays;
 use crate::estimator::{FaceDirection, GMT_PACE_M_PER_S, PathMeasurement, Pose, Transmitter};
-use crate::geometry::{Direction, Gmt, Matrix3, Rotation, Vector3, World};
+use crate::geometry::{Direction, Matrix3, Rotation, Vector3, World};
 use crate::link_state::{LinkGeometry, Probabilities, Received};
 use crate::numeric::gather;
 use crate::path::Path;
@@ -172,7 +171,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
         }
     }
 
-    /// A path as the localizer takes it. Departure: beam squint where it listened to this path, else the sweep's beams.
+    /// A path as the localizer takes it, with what beam squint told where it listened to this path.
     pub(super) fn measurement(
         &self,
         measured: &MeasuredPath,
@@ -187,11 +186,11 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
             aoa: Direction::from_vector(path.aoa.vector().map(f64::from)).ok()?,
             aoa_sigma_rad: libm::sqrt(f64::from(0.5 * (covariance.m22 + covariance.m33).max(0.0))),
             aoa_rise_sigma_rad: 0.0,
-            departure: squint.or_else(|| self.beam_departure(measured, gmt)),
+            departure: self.departure(measured, squint, gmt),
             range_rate: measured
                 .estimated
                 .range_rate
-                .filter(|_| self.config.pilots != Pilots::Unread),
+                .filter(|_| self.config.pilots != Pilots::Unread && self.localizer.pose().is_some()),
         })
     }
 
@@ -226,20 +225,6 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
             measured.c_tau_sigma_m = libm::hypot(measured.c_tau_sigma_m, share * longer_m);
         }
         Some(measured)
-    }
-
-    /// The direction of departure by the sweep's beams, as its face has it.
-    fn beam_departure(&self, measured: &MeasuredPath, gmt: &Transmitter) -> Option<FaceDirection> {
-        let departure = measured.estimated.path.aod?;
-        let left = Direction::<World, f64>::from_vector(departure.direction.vector().map(f64::from)).ok()?;
-        let left: Direction<Gmt, f64> = gmt.attitude.inverse().apply(left);
-        let face = self.face(measured.estimated.beam);
-        let cosines = GmtArrays::<f64>::cosines(self.radio.model().faces.get(face)?, &left);
-        Some(FaceDirection {
-            face,
-            cosines,
-            sigma: [f64::from(departure.sigma_rad); 2],
-        })
     }
 
     pub(super) fn face(&self, beam: u16) -> usize {

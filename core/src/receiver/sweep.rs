@@ -7,7 +7,7 @@ use heapless::Vec;
 use nalgebra::Vector3;
 
 use super::bend::Bend;
-use super::config::Departures;
+use super::departure::face_direction;
 use super::mapping::{Mapping, Station};
 use super::paths::{ClassifiedPath, MeasuredPath};
 use super::receive::ends;
@@ -15,7 +15,7 @@ use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
 use super::sight::Sight;
 use super::{LinkStates, PATHS, count};
 use crate::beam_squint::{Bearing, Refusal};
-use crate::estimator::{Counters, FaceDirection, SweepMeasurement, SweepVerdict, Transmitter};
+use crate::estimator::{Counters, SweepMeasurement, SweepVerdict, Transmitter};
 use crate::link_state::LinkState;
 use crate::numeric::gather;
 use crate::paths::EstimatedPath;
@@ -89,7 +89,11 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
         let measured = self.with_gain(&paths);
         let sighted = self.line_of_sight(&measured, time_ns).map(|sight| sight.index);
         let squint = match sighted.map(|index| self.sighting(&measured, index, time_ns)) {
-            Some(Some(sighting)) if self.config.departures != Departures::Beams => {
+            Some(Some(sighting))
+                if sighted
+                    .and_then(|index| measured.get(index))
+                    .is_some_and(|path| self.listens(path)) =>
+            {
                 R::listen(self.memory.squint, &sighting).map(|()| None)
             }
             Some(_) => Err(Refusal::NotBegun),
@@ -283,16 +287,6 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
             accepted: true,
         });
         gather([line, timing, reflection].into_iter().flatten())
-    }
-}
-
-/// A bearing as the localizer takes it.
-fn face_direction(bearing: &Bearing) -> FaceDirection {
-    let sigma = |variance: f32| libm::sqrt(f64::from(variance.max(0.0)));
-    FaceDirection {
-        face: bearing.face,
-        cosines: bearing.cosines.map(f64::from),
-        sigma: [sigma(bearing.covariance.m11), sigma(bearing.covariance.m22)],
     }
 }
 

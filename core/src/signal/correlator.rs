@@ -135,26 +135,10 @@ impl<K: Kernels> Correlator<K> {
             beam,
             exponent,
         } = beam.into_block();
-        let Tables { second, third, last } = &self.tables;
         work.powers = [[0; 8]; 64];
         let mut watch = Watch::default();
-        let Workspace { ping, pong, .. } = work;
         for channel in samples.iter_mut() {
-            watch.pass(K::first(channel, ping), || stages::first(channel, ping));
-            watch.pass(K::second(ping, pong, second), || {
-                stages::second(ping, pong, second)
-            });
-            watch.pass(K::third(pong, ping, third), || stages::third(pong, ping, third));
-            watch.pass(K::correlate(ping, pong, last), || {
-                stages::correlate(ping, pong, last)
-            });
-            watch.pass(K::inverse_third(pong, ping, third), || {
-                stages::inverse_third(pong, ping, third)
-            });
-            watch.pass(K::inverse_second(ping, pong, second), || {
-                stages::inverse_second(ping, pong, second)
-            });
-            K::taps(pong, channel, &mut work.powers);
+            self.taps(channel, work, &mut watch);
         }
         for (position, row) in work.powers.iter().enumerate() {
             for (column, &power) in COLUMNS.iter().zip(row) {
@@ -167,6 +151,35 @@ impl<K: Kernels> Correlator<K> {
             exponent: exponent.saturating_add(TAP_EXPONENT),
         };
         BeamTaps::new(taps, &work.profile, watch)
+    }
+
+    /// Correlates one channel, in place. For a channel that was made of others, at their level.
+    pub(crate) fn correlate_channel(&self, channel: &mut Channel, work: &mut Workspace) {
+        self.taps(channel, work, &mut Watch::default());
+    }
+
+    /// Taps of a channel in place of its samples; their power is added.
+    #[inline(never)]
+    fn taps(&self, channel: &mut Channel, work: &mut Workspace, watch: &mut Watch) {
+        let Tables { second, third, last } = &self.tables;
+        let Workspace {
+            ping, pong, powers, ..
+        } = work;
+        watch.pass(K::first(channel, ping), || stages::first(channel, ping));
+        watch.pass(K::second(ping, pong, second), || {
+            stages::second(ping, pong, second)
+        });
+        watch.pass(K::third(pong, ping, third), || stages::third(pong, ping, third));
+        watch.pass(K::correlate(ping, pong, last), || {
+            stages::correlate(ping, pong, last)
+        });
+        watch.pass(K::inverse_third(pong, ping, third), || {
+            stages::inverse_third(pong, ping, third)
+        });
+        watch.pass(K::inverse_second(ping, pong, second), || {
+            stages::inverse_second(ping, pong, second)
+        });
+        K::taps(pong, channel, powers);
     }
 
     /// Cheap stage: taps and profile of the even subcarriers of a few channels (those that exist, [`FOLDED_CHANNELS`] of

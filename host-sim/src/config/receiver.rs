@@ -141,7 +141,7 @@ pub enum LocalizationChoice {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DepartureChoice {
-    /// Beam squint, maximum likelihood
+    /// The sweep's beams, together with beam squint (maximum likelihood) where they leave it open
     Fit,
     /// Beam squint, parabola
     Parabola,

@@ -58,7 +58,7 @@ fn a_sound_front_end_tells_how_fast_paths_grow() {
 #[test]
 fn pilots_are_read_without_line_of_sight_alone() {
     let config = board_config().expect("the board's");
-    assert_eq!(config.pilots, Pilots::WithoutSight);
+    assert_eq!(config.pilots, Pilots::WithPose);
     // Before there is a pose nobody asks how fast paths grow.
     let lost = heard_by(config, |_| {});
     lost.is_sound_but_for(0, 0, "by default");

@@ -1,5 +1,6 @@
 use nalgebra::Vector3;
 
+use super::super::layout::POSITION;
 use super::super::{Filter49, FilterConfig};
 use super::*;
 use crate::estimator::Transmitter;
@@ -51,8 +52,8 @@ fn path(towards: Vector3<f64>, off_m_per_s: f64) -> PathMeasurement {
     }
 }
 
-fn take(filter: &mut Filter49, paths: &[PathMeasurement]) {
-    filter.range_rates(&SweepMeasurement {
+fn sweep(paths: &[PathMeasurement]) -> SweepMeasurement<'_> {
+    SweepMeasurement {
         time_ns: 1_000_000_000,
         gmt: Transmitter {
             position_m: Vector3::zeros(),
@@ -67,7 +68,11 @@ fn take(filter: &mut Filter49, paths: &[PathMeasurement]) {
         level_yaw: None,
         reflections: &[],
         paths,
-    });
+    }
+}
+
+fn take(filter: &mut Filter49, paths: &[PathMeasurement]) {
+    filter.range_rates(&sweep(paths));
 }
 
 fn counted(filter: &Filter49) -> (u32, u32) {
@@ -186,4 +191,24 @@ fn numbers_that_are_none_are_no_rates() {
     take(&mut filter, &[unsure, path(TOWARDS[2], 0.0)]);
     assert_eq!(filter.nominal.velocity_m_per_s, KNOWN_M_PER_S);
     assert!(filter.variance(VELOCITY).is_finite());
+}
+
+#[test]
+fn a_sweep_with_a_line_of_sight_takes_them_too() {
+    let mut filter = flying(0.06);
+    for axis in 0..3 {
+        filter.covariance.reset(POSITION + axis, 0.01);
+    }
+    let paths = TOWARDS.map(|towards| path(towards, 0.3));
+    let towards = Vector3::new(1.0, 0.0, 0.0);
+    let line = path(towards, 0.3);
+    let mut sweep = sweep(&paths);
+    sweep.line_of_sight = Some(PathMeasurement {
+        range_rate: None,
+        ..line
+    });
+    sweep.gmt.position_m = filter.nominal.position_m + towards * 50.0;
+    let verdict = filter.sweep(&sweep);
+    assert!(verdict.is_taken(), "{verdict:?}");
+    assert_eq!(counted(&filter), (3, 0));
 }

@@ -1,13 +1,12 @@
 //! A pilot through the estimator's front end.
 
-use heapless::Vec;
 use nalgebra::Vector3;
 
 use super::super::estimated::EstimatedPath;
 use super::super::meter::Meter;
-use super::super::pilot;
+use super::super::pilot::reading::Reading;
 use super::Estimator;
-use crate::signal::BeamBlock;
+use crate::signal::{BeamBlock, TAP_EXPONENT};
 
 /// Amplitudes are compared in units of 2^-34.
 /// Derived: thermal noise in sqrt(W) is then of the order of one.
@@ -36,23 +35,31 @@ impl<
         let (beam, time) = (usize::from(block.beam) % BEAMS, usize::from(block.beam) / BEAMS);
         let is_of = |path: &EstimatedPath| usize::from(path.beam) == beam;
         // A beam is sent twice again.
-        if time > 1 || !pilot::is_heard(paths, is_of) {
+        if time > 1 || !paths.iter().any(is_of) {
             return;
         }
         let scaled = self.correlator.scale(block);
-        let taps = self.correlator.correlate(scaled, &mut self.work).into_block();
-        let scale = libm::scalbnf(1.0, taps.exponent.saturating_sub(REFERENCE_EXPONENT));
-        let gains: Vec<_, K> =
-            pilot::gains::<A, E, C, K>(&self.model, &self.template, taps.samples, paths, is_of);
-        for (index, (path, gains)) in paths.iter_mut().zip(gains.iter().copied()).enumerate() {
-            if is_of(path) {
-                let told = self.pilots.heard(
-                    &self.model,
-                    time > 0,
-                    (index, path),
-                    gains.scaled(scale),
-                    turn_rad_per_s,
-                );
+        let exponent = scaled.exponent().saturating_add(TAP_EXPONENT);
+        let scale = libm::scalbnf(1.0, exponent.saturating_sub(REFERENCE_EXPONENT));
+        let reading = Reading {
+            model: &self.model,
+            template: &self.template,
+            correlator: &self.correlator,
+            samples: scaled.samples(),
+        };
+        for index in 0..paths.len() {
+            let Some(path) = paths.get(index).copied().filter(is_of) else {
+                continue;
+            };
+            let gains = reading.gains(index, paths, &mut self.work);
+            let told = self.pilots.heard(
+                &self.model,
+                time > 0,
+                (index, &path),
+                gains.scaled(scale),
+                turn_rad_per_s,
+            );
+            if let Some(path) = paths.get_mut(index) {
                 path.range_rate = told;
             }
         }
