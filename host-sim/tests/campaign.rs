@@ -231,7 +231,7 @@ fn a_smoothed_campaign_shows_both_flights() {
     let out = directory.path().join("flights");
     let at = out.to_str().expect("text");
     let fly = [
-        "campaign", "--out", at, "--world", "budget", "--seeds", "3", "3", "--steps", "40",
+        "campaign", "--out", at, "--world", "budget", "--seeds", "1", "1", "--steps", "60",
     ];
     let (code, table, errors) = cslam(&[&fly[..], &["--smooth"]].concat());
     assert_eq!(code, Some(0), "{errors}");
@@ -240,7 +240,7 @@ fn a_smoothed_campaign_shows_both_flights() {
         .filter(|line| line.starts_with("budget, best, 1 flights"));
     let smoothed: Vec<bool> = titles.map(|title| title.contains("smoothed")).collect();
     assert_eq!(smoothed, [false, true], "{table}");
-    let report = report(&out, "budget.best.outdoor.3.json");
+    let report = report(&out, "budget.best.outdoor.1.json");
     let position_m = |of: &serde_json::Value| {
         of["trajectory"]["position_rmse_m"]
             .as_f64()

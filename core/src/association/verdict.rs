@@ -72,6 +72,12 @@ impl Verdict {
         matches!(self.decision, Decision::Explained | Decision::Tentative)
     }
 
+    /// Whether known surfaces may have turned it, surely or not.
+    #[must_use]
+    pub fn may_be_reflected(&self) -> bool {
+        !self.chain.is_empty()
+    }
+
     /// Nothing is said of the path.
     pub(super) fn nothing() -> Self {
         Self {

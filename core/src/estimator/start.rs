@@ -104,13 +104,12 @@ impl<T: Real, const N: usize> Filter<T, N> {
         solution.is_some_and(|solution| self.refix(gmt, &solution))
     }
 
-    /// Fixes position and velocity anew when the last `fixes` sweeps agree, and the attitude when it is not one that they allow: theirs is
-    /// the poorer one, known to degrees.
+    /// Fixes position and velocity anew when the last `fixes` sweeps agree, and the attitude when it is not one that they allow, by theirs or by
+    /// their sights: theirs is the poorer one, known to degrees.
     pub(super) fn try_refix_contested(&mut self, gmt: &Transmitter, fixes: usize) -> bool {
-        match self.window.solve(fixes, None) {
-            Some(whole) if !self.attitude_stands(&whole) => self.refix(gmt, &whole),
-            _ => self.try_refix_position(gmt, fixes),
-        }
+        let whole = self.window.solve(fixes, None);
+        let stands = whole.is_none_or(|whole| self.attitude_stands(&whole));
+        stands && self.try_refix_position(gmt, fixes) || whole.is_some_and(|whole| self.refix(gmt, &whole))
     }
 
     fn attitude_stands(&self, solution: &Solution) -> bool {

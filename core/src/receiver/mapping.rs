@@ -8,7 +8,7 @@ use super::receive::ends;
 use super::report::{MappedPoint, Outcome, SurfaceChanges};
 use super::{PATHS, SURFACES};
 use crate::association::{
-    self, Decision, Learned, POINTS, PoseEstimate, ReceivedPath, SweepPaths, associate,
+    self, Association, Decision, Learned, POINTS, PoseEstimate, ReceivedPath, SweepPaths, associate,
 };
 use crate::estimator::{Bounces, MappedPlane, Pose, ReflectedPath, SweepVerdict, Transmitter};
 use crate::map::PointCloud;
@@ -92,20 +92,33 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
         PoseEstimate::of(pose, self.delay_period())
     }
 
-    /// The paths of a sweep without line of sight that confirmed surfaces explain, seen from the pose that is predicted for it.
-    pub(super) fn reflections(
+    /// Which surfaces made the paths of a sweep, seen from the pose that is predicted for it.
+    pub(super) fn associated(
         &mut self,
         measured: &[MeasuredPath],
         classified: &[ClassifiedPath],
         gmt: &Transmitter,
         time_ns: u64,
-    ) -> Vec<ReflectedPath, PATHS> {
-        let pose = self.localizer.predict_to(time_ns);
-        let Some(pose) = pose.as_ref().and_then(|pose| self.pose_estimate(pose)) else {
-            return Vec::new();
-        };
+    ) -> Option<Association<PATHS>> {
+        let pose = self.localizer.predict_to(time_ns)?;
+        let pose = self.pose_estimate(&pose)?;
         let paths = self.to_associate(measured, classified);
-        let association = associate(&paths, &pose, gmt, &self.surfaces, &self.config.association);
+        Some(associate(
+            &paths,
+            &pose,
+            gmt,
+            &self.surfaces,
+            &self.config.association,
+        ))
+    }
+
+    /// The paths that confirmed surfaces explain, for the filter.
+    pub(super) fn reflections(
+        &self,
+        measured: &[MeasuredPath],
+        association: &Association<PATHS>,
+        gmt: &Transmitter,
+    ) -> Vec<ReflectedPath, PATHS> {
         let explained = measured
             .iter()
             .zip(&association.verdicts)

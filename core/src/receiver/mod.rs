@@ -1,5 +1,4 @@
-//! C-SLAM, Algorithm 1 of the paper: the one place where path estimation, link state, reflection points, localization and
-//! map meet.
+//! C-SLAM, Algorithm 1 of the paper: the one place where path estimation, link state, reflection points, localization and map meet.
 //!
 //! ```text
 //! imu, magnetometer, timing ------------------------------> localizer (pose, clock, calibration)
@@ -50,6 +49,7 @@ mod receive;
 mod report;
 mod rules;
 mod sight;
+mod sighting;
 mod sweep;
 
 pub use config::{BaselineConfig, Config, ConfigError, Departures, LinkStates, Localization, Mapped, Pilots};

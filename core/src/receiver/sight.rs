@@ -1,26 +1,25 @@
-//! Which path is the line of sight, and what beam squint must know of it.
+//! Which path is the line of sight.
 //!
 //! A pose that knows where the UAV is tells it by length and direction, whatever the angle of departure says: above and below its beams
 //! the GMT is heard through sidelobes of any of them. Of the paths that fit the strongest is taken: artefacts stand before and behind it. None is,
-//! where a path came before it as strong as through free space.
+//! where a path came before it as strong as through free space. Where none is, the first path may prove itself, by its strength and by the angle between its
+//! two ends: it is the line of sight then, and the pose is wrong. The filter does not believe one such sweep, but several that agree. Two parallel walls turn a wave back into
+//! its own direction, too: what known surfaces explain proves nothing.
 //! Without such a pose it is the first path, since nothing else comes before the line of sight, if that is one: the path must have come nearly as strong as through free space and, as soon as the attitude is known, from the direction opposite to
 //! its departure; a start or a re-fix then takes several that agree.
 //!
 //! The paper's calibration has a rule of its own ([`Localization::Baseline`]), which asks its network and not the pose: that pose
 //! does not know when it has drifted, and one that has drifted would refuse every fix that could bring it back.
 
-use super::PATHS;
 use super::bend::{Bend, UNREFLECTED_DB};
 use super::config::Localization;
 use super::localizer::left;
 use super::paths::{Excess, MeasuredPath};
 use super::receive::length_m;
-use crate::array::{GmtArrays, GmtFace, half_wave_dipole};
-use crate::beam_squint::{Expected, Sighting};
+use crate::array::half_wave_dipole;
 use crate::estimator::{FaceDirection, Pose, Transmitter};
-use crate::geometry::{Direction, Gmt, Vector3, World};
+use crate::geometry::{Direction, World};
 use crate::link_state::{LinkState, PaperClassifier};
-use crate::numeric::gather;
 use crate::path::{Departure, Path};
 use crate::receiver::{Radio, Receiver};
 
@@ -30,17 +29,13 @@ use crate::receiver::{Radio, Receiver};
 pub(super) const AT_ONCE_M: f64 = 0.45;
 /// Standard deviation of the position, norm, from which on it does not tell whether a path is direct, m.
 /// Derived: where a pose counts as lost.
-const PLACED_M: f32 = 3.0;
+pub(super) const PLACED_M: f32 = 3.0;
 /// Standard deviations of length and angle within which a path may be direct.
 /// Derived: one honest path in 15 800 is beyond.
 const SIGMAS: f32 = 4.0;
 /// Angle that a direct path may be off beside that, rad.
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 const ANGLE_RAD: f32 = 0.05;
-/// How far from where the pose puts the line of sight beam squint looks for it, halves of a beam.
-/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
-const POSE_RADIUS: f32 = 0.8;
-
 /// The path that is the line of sight.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sight {
@@ -48,6 +43,8 @@ pub(super) struct Sight {
     pub(super) index: usize,
     /// By how much it may be off the straight way.
     pub(super) bend: Bend,
+    /// Whether it is where the pose puts it, or there is no pose that could tell.
+    pub(super) expected: bool,
 }
 
 impl Sight {
@@ -56,6 +53,7 @@ impl Sight {
         Self {
             index,
             bend: Bend::default(),
+            expected: true,
         }
     }
 }
@@ -73,16 +71,32 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
             (Some(pose), Some(gmt)) if sigma(&pose.position_covariance_m2) < PLACED_M => {
                 let received = self.received(measured, &pose);
                 // The strongest of those that may be: artefacts of it come before it as well as after.
-                let (index, path, in_world) = (measured.iter().zip(&received).enumerate())
+                let fitting = (measured.iter().zip(&received).enumerate())
                     .map(|(index, (path, received))| (index, path, &received.path))
                     .filter(|(_, _, in_world)| fits_line_of_sight(in_world, &pose, &gmt))
-                    .max_by(|(_, a, _), (_, b, _)| a.estimated.energy.total_cmp(&b.estimated.energy))?;
+                    .max_by(|(_, a, _), (_, b, _)| a.estimated.energy.total_cmp(&b.estimated.energy));
                 let first = self.first_unreflected(measured, time_ns);
-                if is_overtaken(f64::from(in_world.c_tau_m), first.map(|(_, first_m)| first_m)) {
-                    return None;
+                match fitting {
+                    Some((index, path, in_world))
+                        if !is_overtaken(f64::from(in_world.c_tau_m), first.map(|(_, first_m)| first_m)) =>
+                    {
+                        let bend = self.bend(path, in_world, &pose, &gmt)?;
+                        Some(Sight {
+                            index,
+                            bend,
+                            expected: true,
+                        })
+                    }
+                    _ => {
+                        let (index, _) = first?;
+                        let path = measured.get(index)?;
+                        let left = path.estimated.path.aod?;
+                        self_consistent(path, &left, &pose).then_some(Sight {
+                            expected: false,
+                            ..Sight::straight(index)
+                        })
+                    }
                 }
-                let bend = self.bend(path, in_world, &pose, &gmt)?;
-                Some(Sight { index, bend })
             }
             (pose, _) => {
                 let (first, _) = self.first_unreflected(measured, time_ns)?;
@@ -187,55 +201,8 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
             sigma_rad: x.max(z) as f32,
         };
         let period = self.delay_period();
-        let sure = |sigma_rad: f32| sigma_rad < ANGLE_RAD;
-        sure(sigma(&pose.attitude_covariance_rad2))
-            && sure(left.sigma_rad)
-            && self.is_unreflected(path, length_m(path.estimated.path.c_tau_m, offset_m, &period))
-            && ends_agree(path, &left, &pose)
-    }
-
-    /// What beam squint needs to know of the line of sight, path number `index`.
-    pub(super) fn sighting(&self, measured: &[MeasuredPath], index: usize, time_ns: u64) -> Option<Sighting> {
-        let paths: heapless::Vec<_, PATHS> = gather(measured.iter().map(|path| path.estimated));
-        let period = self.delay_period();
-        let face = self.radio.face(measured.get(index)?.estimated.beam)?;
-        let mut sighting = Sighting::new(true, &paths, index, face, &period)?;
-        // Without a pose it may be anywhere: of a GMT that stands low or high the sweep's beams know only the sidelobes.
-        let Some((pose, (gmt, _))) = self.localizer.expected().zip(self.transmitter(time_ns)) else {
-            return Some(sighting);
-        };
-        let from_gmt = pose.position.vector() - gmt.position_m;
-        let filtered = matches!(self.config.localization, Localization::Filter(_));
-        let range_m = if filtered {
-            from_gmt.norm() as f32
-        } else {
-            // The paper's calibration does not know how far it has drifted; the path does not drift.
-            let c_tau_m = measured.get(index)?.estimated.path.c_tau_m;
-            length_m(c_tau_m, self.offset_m(time_ns)?, &period) as f32
-        };
-        // Through a sidelobe any face is heard: the pose knows better which one looks here.
-        if filtered
-            && sigma(&pose.position_covariance_m2) < PLACED_M
-            && let Ok(left) = Direction::<World, f64>::from_vector(from_gmt)
-        {
-            let radio = self.radio.model();
-            let left = gmt.attitude.inverse().apply(left);
-            sighting.face = face_towards(&radio.faces, &left);
-            let across = 4.0 * sigma(&pose.position_covariance_m2) / range_m;
-            let [row, column] = radio.half_beam;
-            let radius = POSE_RADIUS * row.max(column) as f32;
-            let face = radio.faces.get(sighting.face);
-            sighting.expected = face.map(|face| expected(face, &left, radius + across));
-        }
-        if let Some(ground_z_m) = self.config.accept.point.ground_z_m
-            && let Ok(down) = Direction::<World>::from_vector(-Vector3::z())
-            && let up = gmt.attitude.inverse().apply_vector(&Vector3::new(0.0, 0.0, 1.0))
-            && let Ok(up) = Direction::<Gmt>::from_vector(up.map(|c| c as f32))
-        {
-            let height_m = gmt.position_m.z as f32 - ground_z_m;
-            sighting = sighting.with_ground(range_m, height_m, &pose.attitude.inverse().apply(down), &up);
-        }
-        Some(sighting)
+        self.is_unreflected(path, length_m(path.estimated.path.c_tau_m, offset_m, &period))
+            && self_consistent(path, &left, &pose)
     }
 }
 
@@ -281,24 +248,14 @@ fn ends_agree(path: &MeasuredPath, left: &Departure, pose: &Pose) -> bool {
     back.angle_to_rad(&seen) < ANGLE_RAD + SIGMAS * sigma
 }
 
-/// Where a direction is, as a face has it.
-fn expected(face: &GmtFace<f64>, u: &Direction<Gmt, f64>, radius: f32) -> Expected {
-    Expected {
-        cosines: GmtArrays::<f64>::cosines(face, u).map(|c| c as f32),
-        radius,
-    }
-}
-
-/// The face whose normal is nearest to a direction.
-fn face_towards(faces: &[GmtFace<f64>], u: &Direction<Gmt, f64>) -> usize {
-    let ahead = |face: usize| faces.get(face).map_or(-1.0, |face| face.normal.dot(u.vector()));
-    (0..faces.len())
-        .max_by(|a, b| ahead(*a).total_cmp(&ahead(*b)))
-        .unwrap_or(0)
+/// The same when both directions are known well enough to prove anything.
+fn self_consistent(path: &MeasuredPath, left: &Departure, pose: &Pose) -> bool {
+    let sure = |sigma_rad: f32| sigma_rad < ANGLE_RAD;
+    sure(sigma(&pose.attitude_covariance_rad2)) && sure(left.sigma_rad) && ends_agree(path, left, pose)
 }
 
 /// Norm of the standard deviations of a covariance.
-fn sigma(covariance: &crate::geometry::Matrix3<f32>) -> f32 {
+pub(super) fn sigma(covariance: &crate::geometry::Matrix3<f32>) -> f32 {
     libm::sqrtf(covariance.trace().max(0.0))
 }
 
@@ -308,7 +265,7 @@ mod tests {
 
     use super::*;
     use crate::estimator::ClockEstimate;
-    use crate::geometry::{Body, Position, Rotation};
+    use crate::geometry::{Body, Position, Rotation, Vector3};
     use crate::paths::EstimatedPath;
 
     /// A pose whose attitude is known to `sigma_rad` about each axis.
@@ -375,5 +332,19 @@ mod tests {
         assert!(straight(0.0, 0.002) && straight(0.065, 0.002) && !straight(0.075, 0.002));
         // An attitude that is hardly known tells nothing.
         assert!(straight(1.0, 0.2));
+    }
+
+    #[test]
+    fn what_is_hardly_known_proves_nothing() {
+        let consistent =
+            |turned_rad, sigma_rad| self_consistent(&path(), &turned(turned_rad), &pose(sigma_rad));
+        assert!(consistent(0.0, 0.002) && !consistent(0.075, 0.002));
+        // The norm of three axes.
+        assert!(consistent(0.0, 0.028) && !consistent(0.0, 0.03));
+        let vague = Departure {
+            sigma_rad: 0.06,
+            ..turned(0.0)
+        };
+        assert!(!self_consistent(&path(), &vague, &pose(0.002)));
     }
 }

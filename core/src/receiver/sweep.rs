@@ -14,6 +14,7 @@ use super::receive::ends;
 use super::report::{Innovation, Measured, Outcome, PathReport, SweepReport};
 use super::sight::Sight;
 use super::{LinkStates, PATHS, count};
+use crate::association::Verdict;
 use crate::beam_squint::{Bearing, Refusal};
 use crate::estimator::{Counters, SweepMeasurement, SweepVerdict, Transmitter};
 use crate::link_state::LinkState;
@@ -87,7 +88,11 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
     pub(super) fn close_with(&mut self, paths: Vec<EstimatedPath, PATHS>) {
         let time_ns = self.open.as_ref().map_or(0, |open| open.time_ns);
         let measured = self.with_gain(&paths);
-        let sighted = self.line_of_sight(&measured, time_ns).map(|sight| sight.index);
+        // Beam squint listens where the pose puts the line of sight: not when it is elsewhere.
+        let sighted = self
+            .line_of_sight(&measured, time_ns)
+            .filter(|sight| sight.expected)
+            .map(|sight| sight.index);
         let squint = match sighted.map(|index| self.sighting(&measured, index, time_ns)) {
             Some(Some(sighting))
                 if sighted
@@ -179,6 +184,21 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
         let sight = self
             .line_of_sight(measured, open.time_ns)
             .or(level.map(|(first, _)| Sight::straight(first)));
+        let association = match self.localizer.expected() {
+            Some(pose) if self.config.map_aided && sight.is_none_or(|sight| !sight.expected) => {
+                let classified = self.classify(measured, &pose, &self.localizer.plausible(open.time_ns, gmt));
+                self.associated(measured, &classified, gmt, open.time_ns)
+            }
+            _ => None,
+        };
+        // What proves itself to be straight against the pose may be the wave that two parallel walls have turned back into its direction.
+        let is_reflected = |sight: &Sight| {
+            let verdict = association
+                .as_ref()
+                .and_then(|association| association.verdicts.get(sight.index));
+            !sight.expected && verdict.is_some_and(Verdict::may_be_reflected)
+        };
+        let sight = sight.filter(|sight| !is_reflected(sight));
         let line = sight.map(|sight| sight.index);
         let line_of_sight = sight.and_then(|sight| {
             let squint = bearing.filter(|_| line == open.sighted).map(face_direction);
@@ -206,13 +226,11 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
                     .filter_map(|path| self.measurement(path, None, gmt)),
             );
         }
-        let reflections = match self.localizer.expected() {
-            Some(pose) if line.is_none() && self.config.map_aided => {
-                let classified = self.classify(measured, &pose, &self.localizer.plausible(open.time_ns, gmt));
-                self.reflections(measured, &classified, gmt, open.time_ns)
-            }
-            _ => Vec::new(),
-        };
+        let reflections = association
+            .filter(|_| line.is_none())
+            .map_or(Vec::new(), |association| {
+                self.reflections(measured, &association, gmt)
+            });
         let before = self.localizer.counters();
         let confirmed = self.localizer.is_confirmed();
         let verdict = self.localizer.sweep(

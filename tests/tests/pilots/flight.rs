@@ -93,6 +93,8 @@ pub(super) struct Estimated {
     pub(super) paths: Vec<EstimatedPath>,
     pub(super) rates: Vec<Option<RangeRate>>,
     pub(super) sighted: Option<usize>,
+    /// Whether there was a pose after it.
+    pub(super) placed: bool,
 }
 
 #[derive(Default)]
@@ -113,12 +115,14 @@ impl Observer for Log {
                 })
                 .collect(),
             sighted,
+            placed: false,
         });
     }
 
     fn swept(&mut self, report: &SweepReport<PATHS>) {
         let last = self.sweeps.last_mut().expect("it was estimated");
         last.sweep = report.sweep;
+        last.placed = report.pose.is_some();
     }
 }
 

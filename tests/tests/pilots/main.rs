@@ -18,8 +18,8 @@ use cslam_host_sim::scene::Scene;
 use cslam_host_sim::sensors::Event;
 
 use flight::{
-    Log, PER_SWEEP, change_header, fill, header, heard, heard_by, heard_with, is_pilot, is_second, sound,
-    sweeps, world,
+    Estimated, Log, PER_SWEEP, change_header, fill, header, heard, heard_by, heard_with, is_pilot, is_second,
+    sound, sweeps, world,
 };
 
 #[test]
@@ -56,7 +56,7 @@ fn a_sound_front_end_tells_how_fast_paths_grow() {
 }
 
 #[test]
-fn pilots_are_read_without_line_of_sight_alone() {
+fn pilots_are_read_from_the_first_pose_on() {
     let config = board_config().expect("the board's");
     assert_eq!(config.pilots, Pilots::WithPose);
     // Before there is a pose nobody asks how fast paths grow.
@@ -86,20 +86,23 @@ fn pilots_are_read_without_line_of_sight_alone() {
         Ok(())
     })
     .expect("a receiver");
-    let of = |is_sighted: bool| {
-        log.sweeps
+    let first = log.sweeps.iter().position(|sweep| sweep.placed);
+    let (before, after) = log.sweeps.split_at(first.expect("a pose") + 1);
+    let rates = |sweep: &Estimated| sweep.rates.iter().flatten().count();
+    assert_eq!(before.iter().map(rates).sum::<usize>(), 0);
+    // Whatever walls hide: of one path alone, a rate tells nothing.
+    for is_sighted in [true, false] {
+        let of: Vec<_> = after
             .iter()
-            .filter(move |sweep| sweep.sighted.is_some() == is_sighted)
-    };
-    let rates = |is_sighted| of(is_sighted).flat_map(|sweep| &sweep.rates).flatten().count();
-    println!(
-        "{} sweeps with line of sight, {} without",
-        of(true).count(),
-        of(false).count()
-    );
-    assert!(of(true).count() > 20 && of(false).count() > 2);
-    assert!(rates(false) > 2);
-    assert_eq!(rates(true), 0);
+            .filter(|sweep| sweep.sighted.is_some() == is_sighted && sweep.paths.len() > 1)
+            .collect();
+        let told = of.iter().filter(|sweep| rates(sweep) > 1).count();
+        println!(
+            "line of sight: {is_sighted}; {told} of {} sweeps with rates",
+            of.len()
+        );
+        assert!(of.len() > 2 && 2 * told > of.len());
+    }
 }
 
 #[test]

@@ -68,6 +68,38 @@ fn three_known_facades_explain_it() {
     assert_eq!(surfaces.len(), 3, "nothing was born");
 }
 
+/// Two facades turn a wave back into its own direction: it arrives from just where it left for, as the line of sight does, and is metres longer. Known, they
+/// say what it is.
+#[test]
+fn two_parallel_facades_explain_what_looks_straight() {
+    let mut surfaces = empty();
+    let [front, back, _] = street();
+    let ids = [front, back].map(|facade| confirmed(&mut surfaces, &facade, 20.0));
+    let link = link(0);
+    let path = link.path(&[front, back], 0.5).expect("exists");
+    let arrived = path.arrival.vector().map(f64::from);
+    let seen = link.pose().attitude.apply_vector(&arrived);
+    let left = path
+        .departure
+        .expect("measured")
+        .direction
+        .vector()
+        .map(f64::from);
+    assert!((left + seen).norm() < 1e-5);
+    let straight = link.path(&[], 0.5).expect("exists");
+    assert!(path.c_tau_m > straight.c_tau_m + 10.0);
+    let both = Paths::from_slice(&[straight, path]).expect("two");
+    let (association, _) = sweep(&mut surfaces, &link, &link.pose(), &both, 0);
+    let [straight, turned] = &association.verdicts[..] else {
+        panic!("two verdicts");
+    };
+    assert!(straight.is_line_of_sight() && !straight.may_be_reflected());
+    assert!(
+        turned.may_be_reflected() && turned.chain.as_slice() == ids,
+        "{turned:?}"
+    );
+}
+
 #[test]
 fn behind_the_front_facade_no_phantom_is_confirmed() {
     let mut surfaces = empty();

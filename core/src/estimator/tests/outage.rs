@@ -105,6 +105,26 @@ fn an_attitude_that_is_wrong_is_found_anew() {
     assert!((turn.trace() - 3.0).abs() < 1e-3, "{turn}");
 }
 
+/// Fixes of some metres tell an attitude so poorly that they do not contradict one that is wrong by nine degrees; their sights do.
+#[test]
+fn an_attitude_that_sights_contradict_is_found_anew() {
+    let filter = flown(25_000_000_000, 0, |time_ns, filter, sweep| {
+        let path = sweep.line_of_sight.as_mut();
+        if let Some(departure) = path.and_then(|path| path.departure.as_mut())
+            && time_ns >= 20 * SWEEP_NS
+        {
+            departure.sigma = [0.02; 2];
+        }
+        if time_ns == 20 * SWEEP_NS {
+            filter.nominal.attitude = rotation(&Vector3::new(0.0, 0.0, 0.16)) * filter.nominal.attitude;
+        }
+    });
+    let counters = filter.counters();
+    assert!(counters.refixes >= 1 && counters.rejected >= 5, "{counters:?}");
+    let turn = filter.nominal.attitude * truth(filter.nominal.time_ns).attitude.transpose();
+    assert!((turn.trace() - 3.0).abs() < 1e-3, "{turn}");
+}
+
 #[test]
 fn a_filter_that_is_not_sure_believes_a_path_that_proves_itself() {
     let mut verdicts = [SweepVerdict::NoSight; 2];

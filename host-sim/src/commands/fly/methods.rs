@@ -82,7 +82,7 @@ pub(super) fn methods(told: &ReceiverConfig, setup: Option<Setup>) -> anyhow::Re
         Some(LocalizationChoice::Baseline) => with(baseline::Mode::VelocityFromFixes),
         Some(LocalizationChoice::BaselineLiteral) => with(baseline::Mode::Literal),
     };
-    // The filter takes those without line of sight, and kept paths can be flown again with other lines of sight left out.
+    // On board none are read before there is a pose. Kept paths may be flown again by a receiver that has one sooner.
     config.pilots = Pilots::EverySweep;
     if let Some(choice) = told.localization {
         config.delta_ranges = choice != LocalizationChoice::FilterNoDeltaRanges;
