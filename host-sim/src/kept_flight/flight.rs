@@ -1,8 +1,10 @@
 //! A flight that is flown from its samples once and from its paths many times.
 
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use cslam_core::estimator::{Watch, states};
 use cslam_core::receiver::{Config, Pilots};
 use cslam_core::signal::Waveform;
 use cslam_firmware::app::Estimated;
@@ -10,12 +12,17 @@ use cslam_firmware::app::Estimated;
 use super::again::Again;
 use crate::config::EarthField;
 use crate::flight_log::{FlightLog, Header};
+use crate::input::InputError;
 use crate::paths::LinkPath;
-use crate::raw_flight::{self, BoardReceiver, Swept, board_config, with_receiver};
+use crate::raw_flight::{self, BoardReceiver, Source, Swept, board_config, with_receiver};
 use crate::recording::{Keeper, Span, Thinned, Thinning};
 use crate::scene::Scene;
 use crate::sensors::{FaultsConfig, Truth};
+use crate::smoother::{Flier, fly_smoothed};
 use crate::world::{World, WorldConfig};
+
+/// States of the board's filter.
+const STATES: usize = states(2);
 
 /// A flight whose paths are known.
 #[derive(Debug)]
@@ -110,34 +117,79 @@ impl<'s> KeptFlight<'s> {
         mut swept: impl FnMut(&Swept<'_>, &Truth),
         ended: impl FnOnce(&BoardReceiver<'_>),
     ) -> anyhow::Result<FlightLog> {
+        let world = self.changed(changes)?;
+        let paths = self.paths(&world);
+        let source = thinned(&paths, changes);
+        with_receiver(at_site(receiver, &world), |receiver| {
+            let swept = |ended: &Swept<'_>| swept(ended, &world.flight().sweep_truth(ended.report.sweep));
+            let header = header(&world, self.seed);
+            let (log, _) = raw_flight::fly(&source, receiver, header, &NEVER, swept, |_, _| ())?;
+            ended(receiver);
+            Ok(log)
+        })
+    }
+
+    /// The same, smoothed: the log as it was on board, and the smoothed one.
+    ///
+    /// # Errors
+    /// Those of [`Self::again`].
+    pub fn smoothed(&self, changes: &Changes, receiver: Config<'static>) -> anyhow::Result<[FlightLog; 2]> {
+        let world = self.changed(changes)?;
+        let paths = self.paths(&world);
+        let receiver = at_site(receiver, &world);
+        let mut once = Once {
+            receiver: receiver.clone(),
+            header: header(&world, self.seed),
+        };
+        fly_smoothed(&thinned(&paths, changes), &receiver, &mut once)
+    }
+
+    /// The world with other faults of its sensors.
+    fn changed(&self, changes: &Changes) -> Result<World<'s>, InputError> {
         let mut config = self.config.clone();
         let fix = std::mem::take(&mut config.sensors.faults.fix);
         config.sensors.faults = FaultsConfig {
             fix,
             ..changes.faults.clone()
         };
-        let world = World::new(self.scene, config, self.seed)?;
-        let again = Again {
+        World::new(self.scene, config, self.seed)
+    }
+
+    /// Its paths, in a world with other faults.
+    fn paths<'a>(&'a self, faulty: &'a World<'a>) -> Again<'a> {
+        Again {
             sound: &self.world,
-            faulty: &world,
+            faulty,
             estimated: &self.estimated,
-        };
-        let thinning = Thinning {
-            without_sight: changes.without_sight.clone(),
-            ..Thinning::default()
-        };
-        let source = Thinned::new(&again, thinning);
-        with_receiver(at_site(receiver, &world), |receiver| {
-            let swept = |ended: &Swept<'_>| swept(ended, &world.flight().sweep_truth(ended.report.sweep));
-            let (log, _) = raw_flight::fly(
-                &source,
-                receiver,
-                header(&world, self.seed),
-                &NEVER,
-                swept,
-                |_, _| (),
-            )?;
-            ended(receiver);
+        }
+    }
+}
+
+/// Paths without those that the changes leave out.
+fn thinned<'a>(paths: &'a Again<'a>, changes: &Changes) -> Thinned<'a, Again<'a>> {
+    let thinning = Thinning {
+        without_sight: changes.without_sight.clone(),
+        ..Thinning::default()
+    };
+    Thinned::new(paths, thinning)
+}
+
+/// Flies for a smoother.
+struct Once {
+    receiver: Config<'static>,
+    header: Header,
+}
+
+impl Flier<STATES> for Once {
+    fn fly(
+        &mut self,
+        source: &impl Source,
+        listener: Arc<dyn Watch<f32, STATES>>,
+        swept: impl FnMut(&Swept<'_>),
+    ) -> anyhow::Result<FlightLog> {
+        with_receiver(self.receiver.clone(), |receiver| {
+            receiver.watch(listener);
+            let (log, _) = raw_flight::fly(source, receiver, self.header.clone(), &NEVER, swept, |_, _| ())?;
             Ok(log)
         })
     }

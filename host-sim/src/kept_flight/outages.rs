@@ -1,8 +1,10 @@
 //! Planned outages: the line of sight is taken out of a flight that has it.
 
-use cslam_core::receiver::Config;
+use cslam_core::receiver::{Config, Localization};
+use nalgebra::Vector3;
 
 use super::{Changes, KeptFlight, pose_errors};
+use crate::flight_log::FlightLog;
 use crate::recording::Span;
 
 /// No outage begins before this, s: the flight has settled, and has seen some surfaces.
@@ -17,6 +19,8 @@ pub struct OutageEnd {
     pub error_m: f64,
     /// The same in standard deviations.
     pub sigmas: f64,
+    /// Position error of the smoothed trajectory at the last pose of the outage, m; `None` without a filter or a pose.
+    pub smoothed_m: Option<f64>,
     /// Sweeps in the outage in which a path was taken for the line of sight, which was not there.
     pub false_sights: usize,
 }
@@ -39,7 +43,8 @@ pub fn outage_start_s(flight: &KeptFlight<'_>, length_s: f64) -> Option<f64> {
         .map(|k| (k as f64 + 0.5) * period_s)
 }
 
-/// Flies without line of sight from `start_s` on for `length_s`, with a receiver that is configured so.
+/// Flies without line of sight from `start_s` on for `length_s`, with a receiver that is configured so, and smooths the flight where there is a
+/// filter.
 ///
 /// # Errors
 /// What stops a receiver from being built.
@@ -58,6 +63,10 @@ pub fn fly_outage(
         ..Changes::default()
     };
     let mut end = OutageEnd::default();
+    if matches!(receiver.localization, Localization::Filter(_)) {
+        let [_, smoothed] = flight.smoothed(&changes, receiver.clone())?;
+        end.smoothed_m = last_error_m(&smoothed, &span);
+    }
     flight.again(
         &changes,
         receiver,
@@ -75,4 +84,12 @@ pub fn fly_outage(
         |_| (),
     )?;
     Ok(end)
+}
+
+/// Position error of the last pose within a span of time, m.
+fn last_error_m(log: &FlightLog, span: &Span) -> Option<f64> {
+    let within = |time_s| (span.from_s..span.to_s).contains(&time_s);
+    let last = log.poses.iter().rev().find(|record| within(record.time_s))?;
+    let [found_m, true_m] = [last.estimate?.position_m, last.truth?.position_m].map(Vector3::from);
+    Some((found_m - true_m).norm())
 }

@@ -14,6 +14,7 @@ mod map;
 mod rts;
 mod tape;
 mod trajectory;
+mod twice;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -23,6 +24,7 @@ use cslam_core::estimator::Watch;
 use cslam_core::receiver::{Config, Mapped, PATHS, SweepReport};
 
 pub use rts::{Link, Smoothed, Stage, smooth};
+pub use twice::{Flier, fly_smoothed};
 
 use self::astray::{Swept, led_astray, moves};
 use self::map::Mapper;

@@ -21,7 +21,7 @@ use crate::input::InputError;
 use crate::raw_flight::{self, Source, Swept};
 use crate::recording::Keeper;
 use crate::scene::Scene;
-use crate::smoother::Smoother;
+use crate::smoother::{Flier, fly_smoothed};
 use crate::world::{GivenLinks, World};
 use crate::{estimate, progress};
 
@@ -250,45 +250,65 @@ fn fly_with<E: PathEstimator<CHANNELS, PATHS>>(
             smoothed: None,
         });
     }
-    let Hooks {
-        interrupted,
-        mut swept,
-        sent,
-    } = hooks;
-    let keeper = Keeper::new(source);
-    let mut smoother = Smoother::default();
-    let listener = Some(smoother.listener());
-    let head = header.clone();
-    let hooks = Hooks {
-        interrupted,
-        swept: |ended: &Swept<'_>| {
-            keeper.swept(ended);
-            smoother.swept(ended.report);
-            swept(ended);
-        },
-        sent,
+    let mut on_board = OnBoard {
+        config: &config,
+        estimator: &mut *estimator,
+        header,
+        interrupted: hooks.interrupted,
+        hooks: Some(hooks),
+        packets: Vec::new(),
     };
-    let (log, packets) = once(&config, &mut *estimator, listener, &keeper, header, hooks)?;
-    let astray = smoother.led_astray();
-    let again = if astray.is_empty() || log.interrupted() {
-        None
-    } else {
-        let again = Smoother::default();
-        let source = keeper.replayed(astray);
-        let listener = Some(again.listener());
-        let hooks = Hooks {
-            interrupted,
-            swept: |_: &Swept<'_>| (),
-            sent: |_: u64, _: &[u8]| (),
-        };
-        once(&config, &mut *estimator, listener, &source, head, hooks)?;
-        Some(again)
-    };
+    let [log, smoothed] = fly_smoothed(source, &config, &mut on_board)?;
     Ok(Logs {
-        smoothed: Some(smoother.smoothed(again, &log, &config)),
         log,
-        packets,
+        packets: on_board.packets,
+        smoothed: Some(smoothed),
     })
+}
+
+/// Flies for a smoother. Whoever looks on sees the first flight alone.
+struct OnBoard<'a, 'c, E, W, S> {
+    config: &'a CoreConfig<'c>,
+    estimator: &'a mut E,
+    header: Header,
+    interrupted: &'a AtomicBool,
+    /// Of the first flight, until it has begun.
+    hooks: Option<Hooks<'a, W, S>>,
+    /// What went to the ground in the first flight.
+    packets: Vec<u8>,
+}
+
+impl<E: PathEstimator<CHANNELS, PATHS>, W: FnMut(&Swept<'_>), S: FnMut(u64, &[u8])> Flier<STATES>
+    for OnBoard<'_, '_, E, W, S>
+{
+    fn fly(
+        &mut self,
+        source: &impl Source,
+        listener: Arc<dyn Watch<f32, STATES>>,
+        mut swept: impl FnMut(&Swept<'_>),
+    ) -> anyhow::Result<FlightLog> {
+        let (listener, header) = (Some(listener), self.header.clone());
+        let Some(mut first) = self.hooks.take() else {
+            let hooks = Hooks {
+                interrupted: self.interrupted,
+                swept,
+                sent: |_: u64, _: &[u8]| (),
+            };
+            let (log, _) = once(self.config, self.estimator, listener, source, header, hooks)?;
+            return Ok(log);
+        };
+        let hooks = Hooks {
+            interrupted: self.interrupted,
+            swept: |ended: &Swept<'_>| {
+                swept(ended);
+                (first.swept)(ended);
+            },
+            sent: first.sent,
+        };
+        let (log, packets) = once(self.config, self.estimator, listener, source, header, hooks)?;
+        self.packets = packets;
+        Ok(log)
+    }
 }
 
 /// One flight of a receiver that begins anew, and every byte that went to the ground; `listener` hears each step of its filter.

@@ -9,13 +9,14 @@ use crate::kept_flight::{KeptFlight, OutageEnd, fly_outage, outage_start_s};
 use crate::statistics::{median, quantile};
 
 /// Columns.
-pub(super) const HEADER: [&str; 7] = [
+pub(super) const HEADER: [&str; 8] = [
     "outage",
     "flights",
     "error at its end, m: median",
     "90 %",
     "most",
     "within 3 sigma",
+    "smoothed: median, 90 %, most",
     "false sights",
 ];
 
@@ -29,12 +30,16 @@ pub(super) struct Line {
     ninety_m: f64,
     worst_m: f64,
     within_3_sigma: usize,
+    /// Error of the smoothed trajectory at the same place: median, 90 % and most; absent without a filter.
+    smoothed_m: Option<[f64; 3]>,
     false_sights: usize,
 }
 
 impl Line {
     fn of(outage_s: f64, row: &'static str, ends: &[OutageEnd]) -> Self {
         let errors: Vec<f64> = ends.iter().map(|end| end.error_m).collect();
+        let smoothed: Vec<f64> = ends.iter().filter_map(|end| end.smoothed_m).collect();
+        let smoothed_m = [0.5, 0.9, 1.0].map(|share| quantile(&smoothed, share));
         Self {
             outage_s,
             row,
@@ -43,6 +48,10 @@ impl Line {
             ninety_m: quantile(&errors, 0.9).unwrap_or(f64::NAN),
             worst_m: quantile(&errors, 1.0).unwrap_or(f64::NAN),
             within_3_sigma: ends.iter().filter(|end| end.sigmas <= 3.0).count(),
+            smoothed_m: match smoothed_m {
+                [Some(half), Some(ninety), Some(most)] => Some([half, ninety, most]),
+                _ => None,
+            },
             false_sights: ends.iter().map(|end| end.false_sights).sum(),
         }
     }
@@ -55,6 +64,9 @@ impl Line {
             format!("{:.2}", self.ninety_m),
             format!("{:.2}", self.worst_m),
             format!("{}/{}", self.within_3_sigma, self.flights),
+            self.smoothed_m.map_or("-".into(), |errors| {
+                errors.map(|error_m| format!("{error_m:.2}")).join(", ")
+            }),
             self.false_sights.to_string(),
         ]
     }
