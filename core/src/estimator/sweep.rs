@@ -96,7 +96,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
             self.last_aid_ns = measurement.time_ns;
         } else if self.running {
             self.reflections(&gmt, measurement.reflections);
-            self.delta_ranges(&lengths, moved_m);
+            if measurement.delta_ranges {
+                self.delta_ranges(&lengths, moved_m);
+            }
         }
         if self.running {
             self.range_rates(measurement);

@@ -24,6 +24,8 @@ pub struct SweepMeasurement<'a> {
     pub reflections: &'a [ReflectedPath],
     /// All paths, whatever they met.
     pub paths: &'a [PathMeasurement],
+    /// Whether their lengths are compared with those of the sweep before. Their range rates are taken in either way.
+    pub delta_ranges: bool,
 }
 
 /// What became of a sweep's line of sight.

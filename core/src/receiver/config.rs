@@ -163,7 +163,7 @@ pub struct Config<'m, Description = RadioConfig> {
     pub surfaces: SurfaceConfig,
     /// Whether reflections off confirmed surfaces hold the pose without line of sight.
     pub map_aided: bool,
-    /// Whether the growth of paths from sweep to sweep holds the velocity without line of sight.
+    /// Whether the growth of paths from sweep to sweep holds the velocity without line of sight. Range rates do in either case, where pilots are read ([`Self::pilots`]).
     pub delta_ranges: bool,
     /// Of which sweeps the pilots are read: how fast paths grow tells the velocity.
     pub pilots: Pilots,

@@ -185,13 +185,13 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
             .line_of_sight(measured, open.time_ns)
             .or(level.map(|(first, _)| Sight::straight(first)));
         let association = match self.localizer.expected() {
-            Some(pose) if self.config.map_aided && sight.is_none_or(|sight| !sight.expected) => {
+            Some(pose) if sight.map_or(self.config.map_aided, |sight| !sight.expected) => {
                 let classified = self.classify(measured, &pose, &self.localizer.plausible(open.time_ns, gmt));
                 self.associated(measured, &classified, gmt, open.time_ns)
             }
             _ => None,
         };
-        // What proves itself to be straight against the pose may be the wave that two parallel walls have turned back into its direction.
+        // What proves itself to be straight, against the pose, may be the wave that two parallel walls have turned back into its direction.
         let is_reflected = |sight: &Sight| {
             let verdict = association
                 .as_ref()
@@ -217,15 +217,12 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
             .and_then(|index| measured.get(index))
             .zip(departure)
             .is_some_and(|(path, left)| self.is_self_consistent(path, &left, gmt, open.time_ns));
-        let mut measurements = Vec::<_, PATHS>::new();
-        if self.config.delta_ranges {
-            // There is room for every path.
-            measurements = gather(
-                measured
-                    .iter()
-                    .filter_map(|path| self.measurement(path, None, gmt)),
-            );
-        }
+        // There is room for every path.
+        let measurements: Vec<_, PATHS> = gather(
+            measured
+                .iter()
+                .filter_map(|path| self.measurement(path, None, gmt)),
+        );
         let reflections = association
             .filter(|_| line.is_none())
             .map_or(Vec::new(), |association| {
@@ -245,6 +242,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
                 level_yaw: level.map(|(_, yaw)| yaw),
                 reflections: &reflections,
                 paths: &measurements,
+                delta_ranges: self.config.delta_ranges,
             },
         );
         self.take_surfaces_back(verdict);

@@ -68,6 +68,7 @@ fn sweep(paths: &[PathMeasurement]) -> SweepMeasurement<'_> {
         level_yaw: None,
         reflections: &[],
         paths,
+        delta_ranges: true,
     }
 }
 
@@ -211,4 +212,24 @@ fn a_sweep_with_a_line_of_sight_takes_them_too() {
     let verdict = filter.sweep(&sweep);
     assert!(verdict.is_taken(), "{verdict:?}");
     assert_eq!(counted(&filter), (3, 0));
+}
+
+#[test]
+fn they_are_taken_whether_lengths_are_compared_or_not() {
+    for delta_ranges in [true, false] {
+        let mut filter = flying(0.06);
+        let mut paths = TOWARDS.map(|towards| path(towards, 0.3));
+        for sweeps in 1..=2 {
+            let mut sweep = sweep(&paths);
+            sweep.delta_ranges = delta_ranges;
+            sweep.time_ns += (sweeps - 1) * 500_000_000;
+            filter.nominal.time_ns = sweep.time_ns;
+            let _verdict = filter.sweep(&sweep);
+            for (path, towards) in paths.iter_mut().zip(TOWARDS) {
+                path.c_tau_m -= 0.5 * towards.dot(&TRULY_M_PER_S);
+            }
+        }
+        assert_eq!(filter.counters.range_rates, 6);
+        assert_eq!(filter.counters.delta_ranges > 0, delta_ranges);
+    }
 }

@@ -71,6 +71,7 @@ pub(super) fn measurement(time_ns: u64, path: PathMeasurement) -> SweepMeasureme
         contrary: None,
         reflections: &[],
         paths: &[],
+        delta_ranges: true,
     }
 }
 

@@ -64,6 +64,7 @@ fn sweep(time_ns: u64, with_departure: bool, yaw: bool) -> SweepMeasurement<'sta
         }),
         reflections: &[],
         paths: &[],
+        delta_ranges: true,
     }
 }
 
