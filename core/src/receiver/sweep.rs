@@ -224,7 +224,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
                 .filter_map(|path| self.measurement(path, None, gmt)),
         );
         let reflections = association
-            .filter(|_| line.is_none())
+            .filter(|_| line.is_none() && self.config.map_aided)
             .map_or(Vec::new(), |association| {
                 self.reflections(measured, &association, gmt)
             });
