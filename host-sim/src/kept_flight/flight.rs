@@ -129,17 +129,25 @@ impl<'s> KeptFlight<'s> {
         })
     }
 
-    /// The same, smoothed: the log as it was on board, and the smoothed one.
+    /// The same, smoothed: the log as it was on board, and the smoothed one. `swept` sees the flight on board.
     ///
     /// # Errors
     /// Those of [`Self::again`].
-    pub fn smoothed(&self, changes: &Changes, receiver: Config<'static>) -> anyhow::Result<[FlightLog; 2]> {
+    pub fn smoothed(
+        &self,
+        changes: &Changes,
+        receiver: Config<'static>,
+        mut swept: impl FnMut(&Swept<'_>, &Truth),
+    ) -> anyhow::Result<[FlightLog; 2]> {
         let world = self.changed(changes)?;
         let paths = self.paths(&world);
         let receiver = at_site(receiver, &world);
         let mut once = Once {
             receiver: receiver.clone(),
             header: header(&world, self.seed),
+            looks_on: Some(|ended: &Swept<'_>| {
+                swept(ended, &world.flight().sweep_truth(ended.report.sweep));
+            }),
         };
         fly_smoothed(&thinned(&paths, changes), &receiver, &mut once)
     }
@@ -174,19 +182,27 @@ fn thinned<'a>(paths: &'a Again<'a>, changes: &Changes) -> Thinned<'a, Again<'a>
     Thinned::new(paths, thinning)
 }
 
-/// Flies for a smoother.
-struct Once {
+/// Flies for a smoother. Whoever looks on sees the first flight alone.
+struct Once<W> {
     receiver: Config<'static>,
     header: Header,
+    looks_on: Option<W>,
 }
 
-impl Flier<STATES> for Once {
+impl<W: FnMut(&Swept<'_>)> Flier<STATES> for Once<W> {
     fn fly(
         &mut self,
         source: &impl Source,
         listener: Arc<dyn Watch<f32, STATES>>,
-        swept: impl FnMut(&Swept<'_>),
+        mut swept: impl FnMut(&Swept<'_>),
     ) -> anyhow::Result<FlightLog> {
+        let mut looks_on = self.looks_on.take();
+        let swept = |ended: &Swept<'_>| {
+            swept(ended);
+            if let Some(looks_on) = &mut looks_on {
+                looks_on(ended);
+            }
+        };
         with_receiver(self.receiver.clone(), |receiver| {
             receiver.watch(listener);
             let (log, _) = raw_flight::fly(source, receiver, self.header.clone(), &NEVER, swept, |_, _| ())?;

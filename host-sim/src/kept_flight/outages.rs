@@ -5,7 +5,9 @@ use nalgebra::Vector3;
 
 use super::{Changes, KeptFlight, pose_errors};
 use crate::flight_log::FlightLog;
+use crate::raw_flight::Swept;
 use crate::recording::Span;
+use crate::sensors::Truth;
 
 /// No outage begins before this, s: the flight has settled, and has seen some surfaces.
 const FIRST_S: f64 = 30.0;
@@ -63,26 +65,24 @@ pub fn fly_outage(
         ..Changes::default()
     };
     let mut end = OutageEnd::default();
-    if matches!(receiver.localization, Localization::Filter(_)) {
-        let [_, smoothed] = flight.smoothed(&changes, receiver.clone())?;
+    let smooths = matches!(receiver.localization, Localization::Filter(_));
+    let swept = |swept: &Swept<'_>, truth: &Truth| {
+        let report = swept.report;
+        let time_s = report.time_ns as f64 * 1e-9;
+        if !(span.from_s..span.to_s).contains(&time_s) {
+            return;
+        }
+        let errors = report.pose.as_ref().map(|pose| pose_errors(pose, truth));
+        end.error_m = errors.map_or(f64::INFINITY, |errors| errors.position_m);
+        end.sigmas = errors.map_or(f64::INFINITY, |errors| errors.position_sigmas);
+        end.false_sights += usize::from(report.verdict.is_taken());
+    };
+    if smooths {
+        let [_, smoothed] = flight.smoothed(&changes, receiver, swept)?;
         end.smoothed_m = last_error_m(&smoothed, &span);
+    } else {
+        flight.again(&changes, receiver, swept, |_| ())?;
     }
-    flight.again(
-        &changes,
-        receiver,
-        |swept, truth| {
-            let report = swept.report;
-            let time_s = report.time_ns as f64 * 1e-9;
-            if !(span.from_s..span.to_s).contains(&time_s) {
-                return;
-            }
-            let errors = report.pose.as_ref().map(|pose| pose_errors(pose, truth));
-            end.error_m = errors.map_or(f64::INFINITY, |errors| errors.position_m);
-            end.sigmas = errors.map_or(f64::INFINITY, |errors| errors.position_sigmas);
-            end.false_sights += usize::from(report.verdict.is_taken());
-        },
-        |_| (),
-    )?;
     Ok(end)
 }
 
