@@ -17,6 +17,7 @@ use heapless::Vec;
 use nalgebra::Vector3;
 
 use super::Filter;
+use super::delta_range::ARRIVAL_RAD;
 use super::layout::{ATTITUDE, VELOCITY};
 use super::measurement::PathMeasurement;
 use super::row::Row;
@@ -34,9 +35,9 @@ const APART: f64 = 3.0;
 /// leads the velocity off for good.
 /// Derived: an error with the tails of a Student distribution of three degrees of freedom is beyond in one of 500.
 const OF_PERIOD: f64 = 10.0;
-/// Errors of an angle of arrival beside what is claimed, rad.
-/// Measured: of reflected paths half are within 2.3 mrad, both axes together, and their tail is long (docs/localization.md, "Reflections").
-const ARRIVAL_RAD: f64 = 3e-3;
+/// Degrees of freedom of errors with the tails of a Student distribution: a path may be two.
+/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
+const FREEDOM: f64 = 3.0;
 
 /// Derivatives of a rate with respect to velocity and to attitude.
 #[derive(Clone, Copy, Debug)]
@@ -122,7 +123,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let mut rows: Vec<Row<T>, MOST_PATHS> =
             gather(rates.iter().filter(of_most).filter_map(|rate| mean.take(rate)));
         for row in &mut rows {
-            let _chi2 = self.spread_tails(row);
+            self.spread_tails(row);
         }
         // One rate tells the offset alone.
         let unused = rates.len().saturating_sub(rows.len() + 1);
@@ -141,7 +142,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
         // An arrival that is off takes velocity across for velocity along.
         let across = (v - u * along).norm();
         let off = across * libm::hypot(path.aoa_sigma_rad, ARRIVAL_RAD);
-        let sigma = libm::hypot(f64::from(told.sigma_m_per_s), off);
+        // Turned by the error of the attitude, that of the velocity is another one: two axes across, each with the third of both variances.
+        let turned = libm::sqrt(2.0) / 3.0 * self.sigma(VELOCITY) * self.sigma(ATTITUDE);
+        let sigma = libm::hypot(libm::hypot(f64::from(told.sigma_m_per_s), off), turned);
         let rate = Rate {
             slopes: Slopes {
                 velocity: -u,
@@ -152,6 +155,13 @@ impl<T: Real, const N: usize> Filter<T, N> {
             period: f64::from(told.period_m_per_s),
         };
         (rate.residual.is_finite() && rate.variance > 0.0 && rate.period > 0.0).then_some(rate)
+    }
+
+    /// Widens the variance of a row whose errors have tails by how far it is off.
+    fn spread_tails(&self, row: &mut Row<T>) {
+        let spread = row.dot(&self.covariance.product(row)) + row.variance;
+        let chi2 = (row.residual * row.residual / spread).to_f64();
+        row.variance *= T::of(((FREEDOM + chi2) / (FREEDOM + 1.0)).max(1.0));
     }
 
     /// Whether two rates differ by nothing but their errors and those of the state.

@@ -55,9 +55,10 @@ fn a_path_that_grows_less_than_expected_says_that_the_uav_went_towards_it() {
     filter.lengths = lengths(DT_NS, Vector3::zeros(), &[length(79.8, north)]);
     filter.delta_ranges(&before, MOVED_M);
     let velocity = filter.nominal.velocity_m_per_s;
-    assert!((velocity.y - 0.4).abs() < 0.01, "{velocity}");
+    // With a spread of 0.5 m, 0.59 to 0.1 that it is the same path: 0.85 of it.
+    assert!((velocity.y - 0.341).abs() < 0.001, "{velocity}");
     assert!((velocity.x - 5.0).abs() < 0.01, "{velocity}");
-    assert!(filter.variance(VELOCITY + 1) < 0.01 && filter.variance(VELOCITY) > 0.5);
+    assert!(filter.variance(VELOCITY + 1) < 0.2 && filter.variance(VELOCITY) > 0.5);
     assert_eq!(
         (
             filter.counters.delta_ranges,
@@ -78,7 +79,8 @@ fn two_paths_of_one_direction_are_no_two_velocities() {
     let before = lengths(0, Vector3::zeros(), &[length(80.0, a), length(60.0, b)]);
     filter.lengths = lengths(DT_NS, Vector3::zeros(), &[grown(80.0, a), grown(60.0, b)]);
     filter.delta_ranges(&before, MOVED_M);
-    assert!((filter.nominal.velocity_m_per_s.y - 0.4).abs() < 0.02);
+    let north_m_per_s = filter.nominal.velocity_m_per_s.y;
+    assert!((0.35..0.4).contains(&north_m_per_s), "{north_m_per_s} m/s");
     assert_eq!(filter.counters.delta_ranges, 2);
 }
 
@@ -117,7 +119,7 @@ fn the_gmt_s_motion_counts_along_the_departure() {
     let between = between(Vector3::zeros(), shifted_m);
     let mut path = length(50.0, Vector3::x());
     assert!(
-        between.row::<f64>(&path, &path, 0.0).is_none(),
+        between.row::<f64>(&path, &path).is_none(),
         "it may have left in any direction"
     );
     // Away from where the wave leaves for: the path grows.
@@ -126,14 +128,32 @@ fn the_gmt_s_motion_counts_along_the_departure() {
         c_tau_m: 50.2,
         ..path
     };
-    let row = between.row::<f64>(&path, &grown, 0.0).expect("known");
+    let row = between.row::<f64>(&path, &grown).expect("known");
     assert!(row.residual.abs() < 1e-12);
     let standing = Between {
         shifted_m: Vector3::zeros(),
         ..between
     };
-    let row = standing.row::<f64>(&length(50.0, Vector3::x()), &grown, 0.0);
+    let row = standing.row::<f64>(&length(50.0, Vector3::x()), &grown);
     assert!((row.expect("it stands").residual - 0.2).abs() < 1e-12);
+}
+
+#[test]
+fn an_attitude_that_is_off_turns_the_motion_that_a_path_tells_of() {
+    let between = between(MOVED_M, Vector3::zeros());
+    let towards = Vector3::new(0.3, 0.8, -0.2).normalize();
+    let row = between
+        .row::<f64>(&length(50.0, towards), &length(50.0, towards))
+        .expect("it stands");
+    // Turned by the true attitude, the same arrivals would come from elsewhere, and the path would have to grow so much more.
+    let theta = Vector3::new(1e-4, -2e-4, 3e-4);
+    let turned = towards + theta.cross(&towards);
+    let expected = -(turned - towards).dot(&MOVED_M);
+    let mut dx = [0.0; crate::estimator::states(2)];
+    for axis in 0..3 {
+        dx[ATTITUDE + axis] = theta[axis];
+    }
+    assert!((row.dot(&dx) - expected).abs() < 1e-12);
 }
 
 #[test]

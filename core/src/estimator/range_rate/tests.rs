@@ -233,3 +233,28 @@ fn they_are_taken_whether_lengths_are_compared_or_not() {
         assert_eq!(filter.counters.delta_ranges > 0, delta_ranges);
     }
 }
+
+/// A velocity and an attitude that are both unknown: the product of their errors is in no derivative.
+#[test]
+fn the_product_of_the_errors_of_velocity_and_attitude_is_noise() {
+    let sigma = |attitude_rad: f32| {
+        let mut filter = flying(0.6);
+        for axis in 0..3 {
+            filter
+                .covariance
+                .reset(ATTITUDE + axis, attitude_rad * attitude_rad);
+        }
+        let rate = filter
+            .rate(&path(Vector3::new(1.0, 0.0, 0.0), 0.0))
+            .expect("a rate");
+        libm::sqrt(rate.variance)
+    };
+    // Along the velocity an arrival's error does nothing: 10 mm/s, and 0.6 m/s times 50 mrad, over two of three axes each.
+    assert!((sigma(1e-6) - 0.01).abs() < 1e-4, "{}", sigma(1e-6));
+    let expected = libm::hypot(0.01, libm::sqrt(2.0) * 0.6 * 0.05);
+    assert!(
+        (sigma(0.05) - expected).abs() < 1e-4,
+        "{} {expected}",
+        sigma(0.05)
+    );
+}
