@@ -5,7 +5,7 @@
 //! an attitude that is that of an image. And nothing arrives before the straight way: a path as strong as through free
 //! space that is shorter than the pose allows proves the pose wrong, whatever the path is. A longer one proves nothing to a filter that
 //! is right, since the line of sight may be hidden behind a wall that reflects; only a filter that is lost, and was never confirmed, listens to
-//! it.
+//! it. Where the sweeps that prove a pose wrong do not tell the right one, there is none: it is sought as at the start.
 //!
 //! Confirmed is a pose whose lines of sight have been seen to turn: an image turns the other way, so that it would have contradicted
 //! the gyroscope by twice the angle.
@@ -13,6 +13,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::layout::{ATTITUDE, CLOCK_OFFSET, POSITION};
+use super::level::CARRIED_NS;
 use super::measurement::{LEAST_RANGE_M, PathMeasurement, Transmitter};
 use super::sweep_measurement::SweepVerdict;
 use super::window::WINDOW;
@@ -27,11 +28,15 @@ const FIELD_AGE_NS: u64 = 100_000_000;
 /// What speaks for the pose and what against it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Doubt {
+    /// When the pose was set, ns.
+    since_ns: u64,
+    /// Sweeps in a row in which the magnetic heading contradicted it.
+    misled: u32,
     /// Contrary sweeps in a row.
     contrary: u32,
     /// Direction from the GMT in the first sweep that agreed with the pose, and by how much it must turn to confirm it, rad.
     first: Option<(Vector3<f64>, f64)>,
-    confirmed: bool,
+    pub(super) confirmed: bool,
 }
 
 /// A sample of the magnetometer.
@@ -84,7 +89,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
 
     /// The pose was set: nothing speaks for it yet.
     pub(super) fn doubt_anew(&mut self) {
-        self.doubt = Doubt::default();
+        self.doubt = Doubt {
+            since_ns: self.nominal.time_ns,
+            ..Doubt::default()
+        };
     }
 
     /// A line of sight was taken in: it speaks for the pose.
@@ -112,10 +120,33 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         self.doubt.contrary = self.doubt.contrary.saturating_add(1);
         self.counters.contrary = self.counters.contrary.saturating_add(1);
-        if self.doubt.contrary >= self.gates().refix_after && self.begin_anew(gmt) {
-            SweepVerdict::Refixed
-        } else {
-            SweepVerdict::Rejected
+        let patience = self.gates().refix_after;
+        if self.doubt.contrary >= patience && self.begin_anew(gmt) {
+            return SweepVerdict::Refixed;
+        }
+        // What a wrong pose has taught of the inertial sensor bends the window as well: from now on it learns without.
+        if self.doubt.contrary >= 2 * patience {
+            self.begin_without_pose();
+        }
+        SweepVerdict::Rejected
+    }
+
+    /// Asks again what was asked at the start, for as long as the inertial sensor carries an attitude on and nothing has confirmed it: whether
+    /// the magnetic heading contradicts the attitude, which is better known by now. A pose that it contradicts sweep after sweep is given up; a
+    /// field that is disturbed in passing costs none.
+    pub(super) fn question_start(&mut self) {
+        let age_ns = self.nominal.time_ns.saturating_sub(self.doubt.since_ns);
+        if !self.running || self.doubt.confirmed || age_ns > CARRIED_NS {
+            return;
+        }
+        let (attitude, sigma_rad) = (self.nominal.attitude, self.sigma(ATTITUDE) / libm::sqrt(3.0));
+        if self.heading_allows(&attitude, sigma_rad) {
+            self.doubt.misled = 0;
+            return;
+        }
+        self.doubt.misled = self.doubt.misled.saturating_add(1);
+        if self.doubt.misled >= self.gates().refix_after {
+            self.begin_without_pose();
         }
     }
 
@@ -145,15 +176,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if !self.is_acceptable(&solution) {
             return false;
         }
-        let (offset_m, bias_m) = (self.nominal.clock_offset_m, self.nominal.two_way_bias_m);
-        let drift_m_per_s = self.nominal.clock_drift_m_per_s;
         let (off, departure) = (self.timing_is_off(), self.window.departure());
-        self.restart();
-        // The clock is two-way timing's, to its gate, whatever the pose was.
-        let two_way_m = self.config.radio.two_way_m;
-        self.set_clock(offset_m + bias_m, self.gates().one * two_way_m * two_way_m);
-        self.nominal.clock_drift_m_per_s = drift_m_per_s;
-        self.clock_known = true;
+        self.begin_without_pose();
         self.set_pose(gmt, &solution);
         if off && let Some(departure) = departure {
             self.doubt_timing(&departure);
@@ -161,5 +185,17 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.running = true;
         self.counters.refixes = self.counters.refixes.saturating_add(1);
         true
+    }
+
+    /// Forgets everything but the clock.
+    fn begin_without_pose(&mut self) {
+        let (offset_m, bias_m) = (self.nominal.clock_offset_m, self.nominal.two_way_bias_m);
+        let drift_m_per_s = self.nominal.clock_drift_m_per_s;
+        self.restart();
+        // The clock is two-way timing's, to its gate, whatever the pose was.
+        let two_way_m = self.config.radio.two_way_m;
+        self.set_clock(offset_m + bias_m, self.gates().one * two_way_m * two_way_m);
+        self.nominal.clock_drift_m_per_s = drift_m_per_s;
+        self.clock_known = true;
     }
 }

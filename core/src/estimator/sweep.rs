@@ -73,6 +73,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             return SweepVerdict::TooLate;
         }
         self.advance_to(measurement.time_ns);
+        self.question_start();
         let mut beacon = self.judge_beacon(measurement);
         let verdict = match &measurement.line_of_sight {
             Some(path) => self.line_of_sight(&mut beacon, path, measurement),

@@ -229,7 +229,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
                 self.reflections(measured, &association, gmt)
             });
         let before = self.localizer.counters();
-        let confirmed = self.localizer.is_confirmed();
+        let (confirmed, had_pose) = (self.localizer.is_confirmed(), self.localizer.pose().is_some());
         let verdict = self.localizer.sweep(
             open.sweep,
             &SweepMeasurement {
@@ -253,7 +253,8 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
         } else if after.timing_refuted != before.timing_refuted {
             self.clock.refute();
         }
-        if verdict == SweepVerdict::Refixed && line.is_none() && !confirmed {
+        let given_up = had_pose && self.localizer.pose().is_none();
+        if (verdict == SweepVerdict::Refixed && line.is_none() || given_up) && !confirmed {
             // Whatever that pose has put into the map lies elsewhere.
             self.clear_map();
         }

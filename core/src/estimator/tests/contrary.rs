@@ -101,6 +101,46 @@ fn early_paths_that_do_not_agree_set_no_pose() {
     assert!((error_m(&filter) - before_m).abs() < 3.0);
 }
 
+/// The errors of the inertial sensor that a wrong pose was explained by would bend every window, too.
+#[test]
+fn a_pose_that_is_proven_wrong_is_given_up_even_where_nothing_tells_the_right_one() {
+    let mut filter = started(3 * SECOND_NS, off_the_wall);
+    // A sensor that seems to turn by half a radian a second: no window of sights agrees with that.
+    filter.nominal.imu.gyro_bias_rad_per_s = Vector3::new(0.0, 0.0, 0.5);
+    go_on(&mut filter, 9 * SECOND_NS - 1, path);
+    assert!(filter.is_running() && filter.counters().contrary == 11);
+    go_on(&mut filter, 9 * SECOND_NS, path);
+    assert!(!filter.is_running() && filter.pose().is_none());
+    assert_eq!(filter.nominal.imu.gyro_bias_rad_per_s, Vector3::zeros());
+}
+
+#[test]
+fn a_start_that_the_heading_contradicts_once_it_is_better_known_is_given_up() {
+    // Whether a pose outlives so many questions.
+    let stands = |sigma_rad: f32, questions: usize, confirmed: bool| {
+        let mut filter = started(3 * SECOND_NS, off_the_wall);
+        let now = filter.nominal().time_ns;
+        feel(&mut filter, now);
+        filter.doubt.confirmed = confirmed;
+        for axis in 0..3 {
+            filter.covariance.reset(ATTITUDE + axis, sigma_rad * sigma_rad);
+        }
+        (0..questions).for_each(|_| filter.question_start());
+        filter.is_running()
+    };
+    // The image is turned by more than a radian; the heading tells it to four times 0.14 and what the attitude claims.
+    assert!(
+        stands(1.0, 6, false),
+        "an attitude that is hardly known is not contradicted"
+    );
+    assert!(stands(0.05, 5, false), "a field may be disturbed in passing");
+    assert!(!stands(0.05, 6, false));
+    assert!(
+        stands(0.05, 6, true),
+        "sights that turn as the gyroscope says are of no image"
+    );
+}
+
 #[test]
 fn the_magnetic_heading_refuses_an_image_and_lets_the_true_place_pass() {
     let mut filter = Filter49::new(&RadioModel::default(), FilterConfig::default(), 0);
