@@ -1,11 +1,15 @@
 //! A world whose sweeps have been estimated already, with sensors of another one.
 
+use std::borrow::Cow;
+
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_firmware::app::Estimated;
 
 use crate::flight_log::PoseTruth;
 use crate::input::InputError;
+use crate::paths::Link;
 use crate::raw_flight::{Given, Source};
+use crate::recording::Span;
 use crate::sensors::Stamped;
 use crate::world::World;
 
@@ -16,8 +20,14 @@ pub(super) struct Again<'a> {
     pub(super) sound: &'a World<'a>,
     /// The world that is flown.
     pub(super) faulty: &'a World<'a>,
+    /// All but samples, of the faulty one.
+    pub(super) events: Cow<'a, [Stamped]>,
     /// Of sweeps 0, 1, 2 ...
     pub(super) estimated: &'a [Estimated],
+    /// The same: what is there in truth.
+    pub(super) links: &'a [Link],
+    /// The part that is heard; all when absent.
+    pub(super) heard: Option<Span>,
 }
 
 impl Source for Again<'_> {
@@ -26,7 +36,11 @@ impl Source for Again<'_> {
     }
 
     fn events(&self) -> Box<dyn Iterator<Item = Stamped> + '_> {
-        Box::new(self.faulty.flight().events())
+        let heard = |stamped: &&Stamped| {
+            let time_s = stamped.uav_time_ns as f64 * 1e-9;
+            self.heard.is_none_or(|span| span.contains(time_s))
+        };
+        Box::new(self.events.iter().filter(heard).copied())
     }
 
     fn sweep(&self, sweep: u32) -> Result<Given, InputError> {
@@ -40,10 +54,10 @@ impl Source for Again<'_> {
                 later(estimated, later_m as f32)
             }
         });
-        let link = self.faulty.link(&faulty);
+        let link = self.links.get(sweep as usize).cloned();
         Ok(Given {
             estimated,
-            truth: Some((PoseTruth::from(&faulty), link)),
+            truth: link.map(|link| (PoseTruth::from(&faulty), link)),
             ..Given::default()
         })
     }

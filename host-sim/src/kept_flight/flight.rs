@@ -1,5 +1,6 @@
 //! A flight that is flown from its samples once and from its paths many times.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -8,16 +9,17 @@ use cslam_core::estimator::{Watch, states};
 use cslam_core::receiver::{Config, Pilots};
 use cslam_core::signal::Waveform;
 use cslam_firmware::app::Estimated;
+use rayon::prelude::*;
 
 use super::again::Again;
 use crate::config::EarthField;
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
-use crate::paths::LinkPath;
+use crate::paths::{Link, LinkPath};
 use crate::raw_flight::{self, BoardReceiver, Source, Swept, board_config, with_receiver};
 use crate::recording::{Keeper, Span, Thinned, Thinning};
 use crate::scene::Scene;
-use crate::sensors::{FaultsConfig, Truth};
+use crate::sensors::{FaultsConfig, Stamped, Truth};
 use crate::smoother::{Flier, fly_smoothed};
 use crate::world::{World, WorldConfig};
 
@@ -31,7 +33,11 @@ pub struct KeptFlight<'s> {
     config: WorldConfig,
     seed: u64,
     world: World<'s>,
+    /// All but samples.
+    events: Vec<Stamped>,
+    /// Of sweeps 0, 1, 2 ...: what was estimated, and what is there in truth.
     estimated: Vec<Estimated>,
+    links: Vec<Link>,
 }
 
 /// What is other than when the flight was flown from its samples.
@@ -41,6 +47,8 @@ pub struct Changes {
     pub faults: FaultsConfig,
     /// Times without the path that is the line of sight.
     pub without_sight: Vec<Span>,
+    /// The part of the flight in which the receiver is on; all of it when absent.
+    pub heard: Option<Span>,
 }
 
 impl<'s> KeptFlight<'s> {
@@ -61,10 +69,14 @@ impl<'s> KeptFlight<'s> {
             Ok(())
         })?;
         let estimated = keeper.estimated()?;
+        let links = (0..world.sweeps()).into_par_iter();
+        let links = links.map(|sweep| world.link(&world.flight().sweep_truth(sweep)));
         Ok(Self {
             scene,
             config,
             seed,
+            links: links.collect(),
+            events: world.flight().events().collect(),
             world,
             estimated,
         })
@@ -97,12 +109,8 @@ impl<'s> KeptFlight<'s> {
     /// Whether there is line of sight, sweep by sweep.
     #[must_use]
     pub fn sights(&self) -> Vec<bool> {
-        let flight = self.world.flight();
-        let sighted = |sweep| {
-            let link = self.world.link(&flight.sweep_truth(sweep));
-            link.paths.iter().any(LinkPath::is_line_of_sight)
-        };
-        (0..self.world.sweeps()).map(sighted).collect()
+        let sighted = |link: &Link| link.paths.iter().any(LinkPath::is_line_of_sight);
+        self.links.iter().map(sighted).collect()
     }
 
     /// Flies its paths with these changes and a receiver that is configured so; it learns the earth's magnetic field and the height of the
@@ -117,12 +125,13 @@ impl<'s> KeptFlight<'s> {
         mut swept: impl FnMut(&Swept<'_>, &Truth),
         ended: impl FnOnce(&BoardReceiver<'_>),
     ) -> anyhow::Result<FlightLog> {
-        let world = self.changed(changes)?;
-        let paths = self.paths(&world);
+        let changed = self.changed(changes)?;
+        let world = changed.as_ref().unwrap_or(&self.world);
+        let paths = self.paths(changed.as_ref(), changes);
         let source = thinned(&paths, changes);
-        with_receiver(at_site(receiver, &world), |receiver| {
+        with_receiver(at_site(receiver, world), |receiver| {
             let swept = |ended: &Swept<'_>| swept(ended, &world.flight().sweep_truth(ended.report.sweep));
-            let header = header(&world, self.seed);
+            let header = header(world, self.seed);
             let (log, _) = raw_flight::fly(&source, receiver, header, &NEVER, swept, |_, _| ())?;
             ended(receiver);
             Ok(log)
@@ -139,12 +148,13 @@ impl<'s> KeptFlight<'s> {
         receiver: Config<'static>,
         mut swept: impl FnMut(&Swept<'_>, &Truth),
     ) -> anyhow::Result<[FlightLog; 2]> {
-        let world = self.changed(changes)?;
-        let paths = self.paths(&world);
-        let receiver = at_site(receiver, &world);
+        let changed = self.changed(changes)?;
+        let world = changed.as_ref().unwrap_or(&self.world);
+        let paths = self.paths(changed.as_ref(), changes);
+        let receiver = at_site(receiver, world);
         let mut once = Once {
             receiver: receiver.clone(),
-            header: header(&world, self.seed),
+            header: header(world, self.seed),
             looks_on: Some(|ended: &Swept<'_>| {
                 swept(ended, &world.flight().sweep_truth(ended.report.sweep));
             }),
@@ -152,23 +162,33 @@ impl<'s> KeptFlight<'s> {
         fly_smoothed(&thinned(&paths, changes), &receiver, &mut once)
     }
 
-    /// The world with other faults of its sensors.
-    fn changed(&self, changes: &Changes) -> Result<World<'s>, InputError> {
-        let mut config = self.config.clone();
-        let fix = std::mem::take(&mut config.sensors.faults.fix);
-        config.sensors.faults = FaultsConfig {
-            fix,
+    /// The world with other faults of its sensors; `None` where they are its own.
+    fn changed(&self, changes: &Changes) -> Result<Option<World<'s>>, InputError> {
+        let faults = FaultsConfig {
+            fix: self.config.sensors.faults.fix.clone(),
             ..changes.faults.clone()
         };
-        World::new(self.scene, config, self.seed)
+        if faults == self.config.sensors.faults {
+            return Ok(None);
+        }
+        let mut config = self.config.clone();
+        config.sensors.faults = faults;
+        World::new(self.scene, config, self.seed).map(Some)
     }
 
-    /// Its paths, in a world with other faults.
-    fn paths<'a>(&'a self, faulty: &'a World<'a>) -> Again<'a> {
+    /// Its paths, in its own world or in one with other faults.
+    fn paths<'a>(&'a self, faulty: Option<&'a World<'a>>, changes: &Changes) -> Again<'a> {
+        let events = match faulty {
+            Some(faulty) => faulty.flight().events().collect(),
+            None => Cow::from(&self.events),
+        };
         Again {
             sound: &self.world,
-            faulty,
+            faulty: faulty.unwrap_or(&self.world),
+            events,
             estimated: &self.estimated,
+            links: &self.links,
+            heard: changes.heard,
         }
     }
 }

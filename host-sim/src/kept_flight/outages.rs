@@ -69,7 +69,7 @@ pub fn fly_outage(
     let swept = |swept: &Swept<'_>, truth: &Truth| {
         let report = swept.report;
         let time_s = report.time_ns as f64 * 1e-9;
-        if !(span.from_s..span.to_s).contains(&time_s) {
+        if !span.contains(time_s) {
             return;
         }
         let errors = report.pose.as_ref().map(|pose| pose_errors(pose, truth));
@@ -88,8 +88,11 @@ pub fn fly_outage(
 
 /// Position error of the last pose within a span of time, m.
 fn last_error_m(log: &FlightLog, span: &Span) -> Option<f64> {
-    let within = |time_s| (span.from_s..span.to_s).contains(&time_s);
-    let last = log.poses.iter().rev().find(|record| within(record.time_s))?;
+    let last = log
+        .poses
+        .iter()
+        .rev()
+        .find(|record| span.contains(record.time_s))?;
     let [found_m, true_m] = [last.estimate?.position_m, last.truth?.position_m].map(Vector3::from);
     Some((found_m - true_m).norm())
 }

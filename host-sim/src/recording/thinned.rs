@@ -25,6 +25,14 @@ pub struct Span {
     pub to_s: f64,
 }
 
+impl Span {
+    /// Whether a time is in it.
+    #[must_use]
+    pub fn contains(&self, time_s: f64) -> bool {
+        (self.from_s..self.to_s).contains(&time_s)
+    }
+}
+
 impl FromStr for Span {
     type Err = String;
 
@@ -96,7 +104,7 @@ impl<'s, S: Source> Thinned<'s, S> {
     fn is_without_sight(&self, sweep: u32) -> bool {
         let start_s = self.starts_s.get(&sweep);
         let spans = &self.thinning.without_sight;
-        start_s.is_some_and(|s| spans.iter().any(|span| (span.from_s..span.to_s).contains(s)))
+        start_s.is_some_and(|s| spans.iter().any(|span| span.contains(*s)))
     }
 
     fn thin(

@@ -1,7 +1,9 @@
-//! `cslam reproduce localization`: the pose over whole flights and at the end of planned outages, and what each aid is worth there.
+//! `cslam reproduce localization`: the pose over whole flights and at the end of planned outages, and what each aid is worth there; the pose
+//! after starts.
 
 mod outages;
 mod rows;
+mod starts;
 mod whole;
 
 use clap::ValueEnum;
@@ -19,13 +21,13 @@ use rows::ROWS;
 pub(crate) struct Args {
     /// Which table; all when absent
     part: Option<Part>,
-    /// Flights; those that have no line of sight long enough before an outage are left out of its rows
+    /// Flights through each scene; those that have no line of sight long enough before an outage are left out of its rows
     #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     flights: u64,
-    /// Scene: a name or a file
-    #[arg(long, value_name = "SCENE", default_value = "outdoor")]
-    scene: String,
-    /// Seed of the first flight; the others count up from it
+    /// Scenes: names or files
+    #[arg(long = "scene", value_name = "SCENE", num_args = 1.., default_values_t = ["outdoor".to_owned()])]
+    scenes: Vec<String>,
+    /// Seed of the first flight of each scene; the others count up from it
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// The world to fly in
@@ -45,6 +47,8 @@ enum Part {
     Flights,
     /// Planned outages: the pose at their end
     Outages,
+    /// Starts every ten seconds of each flight, a third of them without line of sight: time to the pose, its errors, false ones
+    Starts,
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
@@ -53,26 +57,36 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     }
     let wanted = |part: Part| args.part.is_none_or(|only| only == part);
     let config = Config::of(args.world).world;
-    let scene = config.scene(&args.scene)?;
+    let scenes = (args.scenes.iter().map(|scene| config.scene(scene))).collect::<Result<Vec<_>, _>>()?;
     let lengths = if wanted(Part::Outages) {
         &args.lengths[..]
     } else {
         &[]
     };
     let rows = (usize::from(wanted(Part::Flights)) + lengths.len()) * ROWS.len();
-    let bar = progress::bar(args.flights + rows as u64, "flying");
-    let seeds = args.seed..args.seed + args.flights;
-    let flights = KeptFlight::fly_each(&scene, &config, seeds, || bar.inc(1))?;
+    let rows = rows + usize::from(wanted(Part::Starts));
+    let bar = progress::bar(args.flights * scenes.len() as u64 + rows as u64, "flying");
+    let mut flights = Vec::new();
+    for scene in &scenes {
+        let seeds = args.seed..args.seed + args.flights;
+        flights.extend(KeptFlight::fly_each(scene, &config, seeds, || bar.inc(1))?);
+    }
     let whole = wanted(Part::Flights)
         .then(|| whole::fly(&flights, &bar))
         .transpose()?;
     let outages = outages::fly(&flights, lengths, &bar)?;
+    let starts = wanted(Part::Starts)
+        .then(|| starts::fly(&flights, &bar))
+        .transpose()?;
     bar.finish_and_clear();
     if let Some(lines) = &whole {
         print(args.json, whole::HEADER, lines, whole::Line::cells)?;
     }
     if wanted(Part::Outages) {
         print(args.json, outages::HEADER, &outages, outages::Line::cells)?;
+    }
+    if let Some(lines) = &starts {
+        print(args.json, starts::HEADER, lines, starts::Line::cells)?;
     }
     Ok(())
 }
