@@ -103,7 +103,7 @@ fn early_paths_that_do_not_agree_set_no_pose() {
 
 /// The errors of the inertial sensor that a wrong pose was explained by would bend every window, too.
 #[test]
-fn a_pose_that_is_proven_wrong_is_given_up_even_where_nothing_tells_the_right_one() {
+fn a_pose_that_early_paths_contradict_is_given_up_even_where_nothing_tells_the_right_one() {
     let mut filter = started(3 * SECOND_NS, off_the_wall);
     // A sensor that seems to turn by half a radian a second: no window of sights agrees with that.
     filter.nominal.imu.gyro_bias_rad_per_s = Vector3::new(0.0, 0.0, 0.5);
