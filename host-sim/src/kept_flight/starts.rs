@@ -18,13 +18,13 @@ pub const WRONG_SIGMAS: f64 = 5.0;
 /// What the receiver meets when it is switched on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Conditions {
-    /// Before take-off: at rest. Whatever it sees.
+    /// Before take-off, at rest, with whatever is to be seen there.
     AtRest,
     /// In flight, and in most of the first ten seconds in sight of the GMT, within its beams.
     InSight,
     /// In flight, and in most of the first ten seconds in sight of the GMT, beyond its beams in half of them or more.
     BeyondBeams,
-    /// In flight, and out of sight in half of the first ten seconds or more.
+    /// Out of sight in half of the first ten seconds or more, at rest where these are left blind.
     WithoutSight,
 }
 

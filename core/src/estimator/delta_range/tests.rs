@@ -58,7 +58,8 @@ fn a_path_that_grows_less_than_expected_says_that_the_uav_went_towards_it() {
     // With a spread of 0.5 m, 0.59 to 0.1 that it is the same path: 0.85 of it.
     assert!((velocity.y - 0.341).abs() < 0.001, "{velocity}");
     assert!((velocity.x - 5.0).abs() < 0.01, "{velocity}");
-    assert!(filter.variance(VELOCITY + 1) < 0.2 && filter.variance(VELOCITY) > 0.5);
+    // And so much less is learnt of it.
+    assert!((filter.variance(VELOCITY + 1) - 0.147).abs() < 0.002 && filter.variance(VELOCITY) > 0.5);
     assert_eq!(
         (
             filter.counters.delta_ranges,
