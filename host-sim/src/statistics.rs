@@ -5,6 +5,13 @@ pub fn rms(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt())
 }
 
+/// Arithmetic mean; `None` of nothing.
+pub fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let add = |(count, sum), value| (count + 1_usize, sum + value);
+    let (count, sum) = values.into_iter().fold((0, 0.0), add);
+    (count > 0).then(|| sum / count as f64)
+}
+
 /// Median; `None` of nothing.
 pub fn median(values: &[f64]) -> Option<f64> {
     quantile(values, 0.5)
@@ -17,7 +24,13 @@ pub fn quantile(values: &[f64], q: f64) -> Option<f64> {
     let place = q.clamp(0.0, 1.0) * sorted.len().checked_sub(1)? as f64;
     let (low, part) = (place.floor() as usize, place.fract());
     let next = sorted.get(low + 1).unwrap_or(&sorted[low]);
-    Some(sorted[low] + (next - sorted[low]) * part)
+    // Between two that are alike lies nothing else, not even where both are infinite.
+    let step = if *next == sorted[low] {
+        0.0
+    } else {
+        next - sorted[low]
+    };
+    Some(sorted[low] + step * part)
 }
 
 /// Wilson interval of a share, 95 %: where the true share lies when `hits` of `trials` are counted.
@@ -51,6 +64,8 @@ mod tests {
         assert_eq!(quantile(&values, 1.0), Some(3.0));
         assert_eq!(quantile(&values, 0.5), Some(1.0));
         assert!((rms(&values).expect("not empty") - 3.5_f64.sqrt()).abs() < 1e-15);
+        assert_eq!(median(&[f64::INFINITY; 2]), Some(f64::INFINITY));
+        assert_eq!((mean(values), mean([])), (Some(1.0), None));
         assert_eq!((median(&[]), rms(&[]), quantile(&[], 0.9)), (None, None, None));
     }
 }

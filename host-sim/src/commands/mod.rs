@@ -12,6 +12,7 @@ pub(crate) mod fly;
 #[cfg(feature = "ground")]
 pub(crate) mod ground;
 pub(crate) mod imu;
+mod kept;
 pub(crate) mod key;
 pub(crate) mod manual;
 pub(crate) mod quantize;

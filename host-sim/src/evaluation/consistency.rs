@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::figures::Spread;
 use super::trajectory::PoseError;
 use crate::flight_log::FlightLog;
-use crate::statistics::rms;
+use crate::statistics::{mean, rms};
 
 /// Figures of the estimated clock offset. Absent when it is not estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -74,14 +74,14 @@ pub(super) fn consistency(log: &FlightLog, errors: &[PoseError]) -> Consistency 
     }
 }
 
-/// e^T P^-1 e / 3; `None` unless P is positive definite.
-fn nees(error: &Vector3<f64>, covariance: &[[f64; 3]; 3]) -> Option<f64> {
-    let covariance = Matrix3::from_fn(|i, j| covariance[i][j]);
+/// Normalised estimation error squared, e^T P^-1 e: chi-square of three where P is honest. `None` unless P is positive definite.
+pub fn normalised_squared(error: &Vector3<f64>, covariance: &Matrix3<f64>) -> Option<f64> {
     let whitened = covariance.cholesky()?.solve(error);
-    Some(error.dot(&whitened) / 3.0).filter(|value| value.is_finite())
+    Some(error.dot(&whitened)).filter(|value| value.is_finite())
 }
 
-fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let (count, sum) = values.fold((0_usize, 0.0), |(count, sum), value| (count + 1, sum + value));
-    (count > 0).then(|| sum / count as f64)
+/// The same over its dimension.
+fn nees(error: &Vector3<f64>, covariance: &[[f64; 3]; 3]) -> Option<f64> {
+    let covariance = Matrix3::from_fn(|i, j| covariance[i][j]);
+    Some(normalised_squared(error, &covariance)? / 3.0)
 }

@@ -25,14 +25,14 @@ mod trajectory;
 use serde::Serialize;
 
 pub use completeness::Completeness;
-pub use consistency::{ClockFigures, Consistency};
+pub use consistency::{ClockFigures, Consistency, normalised_squared};
 pub use fates::Fate;
 pub use link_state::LinkStateFigures;
 pub use losses::FirstOrderPaths;
 pub use map::{MapFigures, PointErrors, true_vertices_m};
 pub use states::{PathClass, PathStateFigures, PathStates};
 pub use surface::Surfaces;
-pub use trajectory::{PoseError, TrajectoryFigures, attitude_error_rad, visible_spans};
+pub use trajectory::{PoseError, SETTLING_S, TrajectoryFigures, attitude_error_rad, visible_spans};
 
 use crate::flight_log::FlightLog;
 use crate::scene::Scene;

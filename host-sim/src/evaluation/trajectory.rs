@@ -13,7 +13,7 @@ use crate::statistics::rms;
 /// A sweep with line of sight counts for this long, s.
 const FRESH_S: f64 = 0.55;
 /// The pose is settled this long after line of sight came back, s (docs/localization.md, "The model").
-const SETTLING_S: f64 = 1.5;
+pub const SETTLING_S: f64 = 1.5;
 
 /// Figures of a trajectory. Absent without a pose.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

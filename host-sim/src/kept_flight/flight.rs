@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -17,7 +18,7 @@ use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::paths::{Link, LinkPath};
 use crate::raw_flight::{self, BoardReceiver, Source, Swept, board_config, with_receiver};
-use crate::recording::{Keeper, Span, Thinned, Thinning};
+use crate::recording::{FileEntry, Keeper, Span, Thinned, Thinning, write_paths};
 use crate::scene::Scene;
 use crate::sensors::{FaultsConfig, Stamped, Truth};
 use crate::smoother::{Flier, fly_smoothed};
@@ -58,6 +59,19 @@ impl<'s> KeptFlight<'s> {
     /// [`crate::input::InputError`] naming a figure that is out of range, or saying that no flight was found.
     pub fn fly(scene: &'s Scene, config: WorldConfig, seed: u64) -> anyhow::Result<Self> {
         let world = World::new(scene, config.clone(), seed)?;
+        Self::fly_through(world, scene, config, seed)
+    }
+
+    /// The same through a world that is there already: that of this scene, configuration and seed.
+    ///
+    /// # Errors
+    /// [`crate::input::InputError`] naming a sweep that cannot be flown.
+    pub fn fly_through(
+        world: World<'s>,
+        scene: &'s Scene,
+        config: WorldConfig,
+        seed: u64,
+    ) -> anyhow::Result<Self> {
         let receiver = Config {
             pilots: Pilots::EverySweep,
             ..board_config()?
@@ -71,15 +85,37 @@ impl<'s> KeptFlight<'s> {
         let estimated = keeper.estimated()?;
         let links = (0..world.sweeps()).into_par_iter();
         let links = links.map(|sweep| world.link(&world.flight().sweep_truth(sweep)));
-        Ok(Self {
+        let links = links.collect();
+        Ok(Self::of_paths(world, scene, config, seed, (estimated, links)))
+    }
+
+    /// A flight whose paths have been estimated before, in the world of this scene, configuration and seed: the estimated and the true ones of
+    /// sweeps 0, 1, 2 ...
+    #[must_use]
+    pub fn of_paths(
+        world: World<'s>,
+        scene: &'s Scene,
+        config: WorldConfig,
+        seed: u64,
+        (estimated, links): (Vec<Estimated>, Vec<Link>),
+    ) -> Self {
+        Self {
             scene,
             config,
             seed,
-            links: links.collect(),
+            links,
             events: world.flight().events().collect(),
             world,
             estimated,
-        })
+        }
+    }
+
+    /// Writes its paths, as [`write_paths`] does.
+    ///
+    /// # Errors
+    /// [`InputError`] naming a sweep that cannot be kept, or a file that cannot be written.
+    pub fn write_paths(&self, directory: &Path) -> Result<(FileEntry, u32), InputError> {
+        write_paths(directory, &self.estimated, &self.links)
     }
 
     /// Flies several seeds so; `flown` is called after each.

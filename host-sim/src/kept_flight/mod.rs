@@ -6,10 +6,12 @@ mod errors;
 mod flight;
 mod lies;
 mod outages;
+mod phases;
 mod starts;
 
 pub use errors::{PoseErrors, pose_errors};
 pub use flight::{Changes, KeptFlight};
 pub use lies::{LieFigures, SHOWN_SIGMAS, fly_lie};
 pub use outages::{OutageEnd, fly_outage, outage_start_s};
+pub use phases::{Phase, PhasedSweep, STARTING_S, fly_phases};
 pub use starts::{Conditions, Start, SwitchOn, WATCHED_S, WRONG_SIGMAS, fly_start};

@@ -19,6 +19,7 @@ mod source;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
+use cslam_core::estimator::Counters;
 use cslam_core::paths::EstimatedPath;
 use cslam_core::receiver::{PATHS, Radio, SweepReport};
 use cslam_core::signal::BeamBlock;
@@ -53,6 +54,8 @@ pub struct Swept<'a> {
     pub paths: &'a [EstimatedPath],
     /// Index of the path that beam squint listened to.
     pub sighted: Option<usize>,
+    /// What has happened to the filter until then, this sweep included; all zero without one.
+    pub filter: Counters,
 }
 
 /// What the receiver reports of a sweep, until it has been entered into the log.
@@ -131,7 +134,10 @@ where
     // The first whose samples have not been taken.
     let mut next_sweep = 0;
     // Enters a sweep that has ended; whether to go on.
-    let mut enter = |reports: &mut Reports, hand: &mut Option<Given<CHANNELS>>, logbook: &mut Logbook| {
+    let mut enter = |reports: &mut Reports,
+                     hand: &mut Option<Given<CHANNELS>>,
+                     logbook: &mut Logbook,
+                     filter: Counters| {
         let Some(report) = reports.report.take() else {
             return true;
         };
@@ -142,6 +148,7 @@ where
             report: &report,
             paths: &reports.paths,
             sighted: reports.sighted,
+            filter,
         })
     };
     let mut recorder = Recorder::default();
@@ -178,7 +185,12 @@ where
                 next_sweep = sweep + 1;
                 // One that is still open ends now.
                 receiver.end(&mut reports);
-                if !enter(&mut reports, &mut hand, &mut logbook) {
+                if !enter(
+                    &mut reports,
+                    &mut hand,
+                    &mut logbook,
+                    receiver.cslam().filter_counters(),
+                ) {
                     break;
                 }
                 // A sweep that has ended is in the receiver's counters.
@@ -188,13 +200,23 @@ where
             Event::Beacon(beacon) => logbook.beacon(beacon.position_m),
             _ => {}
         }
-        if !enter(&mut reports, &mut hand, &mut logbook) {
+        if !enter(
+            &mut reports,
+            &mut hand,
+            &mut logbook,
+            receiver.cslam().filter_counters(),
+        ) {
             break;
         }
         sent(at, drain(receiver.downlink(), &mut packets));
     }
     receiver.end(&mut reports);
-    enter(&mut reports, &mut hand, &mut logbook);
+    enter(
+        &mut reports,
+        &mut hand,
+        &mut logbook,
+        receiver.cslam().filter_counters(),
+    );
     receiver.close();
     sent(now_ns, drain(receiver.downlink(), &mut packets));
     logbook.add(UNHEARD, receiver.counters().sightings_unheard.into());

@@ -69,8 +69,7 @@ impl<'s, S: Source> Keeper<'s, S> {
         }
     }
 
-    /// Writes the paths of all sweeps that were flown into a directory, and their true paths where these are known; what the recording is
-    /// to say of the file, and how many sweeps there are.
+    /// Writes the paths of all sweeps that were flown, as [`write_paths`] does.
     ///
     /// # Errors
     /// [`InputError`] naming a sweep that was left out or cannot be kept, or a file that cannot be written.
@@ -81,13 +80,26 @@ impl<'s, S: Source> Keeper<'s, S> {
             .values()
             .filter_map(|(_, link)| link.clone())
             .collect();
-        // A link too few, and the others would be those of other sweeps.
-        if links.len() == estimated.len() {
-            write_links(directory, &links)?;
-        }
-        let sweeps = u32::try_from(estimated.len()).unwrap_or(u32::MAX);
-        Ok((write_estimated(directory, &estimated)?, sweeps))
+        write_paths(directory, &estimated, &links)
     }
+}
+
+/// Writes the estimated paths of sweeps 0, 1, 2 ... into a directory, and their true paths where all of these are known; what the recording is to
+/// say of the file, and how many sweeps there are.
+///
+/// # Errors
+/// [`InputError`] naming a sweep that cannot be kept, or a file that cannot be written.
+pub fn write_paths(
+    directory: &Path,
+    estimated: &[Estimated],
+    links: &[Link],
+) -> Result<(FileEntry, u32), InputError> {
+    // A link too few, and the others would be those of other sweeps.
+    if links.len() == estimated.len() {
+        write_links(directory, links)?;
+    }
+    let sweeps = u32::try_from(estimated.len()).unwrap_or(u32::MAX);
+    Ok((write_estimated(directory, estimated)?, sweeps))
 }
 
 impl<S> Keeper<'_, S> {

@@ -45,7 +45,7 @@ use crate::world::SceneConfig;
 pub use damage::Damage;
 pub use estimated::{Estimates, read_estimated, write_estimated};
 pub use flight::RecordedFlight;
-pub use keeper::Keeper;
+pub use keeper::{Keeper, write_paths};
 pub use read::{Recording, read, read_with};
 pub use replayed::Replayed;
 pub use thinned::{Span, Thinned, Thinning};

@@ -5,11 +5,11 @@ use std::sync::PoisonError;
 use std::sync::atomic::AtomicBool;
 use std::thread;
 
-use super::kept::{self, Kept};
 use super::{Args, Together};
 use crate::campaign::Flight;
 use crate::commands::fly::keep;
 use crate::commands::fly::raw::{Hooks, Site, described, fly};
+use crate::commands::kept::{self, Kept};
 use crate::config::{Config, ReceiverConfig};
 use crate::evaluation::evaluate;
 use crate::flight_log::Header;
@@ -137,7 +137,8 @@ fn heard(
             receiver: told.clone(),
             ..config.clone()
         };
-        keep::write(directory, &keeper, &config, &flight.scene, world)?;
+        let paths = keeper.write(directory.path())?;
+        keep::write(directory, paths, &config, &flight.scene, world)?;
     }
     Ok(report)
 }

@@ -1,7 +1,6 @@
 //! `cslam campaign`: many flights in one command, and two campaigns side by side.
 
 mod flown;
-mod kept;
 mod planned;
 mod worlds;
 
@@ -14,11 +13,11 @@ use clap::ValueEnum;
 use rayon::prelude::*;
 
 use flown::flown;
-use kept::Kept;
 use planned::{Missing, Together};
 use worlds::Named;
 
 use crate::campaign::{Constant, ConstantsTable, EffectsTable, Shard, Summary, compare, read_shards};
+use crate::commands::kept::Kept;
 use crate::commands::seeds::AnySeed;
 use crate::commands::shard::OneOf;
 use crate::commands::threads::Threads;

@@ -6,8 +6,7 @@ use super::methods;
 use crate::commands::record;
 use crate::config::{Config, DepartureChoice, ReceiverConfig};
 use crate::input::InputError;
-use crate::raw_flight::Source;
-use crate::recording::{self, Estimates, Keeper, Manifest};
+use crate::recording::{self, Estimates, FileEntry, Manifest};
 use crate::result_directory::ResultDirectory;
 use crate::world::World;
 
@@ -17,15 +16,15 @@ pub(crate) fn open(directory: &Path, world: &World<'_>) -> Result<ResultDirector
     ResultDirectory::open(directory, recording::KIND)
 }
 
-/// Writes the paths of a whole flight through a world.
-pub(crate) fn write<S: Source>(
+/// Writes a whole flight through a world about its paths, which lie in the directory already: what the recording is to say of their file, and
+/// how many sweeps there are.
+pub(crate) fn write(
     directory: ResultDirectory,
-    keeper: &Keeper<'_, S>,
+    (file, sweeps): (FileEntry, u32),
     config: &Config,
     scene: &str,
     world: &World<'_>,
 ) -> anyhow::Result<()> {
-    let (file, sweeps) = keeper.write(directory.path())?;
     let manifest = Manifest {
         estimated: Some(Estimates {
             estimator: methods::estimator(&config.receiver),

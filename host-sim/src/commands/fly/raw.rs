@@ -64,7 +64,8 @@ pub(super) fn run(
         if logs.log.interrupted() {
             progress::note("interrupted: no paths were kept");
         } else {
-            keep::write(kept, &keeper, config, name, &world)?;
+            let paths = keeper.write(kept.path())?;
+            keep::write(kept, paths, config, name, &world)?;
         }
     }
     let imu = args.imu(&world, &logs.log);

@@ -1,16 +1,20 @@
 //! `cslam reproduce localization`: the pose over whole flights and at the end of planned outages, and what each aid is worth there; the pose
-//! after starts.
+//! after starts, and by phases of a flight.
 
+mod flown;
 mod outages;
+mod phases;
 mod rows;
 mod starts;
 mod whole;
 
+use std::path::PathBuf;
+
 use clap::ValueEnum;
 use serde::Serialize;
 
+use crate::commands::kept::Kept;
 use crate::config::Config;
-use crate::kept_flight::KeptFlight;
 use crate::progress;
 use crate::table::Table;
 use crate::world::Profile;
@@ -21,9 +25,10 @@ use rows::ROWS;
 pub(crate) struct Args {
     /// Which table; all when absent
     part: Option<Part>,
-    /// Flights through each scene; those that have no line of sight long enough before an outage are left out of its rows
-    #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=10_000))]
-    flights: u64,
+    /// Flights through each scene: one number for each, the last one for those that follow too. Those that have no line of sight long enough
+    /// before an outage are left out of its rows
+    #[arg(long, value_name = "N", num_args = 1.., default_values_t = [12], value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    flights: Vec<u64>,
     /// Scenes: names or files
     #[arg(long = "scene", value_name = "SCENE", num_args = 1.., default_values_t = ["outdoor".to_owned()])]
     scenes: Vec<String>,
@@ -36,6 +41,10 @@ pub(crate) struct Args {
     /// Lengths of the outages, s
     #[arg(long, value_name = "SECONDS", num_args = 1.., default_values_t = [10.0, 20.0, 40.0, 60.0])]
     lengths: Vec<f64>,
+    /// Keep what path estimation makes of each flight in this directory, as `cslam campaign --keep-paths` does: a flight whose paths lie there already
+    /// is flown from them, in seconds
+    #[arg(long, value_name = "DIR")]
+    keep_paths: Option<PathBuf>,
     /// Print one JSON object a row on standard output instead of the tables
     #[arg(long)]
     json: bool,
@@ -49,6 +58,8 @@ enum Part {
     Outages,
     /// Starts every ten seconds of each flight, a third of them without line of sight: time to the pose, its errors, false ones
     Starts,
+    /// Phases of whole flights, in sight and in outages by what is taken in them: the share that each has of the errors, honesty of the covariances
+    Phases,
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
@@ -56,20 +67,25 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         anyhow::bail!("--lengths: expected 1 to 600 s, found {length_s}");
     }
     let wanted = |part: Part| args.part.is_none_or(|only| only == part);
-    let config = Config::of(args.world).world;
-    let scenes = (args.scenes.iter().map(|scene| config.scene(scene))).collect::<Result<Vec<_>, _>>()?;
+    let config = Config::of(args.world);
+    let scenes =
+        (args.scenes.iter().map(|scene| config.world.scene(scene))).collect::<Result<Vec<_>, _>>()?;
     let lengths = if wanted(Part::Outages) {
         &args.lengths[..]
     } else {
         &[]
     };
     let rows = (usize::from(wanted(Part::Flights)) + lengths.len()) * ROWS.len();
-    let rows = rows + usize::from(wanted(Part::Starts));
-    let bar = progress::bar(args.flights * scenes.len() as u64 + rows as u64, "flying");
+    let rows = rows + usize::from(wanted(Part::Starts)) + usize::from(wanted(Part::Phases));
+    let planned = planned(&args.flights, scenes.len());
+    let bar = progress::bar(planned.iter().sum::<u64>() + rows as u64, "flying");
+    let kept = args.keep_paths.as_deref().map(Kept::new);
     let mut flights = Vec::new();
-    for scene in &scenes {
-        let seeds = args.seed..args.seed + args.flights;
-        flights.extend(KeptFlight::fly_each(scene, &config, seeds, || bar.inc(1))?);
+    for ((scene, name), count) in scenes.iter().zip(&args.scenes).zip(planned) {
+        for seed in args.seed..args.seed + count {
+            flights.push(flown::fly((scene, name), &config, seed, kept.as_ref())?);
+            bar.inc(1);
+        }
     }
     let whole = wanted(Part::Flights)
         .then(|| whole::fly(&flights, &bar))
@@ -77,6 +93,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let outages = outages::fly(&flights, lengths, &bar)?;
     let starts = wanted(Part::Starts)
         .then(|| starts::fly(&flights, &bar))
+        .transpose()?;
+    let phases = wanted(Part::Phases)
+        .then(|| phases::fly(&flights, &bar))
         .transpose()?;
     bar.finish_and_clear();
     if let Some(lines) = &whole {
@@ -88,7 +107,20 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(lines) = &starts {
         print(args.json, starts::HEADER, lines, starts::Line::cells)?;
     }
+    if let Some(lines) = &phases {
+        print(args.json, phases::HEADER, lines, phases::Line::cells)?;
+        if !args.json {
+            println!("{}", phases::NOTE);
+        }
+    }
     Ok(())
+}
+
+/// Flights through each of so many scenes: the numbers that were told, the last one again for the scenes that follow.
+fn planned(told: &[u64], scenes: usize) -> Vec<u64> {
+    let last = told.last().copied().unwrap_or_default();
+    let each = told.iter().copied().chain(std::iter::repeat(last));
+    each.take(scenes).collect()
 }
 
 /// Prints the rows of a table.
@@ -110,4 +142,16 @@ fn print<L: Serialize, const N: usize>(
     }
     println!("{table}");
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scenes_beyond_the_last_number_of_flights_have_as_many() {
+        assert_eq!(planned(&[12, 6, 2], 5), [12, 6, 2, 2, 2]);
+        assert_eq!(planned(&[12], 2), [12, 12]);
+        assert_eq!(planned(&[12, 6], 1), [12]);
+    }
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::rows::ROWS;
 use crate::evaluation::{Evaluation, evaluate};
 use crate::kept_flight::{Changes, KeptFlight};
-use crate::statistics::{median, quantile, rms};
+use crate::statistics::{mean, median, quantile, rms};
 
 /// Columns.
 pub(super) const HEADER: [&str; 10] = [
@@ -46,10 +46,6 @@ impl Line {
             flights.iter().filter_map(figure).collect()
         };
         let pooled = |figure: &dyn Fn(&Evaluation) -> Option<f64>| rms(&each(figure)).unwrap_or(f64::NAN);
-        let mean = |figure: &dyn Fn(&Evaluation) -> Option<f64>| {
-            let values = each(figure);
-            (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
-        };
         let position = each(&|e| e.trajectory.position_rmse_m);
         Self {
             row,
@@ -62,9 +58,9 @@ impl Line {
             attitude_deg: pooled(&|e| e.trajectory.attitude_rmse_deg),
             clock_ns: pooled(&|e| e.clock.rmse_ns),
             nees: [
-                mean(&|e| e.consistency.position_nees),
-                mean(&|e| e.consistency.attitude_nees),
-                mean(&|e| e.consistency.clock_nees),
+                mean(each(&|e| e.consistency.position_nees)),
+                mean(each(&|e| e.consistency.attitude_nees)),
+                mean(each(&|e| e.consistency.clock_nees)),
             ],
         }
     }

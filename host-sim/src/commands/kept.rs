@@ -1,4 +1,4 @@
-//! The paths of a campaign's flights, kept for campaigns of receivers that are changed behind path estimation.
+//! The paths of many flights, kept for receivers that are changed behind path estimation.
 //!
 //! A flight lies there by its simulated world, scene, seed, and by who estimated its paths: whatever else its receiver is.
 
@@ -18,7 +18,7 @@ use crate::raw_flight::Source;
 use crate::recording::{Damage, RecordedFlight};
 
 /// Where paths are kept.
-pub(super) struct Kept<'a> {
+pub(crate) struct Kept<'a> {
     directory: &'a Path,
     /// One for each simulated flight: what one receiver makes of it, the next need not make again.
     flights: Mutex<BTreeMap<String, Arc<Mutex<()>>>>,
@@ -26,7 +26,7 @@ pub(super) struct Kept<'a> {
 
 impl<'a> Kept<'a> {
     /// In a directory, which need not be there yet.
-    pub(super) fn new(directory: &'a Path) -> Self {
+    pub(crate) fn new(directory: &'a Path) -> Self {
         Self {
             directory,
             flights: Mutex::default(),
@@ -34,14 +34,14 @@ impl<'a> Kept<'a> {
     }
 
     /// What a thread must hold that flies through a world, so that no other flies through the same one meanwhile.
-    pub(super) fn of_one(&self, config: &Config, scene: &str, seed: u64) -> anyhow::Result<Arc<Mutex<()>>> {
+    pub(crate) fn of_one(&self, config: &Config, scene: &str, seed: u64) -> anyhow::Result<Arc<Mutex<()>>> {
         let flight = format!("{:08x} {scene} {seed}", world_crc32(config)?);
         let mut flights = self.flights.lock().unwrap_or_else(PoisonError::into_inner);
         Ok(Arc::clone(flights.entry(flight).or_default()))
     }
 
     /// Where the paths of a flight are, or will be.
-    pub(super) fn place(
+    pub(crate) fn place(
         &self,
         world: &Config,
         told: &ReceiverConfig,
@@ -59,7 +59,7 @@ impl<'a> Kept<'a> {
 }
 
 /// Whether the paths of a flight are there.
-pub(super) fn is_kept(place: &Path) -> bool {
+pub(crate) fn is_kept(place: &Path) -> bool {
     place.join("flight.json").is_file()
 }
 
@@ -67,7 +67,7 @@ pub(super) fn is_kept(place: &Path) -> bool {
 ///
 /// # Errors
 /// [`InputError`] naming what is damaged, or not what the flight asks for.
-pub(super) fn open(
+pub(crate) fn open(
     place: &Path,
     world: &Config,
     told: &ReceiverConfig,
