@@ -179,6 +179,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let (off, departure) = (self.timing_is_off(), self.window.departure());
         self.begin_without_pose();
         self.set_pose(gmt, &solution);
+        self.unlearn_accel_bias();
         if off && let Some(departure) = departure {
             self.doubt_timing(&departure);
         }

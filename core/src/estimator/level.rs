@@ -27,7 +27,7 @@ const STILL_SIGMA_M_PER_S: f64 = 0.2;
 const CARRIED_SIGMA_RAD: f64 = 2e-3;
 /// Standard deviation of an angle of arrival by the arrays' calibration, rad: their states learn it only later.
 /// Derived: slope and tilt of an array in the error budget, 1.7 and 1.75 mrad, in squares.
-const ARRIVAL_SIGMA_RAD: f64 = 2.5e-3;
+pub(super) const ARRIVAL_SIGMA_RAD: f64 = 2.5e-3;
 
 /// Yaw of the world against the level attitude.
 #[derive(Clone, Copy, Debug, PartialEq)]

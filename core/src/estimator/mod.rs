@@ -60,6 +60,7 @@ mod reflection;
 mod row;
 mod scalar;
 mod start;
+mod start_covariance;
 mod sweep;
 mod sweep_measurement;
 mod timing;

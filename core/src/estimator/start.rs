@@ -17,9 +17,6 @@ use nalgebra::{Matrix3, Vector3};
 /// Fixes that a start needs.
 /// Derived: three tell a motion that bends, two more which of them is wrong.
 pub(super) const START_FIXES: usize = 5;
-/// Standard deviations of a pose from a window beside the noise of its fixes: position m, velocity m/s.
-/// Derived: what a bias of the accelerometer of 20 mg does in 1.7 s, most of a window.
-const FIXED_SIGMA: (f64, f64) = (0.3, 0.3);
 
 /// Mean square of the change of a face's cosine with the mast's tilt.
 /// Derived: that of the cosine of the angle off the face's normal, over its 120 degrees.
@@ -83,7 +80,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let [x, z] = departure.sigma;
         let sigma_m = (place - gmt.position_m).norm() * x.max(z);
         let sigma_rad = libm::hypot(x.max(z), path.aoa_sigma_rad);
-        self.window.push(place, (sigma_m, sigma_rad), -departed, seen);
+        self.window
+            .push(&self.nominal, place, (sigma_m, sigma_rad), -departed, seen);
     }
 
     /// Starts when the window allows it.
@@ -121,6 +119,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     fn refix(&mut self, gmt: &Transmitter, solution: &Solution) -> bool {
         let acceptable = self.is_acceptable(solution);
         if acceptable {
+            self.unlearn_accel_bias();
             self.set_pose(gmt, solution);
             self.settle_refix();
         }
@@ -133,36 +132,36 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let Some(solution) = self.window.solve(fixes, Some(&self.nominal.attitude)) else {
             return false;
         };
-        self.set_position(gmt, &solution);
         let off = solution.sight_off_rad * solution.sight_off_rad;
         for i in 0..3 {
             self.covariance.add(ATTITUDE + i, T::of(off));
         }
+        self.unlearn_accel_bias();
+        self.set_position(gmt, &solution, true);
         self.settle_refix();
         true
     }
 
     /// A pose was wrong, and with it what it has taught of the accelerometer: a body that is believed to lean feels gravity where there is
-    /// none, and once it turns, that bias leans it the other way.
+    /// none, and once it turns, that bias leans it the other way. Forgotten before the pose is set, which errs by a bias that nobody knows, and
+    /// after: the increments of the window had another taken out of them, with which the one from now on shares nothing.
     #[inline(never)]
-    fn settle_refix(&mut self) {
+    pub(super) fn unlearn_accel_bias(&mut self) {
         self.forget_accel_bias(self.config.priors.accel_bias_m_per_s2);
+    }
+
+    fn settle_refix(&mut self) {
+        self.unlearn_accel_bias();
         self.resets = self.resets.saturating_add(1);
         self.counters.refixes = self.counters.refixes.saturating_add(1);
     }
 
-    fn set_position(&mut self, gmt: &Transmitter, solution: &Solution) {
+    /// Sets place and velocity, and all that they share with the attitude unless it was `given`.
+    #[inline(never)]
+    fn set_position(&mut self, gmt: &Transmitter, solution: &Solution, given: bool) {
         self.nominal.position_m = solution.position_m;
         self.nominal.velocity_m_per_s = solution.velocity_m_per_s;
-        let square = |x: f64| x * x;
-        let shared_m = SIGHT_SCATTER_RAD * (solution.position_m - gmt.position_m).norm();
-        let (position_m, velocity_m_per_s) = FIXED_SIGMA;
-        let position = square(position_m) + square(solution.position_sigma_m) + square(shared_m);
-        let velocity = square(velocity_m_per_s) + square(solution.velocity_sigma_m_per_s);
-        for i in 0..3 {
-            self.covariance.reset(POSITION + i, T::of(position));
-            self.covariance.reset(VELOCITY + i, T::of(velocity));
-        }
+        self.set_window_covariance(gmt, solution, given);
         (self.contested, self.held) = (0, 0);
         self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
     }
@@ -176,17 +175,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// Sets the pose.
     #[inline(never)]
     pub(super) fn set_pose(&mut self, gmt: &Transmitter, solution: &Solution) {
-        self.set_position(gmt, solution);
-        self.doubt_anew();
         self.nominal.attitude = solution.attitude;
-        let tilt = solution.attitude_sigma_rad;
-        // The increments of the window turned with the gyroscope's bias for a second on average.
-        let turned = self.variance(GYRO_BIAS);
-        // The fixes share an error at either end of the sight.
-        let attitude = 2.0 * SIGHT_SCATTER_RAD * SIGHT_SCATTER_RAD + tilt * tilt + turned;
-        for i in 0..3 {
-            self.covariance.reset(ATTITUDE + i, T::of(attitude));
-        }
+        self.set_position(gmt, solution, false);
+        self.doubt_anew();
     }
 
     /// Forgets everything but the time, the gyroscope bias at rest and the history.

@@ -9,11 +9,13 @@
 //! The fixes judge each other: a wrong path among them bends the line, and nothing is given until it has left.
 
 mod bend;
+mod error;
 
 use nalgebra::{Matrix3, Vector3};
 
 use self::bend::{Bend, Times};
-use super::nominal::rotation;
+pub(super) use self::error::{Cause, Errors};
+use super::nominal::{Nominal, rotation};
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::inertial::ImuIncrement;
 
@@ -86,6 +88,8 @@ struct Fix {
     variance_m2: f64,
     /// Variance of the angle between both ends of the sight, rad^2 per axis.
     sight_variance_rad2: f64,
+    /// Clock offset that its range was reckoned with, m.
+    clock_offset_m: f64,
     since_previous: Segment,
 }
 
@@ -111,9 +115,8 @@ pub(super) struct Solution {
     pub(super) attitude_sigma_rad: f64,
     /// How far the angles of arrival are off the attitude on average, rad.
     pub(super) sight_off_rad: f64,
-    /// Standard deviations by the fixes' noise, per axis, m and m/s.
-    pub(super) position_sigma_m: f64,
-    pub(super) velocity_sigma_m_per_s: f64,
+    /// How it errs with what it is made of.
+    pub(super) errors: Errors,
 }
 
 /// The last fixes and the motion between them.
@@ -162,9 +165,11 @@ impl Window {
     }
 
     /// Takes in a fix at the end of the motion so far: where the UAV was, to `sigma` (m, and rad as the GMT sees it) per axis, the
-    /// direction to the GMT in world axes, and the same direction as the arrays saw it.
+    /// direction to the GMT in world axes, and the same direction as the arrays saw it. The clock is that of `now`, for the fixes before
+    /// as well: what was learnt of it since would be a velocity along the sight.
     pub(super) fn push(
         &mut self,
+        now: &Nominal,
         position_m: Vector3<f64>,
         sigma: (f64, f64),
         towards_gmt: Vector3<f64>,
@@ -185,10 +190,19 @@ impl Window {
             seen,
             variance_m2: FIX_SCATTER_M * FIX_SCATTER_M + sigma_m * sigma_m,
             sight_variance_rad2: SIGHT_SCATTER_RAD * SIGHT_SCATTER_RAD + sigma_rad * sigma_rad,
+            clock_offset_m: now.clock_offset_m,
             since_previous: self.current,
         };
         let _ = self.fixes.push_back(fix);
         self.current = Segment::empty();
+        let mut age_s = 0.0;
+        for fix in self.fixes.iter_mut().rev() {
+            let offset_m = now.clock_offset_m - now.clock_drift_m_per_s * age_s;
+            let nearer_m = now.delay_period.wrap_m(offset_m - fix.clock_offset_m);
+            fix.position_m += fix.towards_gmt * nearer_m;
+            fix.clock_offset_m = offset_m;
+            age_s += fix.since_previous.dt_s;
+        }
     }
 
     /// Pose at the last fix from the last `count` fixes (3 to [`WINDOW`]); `None` when there are fewer or they disagree, and after
@@ -210,13 +224,10 @@ impl Window {
         }
         let (last, _) = motion.last()?;
         let times = Times::over(&motion);
-        let (first, attitude_sigma_rad, bend) = match known {
-            Some(attitude) => (attitude * last.turn.transpose(), 0.0, None),
-            None => {
-                let bend = Bend::over(&motion, &times)?;
-                let (first, sigma_rad) = attitude_at_first(&motion, &bend)?;
-                (first, sigma_rad, Some(bend))
-            }
+        let bend = Bend::over(&motion, &times)?;
+        let (first, attitude_sigma_rad) = match known {
+            Some(attitude) => (attitude * last.turn.transpose(), 0.0),
+            None => attitude_at_first(&motion, &bend)?,
         };
         let off = |(since, fix): &(Segment, Fix)| first * since.turn * fix.seen - fix.towards_gmt;
         if motion.iter().any(|entry| off(entry).norm() > SIGHT_TOLERANCE_RAD) {
@@ -251,11 +262,13 @@ impl Window {
             return None;
         }
         // Of the fixes' three coordinates a line takes two each, and an attitude that comes from their bend one.
-        let fitted = if bend.is_some() { 9.0 } else { 6.0 };
+        let fitted = if known.is_none() { 9.0 } else { 6.0 };
         let freedom = (3.0 * times.n - fitted).max(1.0);
         // What the fixes leave over widens what they claim.
         let excess = (chi2 / freedom).max(1.0);
-        let [position, velocity] = variances(&motion, &times, bend.as_ref()).map(|v| v * excess);
+        let mut errors = Errors::of(&motion, &times, &bend, &first)?;
+        errors.excess = excess;
+        errors.sight_variance_rad2 = sight;
         let attitude_sigma_rad = match known {
             Some(_) => 0.0,
             None => libm::sqrt(attitude_sigma_rad * attitude_sigma_rad * excess + sight),
@@ -266,8 +279,7 @@ impl Window {
             attitude: first * last.turn,
             attitude_sigma_rad,
             sight_off_rad: mean_off.norm(),
-            position_sigma_m: libm::sqrt(position),
-            velocity_sigma_m_per_s: libm::sqrt(velocity),
+            errors,
         })
     }
 }
@@ -277,24 +289,6 @@ fn chi_square_limit(freedom: f64) -> f64 {
     let ninth = 2.0 / (9.0 * freedom);
     let root = 1.0 - ninth + DEVIATE * libm::sqrt(ninth);
     freedom * root * root * root
-}
-
-/// Variances of place and velocity at the last of some fixes by the noise of all, per axis: what each adds to the end of the line
-/// and to its slope. An attitude that comes from how the fixes bend errs with them.
-fn variances(motion: &[(Segment, Fix)], times: &Times, bend: Option<&Bend>) -> [f64; 2] {
-    let end = motion.last().map_or(0.0, |last| times.of(last));
-    let shape = bend.map_or([0.0; 2], |bend| bend.shape(end));
-    let mut variances = [0.0; 2];
-    for (i, entry) in motion.iter().enumerate() {
-        let t = times.of(entry);
-        let bent = bend.and_then(|bend| bend.weights.get(i)).copied().unwrap_or(0.0);
-        let line = [1.0 / times.n + end * t / times.spread, t / times.spread];
-        for ((variance, line), shape) in variances.iter_mut().zip(line).zip(shape) {
-            let weight = line + bent * shape;
-            *variance += weight * weight * entry.1.variance_m2;
-        }
-    }
-    variances
 }
 
 /// Attitude at the first of some fixes, and its standard deviation per axis, rad.

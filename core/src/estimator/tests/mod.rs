@@ -8,4 +8,5 @@ mod flight;
 mod level;
 mod outage;
 mod rows;
+mod start;
 mod window;
