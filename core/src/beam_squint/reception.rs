@@ -13,7 +13,7 @@ use crate::array::{Null, ReceiveBeam, UavArrays};
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::geometry::{Body, Direction};
 use crate::kernels::Channel;
-use crate::signal::{BeamBlock, Correlator, Iq, SAMPLES, Waveform, Workspace, bin_at};
+use crate::signal::{BeamBlock, Correlator, Iq, REFERENCE_EXPONENT, SAMPLES, Waveform, Workspace, bin_at};
 
 /// Interferers that can be nulled, the ground bounce among them.
 /// Capacity: work of a reception.
@@ -25,9 +25,6 @@ const LEAST_KEPT_OF_BOUNCE: f32 = 0.1;
 /// Subcarriers beside the band that tell the noise begin this many beyond its edges.
 /// Given: the waveform's edge.
 const GUARD: i32 = 12;
-/// Amplitudes are kept in units of 2^-34.
-/// Derived: thermal noise in sqrt(W) is then of the order of one.
-const REFERENCE_EXPONENT: i32 = -34;
 /// Iterations for the principal direction.
 /// Capacity: the path stands far over the noise, a few suffice.
 const ITERATIONS: usize = 8;

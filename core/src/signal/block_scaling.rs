@@ -17,6 +17,9 @@ use crate::signal::{BeamBlock, SAMPLES};
 /// Largest mean |x|^2 of a channel the transform takes as it is: `r` = 9159, -11.1 dB of full scale (32 768).
 pub(crate) const MAX_MEAN_POWER: u64 = (1 << 26) + (1 << 24);
 
+/// Amplitudes of blocks with gains of their own are compared in units of 2^-34: thermal noise in sqrt(W) is then of the order of one.
+pub(crate) const REFERENCE_EXPONENT: i32 = -34;
+
 /// A weak block is scaled up by at most this many bits: 12-bit samples at one LSB rms, left-aligned, still fill the range.
 const MAX_GAIN_BITS: i32 = 9;
 

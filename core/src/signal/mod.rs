@@ -42,6 +42,7 @@ mod taps;
 mod waveform;
 
 pub use block::BeamBlock;
+pub(crate) use block_scaling::REFERENCE_EXPONENT;
 pub use block_scaling::{Measured, Scaled};
 pub(crate) use correlator::TAP_EXPONENT;
 pub use correlator::{Correlator, FOLDED_CHANNELS, FOLDED_TAPS, Folded, Workspace};

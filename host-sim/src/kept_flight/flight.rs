@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use cslam_core::estimator::{Watch, states};
+use cslam_core::estimator::Watch;
 use cslam_core::receiver::{Config, Pilots};
 use cslam_core::signal::Waveform;
 use cslam_firmware::app::Estimated;
@@ -17,15 +17,12 @@ use crate::config::EarthField;
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::paths::{Link, LinkPath};
-use crate::raw_flight::{self, BoardReceiver, Source, Swept, board_config, with_receiver};
+use crate::raw_flight::{self, BOARD_STATES, BoardReceiver, Source, Swept, board_config, with_receiver};
 use crate::recording::{FileEntry, Keeper, Span, Thinned, Thinning, write_paths};
 use crate::scene::Scene;
 use crate::sensors::{FaultsConfig, Stamped, Truth};
 use crate::smoother::{Flier, fly_smoothed};
 use crate::world::{World, WorldConfig};
-
-/// States of the board's filter.
-const STATES: usize = states(2);
 
 /// A flight whose paths are known.
 #[derive(Debug)]
@@ -245,11 +242,11 @@ struct Once<W> {
     looks_on: Option<W>,
 }
 
-impl<W: FnMut(&Swept<'_>)> Flier<STATES> for Once<W> {
+impl<W: FnMut(&Swept<'_>)> Flier<BOARD_STATES> for Once<W> {
     fn fly(
         &mut self,
         source: &impl Source,
-        listener: Arc<dyn Watch<f32, STATES>>,
+        listener: Arc<dyn Watch<f32, BOARD_STATES>>,
         mut swept: impl FnMut(&Swept<'_>),
     ) -> anyhow::Result<FlightLog> {
         let mut looks_on = self.looks_on.take();

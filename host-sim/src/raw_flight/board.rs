@@ -11,8 +11,11 @@ use cslam_firmware::app::{AppConfig, Application, Best, Downlink, Ground, Map, V
 use cslam_firmware::front_end::{FrontEnd, SoftwareCrc};
 use cslam_firmware::sensor_stream::{SESSION, UAV};
 
+/// States of a board's filter.
+pub const BOARD_STATES: usize = states(2);
+
 /// Our methods, with the capacities of a board.
-pub type BoardReceiver<'m> = Application<'m, Radio, VOXELS, { states(2) }>;
+pub type BoardReceiver<'m> = Application<'m, Radio, VOXELS, BOARD_STATES>;
 
 /// The link of a simulated UAV, with the published key.
 #[must_use]

@@ -29,7 +29,9 @@ use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
 use crate::sensors::Event;
 use ahead::Ahead;
-pub use board::{BoardMemory, BoardReceiver, board_config, ground, with_board_receiver, with_receiver};
+pub use board::{
+    BOARD_STATES, BoardMemory, BoardReceiver, board_config, ground, with_board_receiver, with_receiver,
+};
 pub use events::Recorder;
 pub(crate) use events::report;
 pub use frames::{FrameBytes, FrontEndLink};

@@ -6,11 +6,7 @@ use super::super::estimated::EstimatedPath;
 use super::super::meter::Meter;
 use super::super::pilot::reading::Reading;
 use super::Estimator;
-use crate::signal::{BeamBlock, TAP_EXPONENT};
-
-/// Amplitudes are compared in units of 2^-34.
-/// Derived: thermal noise in sqrt(W) is then of the order of one.
-const REFERENCE_EXPONENT: i32 = -34;
+use crate::signal::{BeamBlock, REFERENCE_EXPONENT, TAP_EXPONENT};
 
 impl<
     const A: usize,

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use cslam_core::estimator::{Watch, states};
+use cslam_core::estimator::Watch;
 use cslam_core::paths::{Estimator, EstimatorConfig, PaperEstimator, PathEstimator, TapDelays};
 use cslam_core::profile::quad_4x8_gmt_72::{CHANNELS, Radio};
 use cslam_core::radio::RadioConfig;
@@ -18,15 +18,12 @@ use super::{Args, Flown, keep, methods};
 use crate::config::{Config, EarthField, ReceiverConfig};
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
-use crate::raw_flight::{self, Source, Swept};
+use crate::raw_flight::{self, BOARD_STATES, Source, Swept};
 use crate::recording::Keeper;
 use crate::scene::Scene;
 use crate::smoother::{Flier, fly_smoothed};
 use crate::world::{GivenLinks, World};
 use crate::{estimate, progress};
-
-/// States of the filter.
-const STATES: usize = states(2);
 
 /// Flies through a scene until `interrupted`. `sent` gets what goes to the ground as it goes, with the UAV's time, ns.
 pub(super) fn run(
@@ -279,13 +276,13 @@ struct OnBoard<'a, 'c, E, W, S> {
     packets: Vec<u8>,
 }
 
-impl<E: PathEstimator<CHANNELS, PATHS>, W: FnMut(&Swept<'_>), S: FnMut(u64, &[u8])> Flier<STATES>
+impl<E: PathEstimator<CHANNELS, PATHS>, W: FnMut(&Swept<'_>), S: FnMut(u64, &[u8])> Flier<BOARD_STATES>
     for OnBoard<'_, '_, E, W, S>
 {
     fn fly(
         &mut self,
         source: &impl Source,
-        listener: Arc<dyn Watch<f32, STATES>>,
+        listener: Arc<dyn Watch<f32, BOARD_STATES>>,
         mut swept: impl FnMut(&Swept<'_>),
     ) -> anyhow::Result<FlightLog> {
         let (listener, header) = (Some(listener), self.header.clone());
@@ -316,7 +313,7 @@ impl<E: PathEstimator<CHANNELS, PATHS>, W: FnMut(&Swept<'_>), S: FnMut(u64, &[u8
 fn once<E: PathEstimator<CHANNELS, PATHS>>(
     config: &CoreConfig<'_>,
     estimator: &mut E,
-    listener: Option<Arc<dyn Watch<f32, STATES>>>,
+    listener: Option<Arc<dyn Watch<f32, BOARD_STATES>>>,
     source: &impl Source,
     header: Header,
     hooks: Hooks<'_, impl FnMut(&Swept<'_>), impl FnMut(u64, &[u8])>,
