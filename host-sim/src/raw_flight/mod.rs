@@ -139,7 +139,7 @@ where
     let mut enter = |reports: &mut Reports,
                      hand: &mut Option<Given<CHANNELS>>,
                      logbook: &mut Logbook,
-                     filter: Counters| {
+                     receiver: &Application<'_, R, VOXELS, STATES>| {
         let Some(report) = reports.report.take() else {
             return true;
         };
@@ -150,7 +150,7 @@ where
             report: &report,
             paths: &reports.paths,
             sighted: reports.sighted,
-            filter,
+            filter: receiver.cslam().filter_counters(),
         })
     };
     let mut recorder = Recorder::default();
@@ -187,12 +187,7 @@ where
                 next_sweep = sweep + 1;
                 // One that is still open ends now.
                 receiver.end(&mut reports);
-                if !enter(
-                    &mut reports,
-                    &mut hand,
-                    &mut logbook,
-                    receiver.cslam().filter_counters(),
-                ) {
+                if !enter(&mut reports, &mut hand, &mut logbook, receiver) {
                     break;
                 }
                 // A sweep that has ended is in the receiver's counters.
@@ -202,23 +197,13 @@ where
             Event::Beacon(beacon) => logbook.beacon(beacon.position_m),
             _ => {}
         }
-        if !enter(
-            &mut reports,
-            &mut hand,
-            &mut logbook,
-            receiver.cslam().filter_counters(),
-        ) {
+        if !enter(&mut reports, &mut hand, &mut logbook, receiver) {
             break;
         }
         sent(at, drain(receiver.downlink(), &mut packets));
     }
     receiver.end(&mut reports);
-    enter(
-        &mut reports,
-        &mut hand,
-        &mut logbook,
-        receiver.cslam().filter_counters(),
-    );
+    enter(&mut reports, &mut hand, &mut logbook, receiver);
     receiver.close();
     sent(now_ns, drain(receiver.downlink(), &mut packets));
     logbook.add(UNHEARD, receiver.counters().sightings_unheard.into());

@@ -123,6 +123,14 @@ fn planned(told: &[u64], scenes: usize) -> Vec<u64> {
     each.take(scenes).collect()
 }
 
+/// Figures of a cell, with so many digits; a dash for one that is not there.
+fn figures(values: &[Option<f64>], digits: usize) -> String {
+    let each = values
+        .iter()
+        .map(|value| value.map_or("-".into(), |value| format!("{value:.digits$}")));
+    each.collect::<Vec<_>>().join(", ")
+}
+
 /// Prints the rows of a table.
 fn print<L: Serialize, const N: usize>(
     json: bool,

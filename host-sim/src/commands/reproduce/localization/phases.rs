@@ -5,6 +5,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::figures;
 use crate::kept_flight::{KeptFlight, Phase, PhasedSweep, PoseErrors, fly_phases};
 use crate::raw_flight::board_config;
 use crate::statistics::{mean, median, quantile, rms};
@@ -74,22 +75,16 @@ impl Line {
     }
 
     pub(super) fn cells(&self) -> Vec<String> {
-        let text = |values: &[Option<f64>], digits: usize| {
-            let each = values
-                .iter()
-                .map(|value| value.map_or("-".into(), |value| format!("{value:.digits$}")));
-            each.collect::<Vec<_>>().join(", ")
-        };
-        let percent = |share: Option<f64>| text(&[share.map(|share| share * 100.0)], 1);
+        let percent = |share: Option<f64>| figures(&[share.map(|share| share * 100.0)], 1);
         let mut cells = vec![
             self.phase.into(),
             percent(self.share),
-            text(&self.position_m, 3),
+            figures(&self.position_m, 3),
             percent(self.squared_share),
-            text(&[self.attitude_deg], 2),
-            text(&[self.velocity_m_per_s], 3),
+            figures(&[self.attitude_deg], 2),
+            figures(&[self.velocity_m_per_s], 3),
         ];
-        cells.extend(self.nees.iter().map(|figures| text(figures, 2)));
+        cells.extend(self.nees.iter().map(|nees| figures(nees, 2)));
         cells
     }
 }

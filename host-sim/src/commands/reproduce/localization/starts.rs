@@ -4,6 +4,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::figures;
 use crate::kept_flight::{Conditions, KeptFlight, Start, SwitchOn, fly_start};
 use crate::raw_flight::board_config;
 use crate::statistics::{median, quantile};
@@ -64,19 +65,13 @@ impl Line {
     }
 
     pub(super) fn cells(&self) -> Vec<String> {
-        let text = |values: &[Option<f64>], digits: usize| {
-            let each = values
-                .iter()
-                .map(|value| value.map_or("-".into(), |value| format!("{value:.digits$}")));
-            each.collect::<Vec<_>>().join(", ")
-        };
         vec![
             self.conditions.into(),
             self.starts.to_string(),
             self.started.to_string(),
-            text(&self.waited_s, 1),
-            text(&self.position_m, 2),
-            text(&self.attitude_deg, 2),
+            figures(&self.waited_s, 1),
+            figures(&self.position_m, 2),
+            figures(&self.attitude_deg, 2),
             self.wrong.to_string(),
         ]
     }
