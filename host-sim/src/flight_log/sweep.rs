@@ -1,5 +1,7 @@
 //! Sweeps: what the receiver made of one sweep of the transmit beams, and the link that it heard.
 
+use cslam_core::geometry::Frame;
+use cslam_core::paths::EstimatedPath;
 use serde::{Deserialize, Serialize};
 
 use super::{PoseEstimate, PoseRecord, PoseTruth};
@@ -54,6 +56,21 @@ impl MeasuredPath {
     pub const WITHOUT_POINT: &'static str = "explained, without a point";
     /// Verdict of a path whose points left the map with their surface.
     pub const WITHDRAWN: &'static str = "withdrawn with its surface";
+}
+
+impl<D: Frame> From<&EstimatedPath<D>> for MeasuredPath {
+    /// Of a path that nobody has judged.
+    fn from(estimated: &EstimatedPath<D>) -> Self {
+        let path = &estimated.path;
+        Self {
+            c_tau_m: f64::from(path.c_tau_m),
+            aoa_zenith_rad: f64::from(path.aoa.zenith_rad()),
+            aoa_azimuth_rad: f64::from(path.aoa.azimuth_rad()),
+            snr_db: Some(f64::from(estimated.snr_db)),
+            probabilities: None,
+            verdict: String::new(),
+        }
+    }
 }
 
 /// Kinds of measurement that correct the pose.

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_firmware::app::Estimated;
 
+use super::error_free::ErrorFree;
 use crate::flight_log::PoseTruth;
 use crate::input::InputError;
 use crate::paths::Link;
@@ -13,7 +14,7 @@ use crate::recording::Span;
 use crate::sensors::Stamped;
 use crate::world::World;
 
-/// The events of `faulty`, the paths of `sound`: worlds that differ in the faults of their sensors only.
+/// The events of `faulty`, the paths of `sound`: worlds that differ in their sensors only.
 #[derive(Debug)]
 pub(super) struct Again<'a> {
     /// The world in which the paths were estimated.
@@ -28,6 +29,8 @@ pub(super) struct Again<'a> {
     pub(super) links: &'a [Link],
     /// The part that is heard; all when absent.
     pub(super) heard: Option<Span>,
+    /// What has no errors.
+    pub(super) error_free: &'a [ErrorFree],
 }
 
 impl Source for Again<'_> {
@@ -47,17 +50,19 @@ impl Source for Again<'_> {
         let [sound, faulty] = [self.sound, self.faulty].map(|world| world.flight().sweep_truth(sweep));
         // All delays are read on the UAV's clock.
         let later_m = (faulty.clock_offset_s - sound.clock_offset_s) * SPEED_OF_LIGHT_M_PER_S;
-        let estimated = self.estimated.get(sweep as usize).cloned().map(|estimated| {
+        let kept = self.estimated.get(sweep as usize).cloned();
+        let link = self.links.get(sweep as usize);
+        let estimated = kept.zip(link).map(|(estimated, link)| {
+            let estimated = ErrorFree::paths(self.error_free, estimated, &sound, link);
             if later_m == 0.0 {
                 estimated
             } else {
                 later(estimated, later_m as f32)
             }
         });
-        let link = self.links.get(sweep as usize).cloned();
         Ok(Given {
             estimated,
-            truth: link.map(|link| (PoseTruth::from(&faulty), link)),
+            truth: link.map(|link| (PoseTruth::from(&faulty), link.clone())),
             ..Given::default()
         })
     }

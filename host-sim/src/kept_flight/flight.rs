@@ -13,6 +13,7 @@ use cslam_firmware::app::Estimated;
 use rayon::prelude::*;
 
 use super::again::Again;
+use super::error_free::ErrorFree;
 use crate::config::EarthField;
 use crate::flight_log::{FlightLog, Header};
 use crate::input::InputError;
@@ -47,6 +48,8 @@ pub struct Changes {
     pub without_sight: Vec<Span>,
     /// The part of the flight in which the receiver is on; all of it when absent.
     pub heard: Option<Span>,
+    /// What of the measurements is put right by the truth.
+    pub error_free: Vec<ErrorFree>,
 }
 
 impl<'s> KeptFlight<'s> {
@@ -195,22 +198,23 @@ impl<'s> KeptFlight<'s> {
         fly_smoothed(&thinned(&paths, changes), &receiver, &mut once)
     }
 
-    /// The world with other faults of its sensors; `None` where they are its own.
+    /// The world with other sensors; `None` where they are its own.
     fn changed(&self, changes: &Changes) -> Result<Option<World<'s>>, InputError> {
         let faults = FaultsConfig {
             fix: self.config.sensors.faults.fix.clone(),
             ..changes.faults.clone()
         };
-        if faults == self.config.sensors.faults {
+        let mut config = self.config.clone();
+        config.sensors = ErrorFree::sensors(&changes.error_free, &config.sensors);
+        config.sensors.faults = faults;
+        if config.sensors == self.config.sensors {
             return Ok(None);
         }
-        let mut config = self.config.clone();
-        config.sensors.faults = faults;
         World::new(self.scene, config, self.seed).map(Some)
     }
 
-    /// Its paths, in its own world or in one with other faults.
-    fn paths<'a>(&'a self, faulty: Option<&'a World<'a>>, changes: &Changes) -> Again<'a> {
+    /// Its paths, in its own world or in one with other sensors.
+    fn paths<'a>(&'a self, faulty: Option<&'a World<'a>>, changes: &'a Changes) -> Again<'a> {
         let events = match faulty {
             Some(faulty) => faulty.flight().events().collect(),
             None => Cow::from(&self.events),
@@ -222,6 +226,7 @@ impl<'s> KeptFlight<'s> {
             estimated: &self.estimated,
             links: &self.links,
             heard: changes.heard,
+            error_free: &changes.error_free,
         }
     }
 }

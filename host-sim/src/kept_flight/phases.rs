@@ -3,23 +3,17 @@
 //! Truth says whether there is a line of sight, the receiver what it took in. Within an outage the phase only climbs, by the boldest aid
 //! that was taken since its first sweep: an error stays in the pose until the line of sight comes back.
 
-use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::estimator::Counters;
-use cslam_core::receiver::{Config, Outcome, PATHS, PathReport, SweepReport};
-use cslam_core::signal::Waveform;
+use cslam_core::receiver::{Config, Outcome, PATHS, SweepReport};
 
+use super::straight::is_straight;
 use super::{Changes, KeptFlight, PoseErrors, pose_errors};
 use crate::evaluation::SETTLING_S;
-use crate::evaluation::matching::MatchGates;
 use crate::raw_flight::Swept;
 use crate::sensors::Truth;
 
 /// A pose is starting for so long after the first, s.
 pub const STARTING_S: f64 = 10.0;
-
-/// A path that comes from further beside the straight way is not the line of sight, deg: twice the gate of matching, beyond which one bent wave in
-/// twenty arrives.
-const BESIDE_DEG: f64 = 6.0;
 
 /// What a sweep is counted as. Each is one of these: the first one that fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -201,25 +195,19 @@ fn sight(report: &SweepReport<PATHS>, truth: &Truth) -> Option<Sight> {
         .filter(|path| path.outcome == Outcome::LineOfSight);
     // A first path that proved the pose wrong is not named.
     let is_straight = named.next().map_or_else(
-        || report.paths.iter().any(|path| is_straight(path, truth)),
-        |path| is_straight(path, truth),
+        || {
+            report
+                .paths
+                .iter()
+                .any(|path| is_straight(&path.estimated, truth))
+        },
+        |path| is_straight(&path.estimated, truth),
     );
     Some(if is_straight {
         Sight::Straight
     } else {
         Sight::Elsewhere
     })
-}
-
-/// Whether a path came along the straight way between GMT and UAV: as long as that but for the gate of matching, and from no further beside it than
-/// [`BESIDE_DEG`].
-fn is_straight(path: &PathReport, truth: &Truth) -> bool {
-    let way_m = truth.gmt_position_m - truth.uav.position_m;
-    let path = &path.estimated.path;
-    let late_m = f64::from(path.c_tau_m) - truth.clock_offset_s * SPEED_OF_LIGHT_M_PER_S - way_m.norm();
-    let arrival = truth.uav.attitude * path.aoa.vector().map(f64::from);
-    Waveform::default().delay_period().wrap_m(late_m).abs() <= MatchGates::default().delay_m
-        && arrival.angle(&way_m).to_degrees() <= BESIDE_DEG
 }
 
 #[cfg(test)]

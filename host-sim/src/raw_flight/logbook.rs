@@ -283,14 +283,10 @@ fn decision(verdict: &Verdict) -> &'static str {
 }
 
 fn measured(path: &PathReport) -> MeasuredPath {
-    let estimated = &path.estimated.path;
     MeasuredPath {
-        c_tau_m: f64::from(estimated.c_tau_m),
-        aoa_zenith_rad: f64::from(estimated.aoa.zenith_rad()),
-        aoa_azimuth_rad: f64::from(estimated.aoa.azimuth_rad()),
-        snr_db: Some(f64::from(path.estimated.snr_db)),
         probabilities: path.probabilities.map(|p| p.to_array().map(f64::from)),
         verdict: verdict(path),
+        ..MeasuredPath::from(&path.estimated)
     }
 }
 

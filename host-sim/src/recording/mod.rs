@@ -48,6 +48,7 @@ pub use flight::RecordedFlight;
 pub use keeper::{Keeper, write_paths};
 pub use read::{Recording, read, read_with};
 pub use replayed::Replayed;
+pub(crate) use thinned::keep;
 pub use thinned::{Span, Thinned, Thinning};
 pub use truth::{check_truth, write_links};
 pub use write::{check_order, write, write_events};

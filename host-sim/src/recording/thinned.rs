@@ -145,17 +145,9 @@ fn lines_of_sight(estimated: &Estimated, (pose, link): &(PoseTruth, Link)) -> Ve
     let mut alone = link.clone();
     alone.paths.retain(|path| path.is_line_of_sight());
     let is_one = |path: &EstimatedPath| {
-        let measured = MeasuredPath {
-            c_tau_m: f64::from(path.path.c_tau_m),
-            aoa_zenith_rad: f64::from(path.path.aoa.zenith_rad()),
-            aoa_azimuth_rad: f64::from(path.path.aoa.azimuth_rad()),
-            snr_db: None,
-            probabilities: None,
-            verdict: String::new(),
-        };
         let gates = MatchGates::default();
         let found = matches(
-            &[measured],
+            &[MeasuredPath::from(path)],
             &alone,
             pose,
             &gates,
@@ -167,7 +159,7 @@ fn lines_of_sight(estimated: &Estimated, (pose, link): &(PoseTruth, Link)) -> Ve
 }
 
 /// Leaves out the paths that are not kept. The bearing stays with its path.
-fn keep(estimated: &mut Estimated, keeps: &[bool]) {
+pub(crate) fn keep(estimated: &mut Estimated, keeps: &[bool]) {
     let is_kept = |index: &usize| keeps.get(*index).copied().unwrap_or(true);
     let paths = std::mem::take(&mut estimated.paths);
     let kept = paths.iter().enumerate().filter(|(index, _)| is_kept(index));

@@ -1,7 +1,8 @@
 //! `cslam reproduce localization`: the pose over whole flights and at the end of planned outages, and what each aid is worth there; the pose
-//! after starts, and by phases of a flight.
+//! after starts, by phases of a flight, and with measurements that do not err.
 
 mod flown;
+mod limits;
 mod outages;
 mod phases;
 mod rows;
@@ -60,6 +61,8 @@ enum Part {
     Starts,
     /// Phases of whole flights, in sight and in outages by what is taken in them: the share that each has of the errors, honesty of the covariances
     Phases,
+    /// Whole flights with some of their measurements put right by the truth: what limits the pose
+    Limits,
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
@@ -77,6 +80,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     };
     let rows = (usize::from(wanted(Part::Flights)) + lengths.len()) * ROWS.len();
     let rows = rows + usize::from(wanted(Part::Starts)) + usize::from(wanted(Part::Phases));
+    let rows = rows + usize::from(wanted(Part::Limits)) * limits::COUNT;
     let planned = planned(&args.flights, scenes.len());
     let bar = progress::bar(planned.iter().sum::<u64>() + rows as u64, "flying");
     let kept = args.keep_paths.as_deref().map(Kept::new);
@@ -97,6 +101,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let phases = wanted(Part::Phases)
         .then(|| phases::fly(&flights, &bar))
         .transpose()?;
+    let limits = wanted(Part::Limits)
+        .then(|| limits::fly(&flights, &bar))
+        .transpose()?;
     bar.finish_and_clear();
     if let Some(lines) = &whole {
         print(args.json, whole::HEADER, lines, whole::Line::cells)?;
@@ -112,6 +119,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         if !args.json {
             println!("{}", phases::NOTE);
         }
+    }
+    if let Some(lines) = &limits {
+        print(args.json, limits::HEADER, lines, whole::Line::cells)?;
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::rows::ROWS;
+use super::rows::{ROWS, Row};
 use crate::evaluation::{Evaluation, evaluate};
 use crate::kept_flight::{Changes, KeptFlight};
 use crate::statistics::{mean, median, quantile, rms};
@@ -65,6 +65,25 @@ impl Line {
         }
     }
 
+    /// Flies all flights with these changes and the receiver of `row`.
+    pub(super) fn flown(
+        name: &'static str,
+        flights: &[KeptFlight<'_>],
+        changes: &Changes,
+        row: &Row,
+        bar: &ProgressBar,
+    ) -> anyhow::Result<Self> {
+        let flown = flights
+            .par_iter()
+            .map(|flight| {
+                let mut log = flight.again(changes, row.receiver()?, |_, _| (), |_| ())?;
+                Ok(evaluate(&mut log, None))
+            })
+            .collect::<anyhow::Result<Vec<_>>>()?;
+        bar.inc(1);
+        Ok(Self::of(name, &flown))
+    }
+
     pub(super) fn cells(&self) -> Vec<String> {
         let nees = self
             .nees
@@ -86,19 +105,8 @@ impl Line {
 
 /// Flies each row over all flights.
 pub(super) fn fly(flights: &[KeptFlight<'_>], bar: &ProgressBar) -> anyhow::Result<Vec<Line>> {
-    ROWS.iter()
-        .map(|row| {
-            let flown = flights
-                .par_iter()
-                .map(|flight| {
-                    let mut log = flight.again(&Changes::default(), row.receiver()?, |_, _| (), |_| ())?;
-                    Ok(evaluate(&mut log, None))
-                })
-                .collect::<anyhow::Result<Vec<_>>>()?;
-            bar.inc(1);
-            Ok(Line::of(row.name, &flown))
-        })
-        .collect()
+    let line = |row: &Row| Line::flown(row.name, flights, &Changes::default(), row, bar);
+    ROWS.iter().map(line).collect()
 }
 
 #[cfg(test)]
