@@ -1,11 +1,14 @@
 //! Logs of flights for tests: made by hand, piece by piece, or from a planned flight with errors of a known size.
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
+use nalgebra::{Rotation3, Vector3};
 
+use crate::flight::Motion;
 use crate::flight_log::{
     FlightLog, Header, MeasuredPath, PoseEstimate, PoseTruth, SweepEstimate, SweepRecord, SweepTruth,
 };
 use crate::paths::{Link, LinkPath};
+use crate::sensors::Truth;
 
 /// The header of a flight of `sweeps` sweeps, two per second.
 pub(crate) fn header(sweeps: usize) -> Header {
@@ -91,6 +94,27 @@ pub(crate) fn true_path(order: u8, length_m: f64, aoa_rad: [f64; 2]) -> LinkPath
         covariance: None,
         confirmed: None,
         closing_m_per_s: None,
+    }
+}
+
+/// A UAV that moves and is turned, its clock 1 us ahead, beside a GMT in the origin.
+pub(crate) fn turned() -> Truth {
+    Truth {
+        time_s: 20.0,
+        uav: Motion {
+            position_m: Vector3::new(30.0, -40.0, 12.0),
+            velocity_m_per_s: Vector3::new(3.0, 1.0, -0.5),
+            acceleration_m_per_s2: Vector3::zeros(),
+            attitude: Rotation3::from_euler_angles(0.2, -0.1, 2.0),
+            rate_rad_per_s: Vector3::zeros(),
+            angular_acceleration_rad_per_s2: Vector3::zeros(),
+            specific_force_m_per_s2: Vector3::zeros(),
+        },
+        gmt_position_m: Vector3::zeros(),
+        gmt_velocity_m_per_s: Vector3::zeros(),
+        gmt_attitude: Rotation3::identity(),
+        clock_offset_s: 1e-6,
+        clock_drift: 0.0,
     }
 }
 

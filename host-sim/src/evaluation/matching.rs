@@ -103,7 +103,7 @@ fn apparent(path: &LinkPath, to_body: &UnitQuaternion<f64>, clock_m: f64) -> (f6
 }
 
 /// Unit vector of zenith angle and azimuth.
-pub(super) fn unit(zenith_rad: f64, azimuth_rad: f64) -> Vector3<f64> {
+pub(crate) fn unit(zenith_rad: f64, azimuth_rad: f64) -> Vector3<f64> {
     let (st, ct) = libm::sincos(zenith_rad);
     let (sp, cp) = libm::sincos(azimuth_rad);
     Vector3::new(st * cp, st * sp, ct)

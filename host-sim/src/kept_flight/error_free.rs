@@ -13,7 +13,7 @@ use cslam_firmware::app::Estimated;
 use nalgebra::{UnitVector3, Vector3};
 
 use super::straight::is_straight;
-use crate::evaluation::matching::{MatchGates, matches};
+use crate::evaluation::matching::{MatchGates, matches, unit};
 use crate::flight_log::{MeasuredPath, PoseTruth};
 use crate::paths::{Link, LinkPath};
 use crate::recording::keep;
@@ -43,6 +43,19 @@ pub enum ErrorFree {
 }
 
 impl ErrorFree {
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::Arrivals,
+        Self::Departures,
+        Self::Lengths,
+        Self::RangeRates,
+        Self::Artefacts,
+        Self::Bends,
+        Self::Timing,
+        Self::Beacon,
+        Self::Inertial,
+    ];
+
     /// All that is told of a path.
     pub const OF_PATHS: [Self; 6] = [
         Self::Arrivals,
@@ -220,13 +233,6 @@ fn carriers_m_per_s(paths: &[EstimatedPath], behind: &[Option<&LinkPath>], truth
 fn within_period(m_per_s: f64, rate: &RangeRate) -> f32 {
     let period = f64::from(rate.period_m_per_s);
     (m_per_s - period * (m_per_s / period).round()) as f32
-}
-
-/// Unit vector of zenith angle and azimuth.
-fn unit(zenith_rad: f64, azimuth_rad: f64) -> Vector3<f64> {
-    let (st, ct) = zenith_rad.sin_cos();
-    let (sp, cp) = azimuth_rad.sin_cos();
-    Vector3::new(st * cp, st * sp, ct)
 }
 
 #[cfg(test)]

@@ -65,32 +65,11 @@ mod tests {
     use cslam_core::geometry::{Position, Rotation};
 
     use super::*;
-    use crate::flight::Motion;
     use crate::random::Stream;
     use crate::statistics::{mean, median};
+    use crate::test_flight::turned;
 
     const DRAWS: usize = 4000;
-
-    /// A UAV that moves and is turned.
-    fn truth() -> Truth {
-        Truth {
-            time_s: 20.0,
-            uav: Motion {
-                position_m: Vector3::new(30.0, -40.0, 12.0),
-                velocity_m_per_s: Vector3::new(3.0, 1.0, -0.5),
-                acceleration_m_per_s2: Vector3::zeros(),
-                attitude: Rotation3::from_euler_angles(0.2, -0.1, 2.0),
-                rate_rad_per_s: Vector3::zeros(),
-                angular_acceleration_rad_per_s2: Vector3::zeros(),
-                specific_force_m_per_s2: Vector3::zeros(),
-            },
-            gmt_position_m: Vector3::zeros(),
-            gmt_velocity_m_per_s: Vector3::zeros(),
-            gmt_attitude: Rotation3::identity(),
-            clock_offset_s: 1e-6,
-            clock_drift: 0.0,
-        }
-    }
 
     /// A pose whose errors are drawn from the covariances that it claims, three different ones.
     fn drawn(truth: &Truth, draws: &mut Stream) -> Pose {
@@ -125,7 +104,7 @@ mod tests {
 
     #[test]
     fn errors_that_are_as_large_as_they_claim_have_a_nees_of_one() {
-        let truth = truth();
+        let truth = turned();
         let mut draws = Stream::new(1, 0);
         let errors: Vec<PoseErrors> = (0..DRAWS)
             .map(|_| pose_errors(&drawn(&truth, &mut draws), &truth))
@@ -149,7 +128,7 @@ mod tests {
     fn an_attitude_that_is_right_but_for_its_rounding_has_no_error() {
         let mut draws = Stream::new(3, 0);
         for _ in 0..DRAWS {
-            let mut truth = truth();
+            let mut truth = turned();
             let turn = Vector3::from_fn(|_, _| draws.normal());
             truth.uav.attitude = Rotation3::from_scaled_axis(turn);
             let rounded = truth.uav.attitude.matrix().map(|value| value as f32);
@@ -165,7 +144,7 @@ mod tests {
 
     #[test]
     fn a_covariance_that_is_none_claims_nothing() {
-        let truth = truth();
+        let truth = turned();
         let mut pose = drawn(&truth, &mut Stream::new(2, 0));
         pose.velocity_covariance_m2_per_s2 = Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, 1.0));
         assert_eq!(pose_errors(&pose, &truth).velocity_mahalanobis, f64::INFINITY);

@@ -3,31 +3,18 @@ use cslam_core::path::{Departure, Path};
 use nalgebra::Rotation3;
 
 use super::*;
-use crate::flight::Motion;
-use crate::test_flight::true_path;
+use crate::test_flight::{true_path, turned};
 
 const PERIOD_M_PER_S: f32 = 2.0;
 /// What the carriers' offset adds to each rate, m/s.
 const OFFSET_M_PER_S: f64 = 0.7;
 
-/// A UAV that moves and is turned, hears a mast that leans, and has a clock that is 1 us ahead.
+/// A UAV that hears a mast that leans.
 fn truth() -> Truth {
     Truth {
-        time_s: 20.0,
-        uav: Motion {
-            position_m: Vector3::new(30.0, -40.0, 12.0),
-            velocity_m_per_s: Vector3::new(3.0, 1.0, -0.5),
-            acceleration_m_per_s2: Vector3::zeros(),
-            attitude: Rotation3::from_euler_angles(0.2, -0.1, 2.0),
-            rate_rad_per_s: Vector3::zeros(),
-            angular_acceleration_rad_per_s2: Vector3::zeros(),
-            specific_force_m_per_s2: Vector3::zeros(),
-        },
         gmt_position_m: Vector3::new(0.0, 0.0, 2.0),
-        gmt_velocity_m_per_s: Vector3::zeros(),
         gmt_attitude: Rotation3::from_euler_angles(0.01, 0.02, 1.0),
-        clock_offset_s: 1e-6,
-        clock_drift: 0.0,
+        ..turned()
     }
 }
 

@@ -30,20 +30,7 @@ const ROWS: [(&str, &[ErrorFree]); 13] = [
     ("timing", &[ErrorFree::Timing]),
     ("the GMT's pose", &[ErrorFree::Beacon]),
     ("inertial sensor, but for noise", &[ErrorFree::Inertial]),
-    ("all", &{
-        let [a, b, c, d, e, f] = ErrorFree::OF_PATHS;
-        [
-            a,
-            b,
-            c,
-            d,
-            e,
-            f,
-            ErrorFree::Timing,
-            ErrorFree::Beacon,
-            ErrorFree::Inertial,
-        ]
-    }),
+    ("all", &ErrorFree::ALL),
 ];
 
 /// How many there are.
