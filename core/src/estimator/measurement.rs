@@ -29,6 +29,16 @@ pub struct FaceDirection {
     pub sigma: [f64; 2],
 }
 
+impl FaceDirection {
+    /// Standard deviations along each axis of the world, rad, of a way that left so: its elevation may be known worse than its azimuth. That of the
+    /// elevation moves a way that rises sideways as well.
+    pub(super) fn sigma_along(&self, way: &Vector3<f64>) -> Vector3<f64> {
+        let [x, z] = self.sigma;
+        let beside = x.max(z * way.z.abs());
+        Vector3::new(beside, beside, z)
+    }
+}
+
 /// One measured path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathMeasurement {

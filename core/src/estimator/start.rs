@@ -77,11 +77,12 @@ impl<T: Real, const N: usize> Filter<T, N> {
             return;
         };
         let seen = self.model.corrected(&path.aoa, &self.nominal);
-        let [x, z] = departure.sigma;
-        let sigma_m = (place - gmt.position_m).norm() * x.max(z);
-        let sigma_rad = libm::hypot(x.max(z), path.aoa_sigma_rad);
-        self.window
-            .push(&self.nominal, place, (sigma_m, sigma_rad), -departed, seen);
+        let left = departure.sigma_along(&departed);
+        let sigma = [
+            left * (place - gmt.position_m).norm(),
+            left.map(|sigma| libm::hypot(sigma, path.aoa_sigma_rad)),
+        ];
+        self.window.push(&self.nominal, place, &sigma, -departed, seen);
     }
 
     /// Starts when the window allows it.

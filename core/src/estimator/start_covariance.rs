@@ -54,7 +54,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             let mut later = [0.0; 4];
             for share in errors.shares.iter().rev() {
                 let alone = errors.by_place(share.weights, &axis, range_m);
-                add(&alone, libm::sqrt(share.variance_m2 * errors.excess));
+                add(&alone, libm::sqrt(share.variance_m2.dot(&axis) * errors.excess));
                 let mut weights = share.weights;
                 for (weight, later) in weights.iter_mut().zip(later) {
                     *weight += later;

@@ -219,21 +219,22 @@ impl<T: Real, const N: usize> Filter<T, N> {
             seen - (gmt.position_m - place).try_normalize(LEAST_RANGE_M)?
         };
         let range_m = (gmt.position_m - place).norm();
-        let (across_rad, turn_sigma_rad) = match &path.departure {
+        // Without a departure the arrival tells the place, and no turn.
+        let (across_sigma_rad, turn_sigma_rad) = match &path.departure {
             Some(departure) => {
-                let [x, z] = departure.sigma;
-                (x.max(z), libm::hypot(path.aoa_sigma_rad, x.max(z)))
+                let left = departure.sigma_along(&((place - gmt.position_m) / range_m));
+                (left, left.map(|sigma| libm::hypot(path.aoa_sigma_rad, sigma)))
             }
-            None => (path.aoa_sigma_rad, 0.0),
+            None => (Vector3::repeat(path.aoa_sigma_rad), Vector3::zeros()),
         };
         Some(Innovation {
             time_ns: self.nominal.time_ns,
             offset_m: place - self.nominal.position_m,
             turn_rad,
-            sigma: (
-                libm::hypot(range_m * across_rad, path.c_tau_sigma_m),
+            sigma: [
+                across_sigma_rad.map(|sigma| libm::hypot(range_m * sigma, path.c_tau_sigma_m)),
                 turn_sigma_rad,
-            ),
+            ],
         })
     }
 

@@ -84,10 +84,10 @@ struct Fix {
     towards_gmt: Vector3<f64>,
     /// The same as seen by the arrays, body axes.
     seen: Vector3<f64>,
-    /// Variance of the position per axis, m^2: noise, not what all fixes share.
-    variance_m2: f64,
-    /// Variance of the angle between both ends of the sight, rad^2 per axis.
-    sight_variance_rad2: f64,
+    /// Variance of the position along each axis, m^2: noise, not what all fixes share.
+    variance_m2: Vector3<f64>,
+    /// Variance of the difference between both ends of the sight along each axis, rad^2.
+    sight_variance_rad2: Vector3<f64>,
     /// Clock offset that its range was reckoned with, m.
     clock_offset_m: f64,
     since_previous: Segment,
@@ -164,21 +164,20 @@ impl Window {
         }
     }
 
-    /// Takes in a fix at the end of the motion so far: where the UAV was, to `sigma` (m, and rad as the GMT sees it) per axis, the
+    /// Takes in a fix at the end of the motion so far: where the UAV was, to `sigma` along each axis (m, and rad for both ends of the sight), the
     /// direction to the GMT in world axes, and the same direction as the arrays saw it. The clock is that of `now`, for the fixes before
     /// as well: what was learnt of it since would be a velocity along the sight.
     pub(super) fn push(
         &mut self,
         now: &Nominal,
         position_m: Vector3<f64>,
-        sigma: (f64, f64),
+        sigma: &[Vector3<f64>; 2],
         towards_gmt: Vector3<f64>,
         seen: Vector3<f64>,
     ) {
-        let (sigma_m, sigma_rad) = sigma;
-        if !((position_m + towards_gmt + seen).iter().all(|c| c.is_finite())
-            && (sigma_m + sigma_rad).is_finite())
-        {
+        let [sigma_m, sigma_rad] = sigma;
+        let all = position_m + towards_gmt + seen + sigma_m + sigma_rad;
+        if !all.iter().all(|c| c.is_finite()) {
             return;
         }
         if self.fixes.is_full() {
@@ -188,8 +187,8 @@ impl Window {
             position_m,
             towards_gmt,
             seen,
-            variance_m2: FIX_SCATTER_M * FIX_SCATTER_M + sigma_m * sigma_m,
-            sight_variance_rad2: SIGHT_SCATTER_RAD * SIGHT_SCATTER_RAD + sigma_rad * sigma_rad,
+            variance_m2: sigma_m.map(|sigma| FIX_SCATTER_M * FIX_SCATTER_M + sigma * sigma),
+            sight_variance_rad2: sigma_rad.map(|sigma| SIGHT_SCATTER_RAD * SIGHT_SCATTER_RAD + sigma * sigma),
             clock_offset_m: now.clock_offset_m,
             since_previous: self.current,
         };
@@ -250,13 +249,13 @@ impl Window {
         // left turns to the right in it, against the gyroscope, and the sights part from each other.
         let (mut chi2, mut sight, mut apart) = (0.0, 0.0, 0.0);
         for entry in &motion {
-            let beside_m = (flat(entry) - on_line(entry.0.dt_s)).norm();
-            if beside_m > LINE_TOLERANCE_M {
+            let beside_m = flat(entry) - on_line(entry.0.dt_s);
+            if beside_m.norm() > LINE_TOLERANCE_M {
                 return None;
             }
-            chi2 += beside_m * beside_m / entry.1.variance_m2;
+            chi2 += weighed(&beside_m, &entry.1.variance_m2);
             sight += off(entry).norm_squared() / (2.0 * times.n);
-            apart += (off(entry) - mean_off).norm_squared() / entry.1.sight_variance_rad2;
+            apart += weighed(&(off(entry) - mean_off), &entry.1.sight_variance_rad2);
         }
         if apart > chi_square_limit(2.0 * times.n - 2.0) {
             return None;
@@ -284,6 +283,11 @@ impl Window {
     }
 }
 
+/// Sum of squares, each over the variance along its axis.
+fn weighed(errors: &Vector3<f64>, variances: &Vector3<f64>) -> f64 {
+    errors.component_mul(errors).component_div(variances).sum()
+}
+
 /// Chi-square that one in a thousand of `freedom` degrees of freedom is beyond (Wilson and Hilferty).
 fn chi_square_limit(freedom: f64) -> f64 {
     let ninth = 2.0 / (9.0 * freedom);
@@ -304,7 +308,9 @@ fn attitude_at_first(motion: &[(Segment, Fix)], bend: &Bend) -> Option<(Matrix3<
         seen += since.turn * fix.seen;
     }
     let scatter = motion.iter().zip(&bend.weights);
-    let square: f64 = scatter.map(|((_, fix), w)| 4.0 * w * w * fix.variance_m2).sum();
+    let square: f64 = scatter
+        .map(|((_, fix), w)| 4.0 * w * w * fix.variance_m2.max())
+        .sum();
     let force = libm::sqrt(square) / STANDARD_GRAVITY_M_PER_S2;
     // Seen from outside and from inside it is as long, but for how both err.
     let longer = (outside.norm() - inside.norm()).abs() / STANDARD_GRAVITY_M_PER_S2;

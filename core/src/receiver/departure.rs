@@ -38,21 +38,27 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
         }
     }
 
-    /// The direction of departure, with what beam squint told where it listened.
+    /// The direction of departure, with what beam squint told where it listened. `rise_sigma`: standard deviation that the upper cosine has by
+    /// the beams alone, beside what they claim; beam squint tells the ground's bounce apart.
     pub(super) fn departure(
         &self,
         measured: &MeasuredPath,
         squint: Option<FaceDirection>,
         gmt: &Transmitter,
+        rise_sigma: f64,
     ) -> Option<FaceDirection> {
+        let beams = |face| {
+            let mut beams = self.beam_departure(measured, gmt, face)?;
+            beams.sigma[1] = libm::hypot(beams.sigma[1], rise_sigma);
+            Some(beams)
+        };
         let Some(squint) = squint else {
-            return self.beam_departure(measured, gmt, self.face(measured.estimated.beam));
+            return beams(self.face(measured.estimated.beam));
         };
         if self.config.departures != Departures::SquintFit {
             return Some(squint);
         }
-        let beams = self.beam_departure(measured, gmt, squint.face);
-        Some(beams.map_or(squint, |beams| together(&squint, &beams)))
+        Some(beams(squint.face).map_or(squint, |beams| together(&squint, &beams)))
     }
 
     /// The direction of departure by the sweep's beams, as this face has it.

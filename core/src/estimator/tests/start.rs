@@ -74,7 +74,13 @@ fn start(draw: &mut Draw) -> Option<(Double, SVector<f64, 9>)> {
             let fix = position(t) + off;
             let seen = attitude(t).tr_mul(&towards);
             let seen = rotation(&arrival) * seen;
-            window.push(&filter.nominal, fix, (0.0, 0.0), (G - fix).normalize(), seen);
+            window.push(
+                &filter.nominal,
+                fix,
+                &[Vector3::zeros(); 2],
+                (G - fix).normalize(),
+                seen,
+            );
         }
         if k < 200 {
             let exact = increment(t);

@@ -70,7 +70,7 @@ fn poor_window(steps: &[u32], sigma_m: f64, disturb: impl Fn(u32, Vector3<f64>) 
         window.push(
             &clock(),
             disturb(step, position(t)),
-            (sigma_m, 0.0),
+            &[sigma_m, 0.0].map(Vector3::repeat),
             towards,
             seen,
         );
@@ -214,7 +214,7 @@ fn fixes_that_scatter_more_than_they_claim_widen_the_pose() {
 #[test]
 fn the_image_of_a_flight_that_turns_about_the_gmt_gives_no_pose() {
     let mirrored = |v: Vector3<f64>| Vector3::new(v.x, 80.0 - v.y, v.z);
-    let solved = |image: bool| {
+    let solved = |image: bool, sight_sigma_rad: Vector3<f64>| {
         let mut window = Window::new();
         for k in 0..=250_u64 {
             let t = k as f64 * 0.01;
@@ -228,7 +228,13 @@ fn the_image_of_a_flight_that_turns_about_the_gmt_gives_no_pose() {
                 };
                 let turned = rotation(&Vector3::new(0.0, 0.0, 0.5 * t));
                 let seen = turned.tr_mul(&(from - true_place).normalize());
-                window.push(&clock(), place, (0.1, 0.003), (G - place).normalize(), seen);
+                window.push(
+                    &clock(),
+                    place,
+                    &[Vector3::repeat(0.1), sight_sigma_rad],
+                    (G - place).normalize(),
+                    seen,
+                );
             }
             if k < 250 {
                 window.advance(&super::flight::increment(k * super::flight::STEP_NS));
@@ -236,8 +242,13 @@ fn the_image_of_a_flight_that_turns_about_the_gmt_gives_no_pose() {
         }
         window.solve(6, None)
     };
-    assert!(solved(false).is_some());
-    assert_eq!(solved(true), None);
+    let sure = Vector3::repeat(0.003);
+    assert!(solved(false, sure).is_some());
+    assert_eq!(solved(true, sure), None);
+    // Elevations that the ground's bounce has made unsure say nothing of azimuths.
+    let low = Vector3::new(0.003, 0.003, 0.03);
+    assert_eq!(solved(true, low), None);
+    assert!(solved(true, Vector3::repeat(0.03)).is_some());
 }
 
 /// The clock's drift is found between the fixes: those before are where it has them by now.
@@ -256,7 +267,7 @@ fn a_drift_that_is_found_late_is_no_velocity() {
             now.clock_offset_m = if found { offset_m } else { 0.0 };
             let place = position(t) + towards * (now.clock_offset_m - offset_m);
             let seen = attitude(t).tr_mul(&towards);
-            window.push(&now, place, (0.0, 0.0), towards, seen);
+            window.push(&now, place, &[Vector3::zeros(); 2], towards, seen);
         }
         if k < 200 {
             window.advance(&increment(t));

@@ -13,8 +13,8 @@ use super::{Fix, LEAST_NORM, Segment, WINDOW};
 pub(in crate::estimator) struct Share {
     /// In the end of the line through the fixes, in its slope (1/s), in the acceleration that they bend by (1/s^2), in the mean sight.
     pub(in crate::estimator) weights: [f64; 4],
-    /// Variance of the fix per axis, m^2.
-    pub(in crate::estimator) variance_m2: f64,
+    /// Variance of the fix along each axis, m^2.
+    pub(in crate::estimator) variance_m2: Vector3<f64>,
     /// Time since the fix before, s; none before the first.
     pub(in crate::estimator) since_s: Option<f64>,
 }
