@@ -1,4 +1,4 @@
-//! Covariance of the state errors: prediction by two sparse passes, scalar updates in Joseph form.
+//! Covariance of the state errors: prediction by two sparse passes, scalar updates.
 //!
 //! The matrix is stored whole and kept symmetric bit by bit. With `f32` its standard deviations stay within 2 % of a
 //! double-precision filter over a flight, which `tests/` asserts; that is why flight code uses `f32` here.
@@ -215,9 +215,12 @@ impl<T: Real, const N: usize> Covariance<T, N> {
             }
         }
         for &i in &CHANGED {
-            let Some(row) = self.p.get(i).copied() else {
+            let Some(mut row) = self.p.get(i).copied() else {
                 continue;
             };
+            if let Some(variance) = row.get_mut(i) {
+                *variance += rounding(*variance);
+            }
             for (line, across) in self.p.iter_mut().zip(&row) {
                 if let Some(value) = line.get_mut(i) {
                     *value = *across;
@@ -240,11 +243,10 @@ impl<T: Real, const N: usize> Covariance<T, N> {
         sum
     }
 
-    /// Takes in one scalar measurement in Joseph form and gives the gain; `None`, and nothing changed, when the
-    /// innovation variance is not positive.
+    /// Takes in one scalar measurement and gives the gain; `None`, and nothing changed, when the innovation variance is not positive.
     ///
-    /// `A = (I - K H) P`, `P = A (I - K H)^T + K R K^T`. Of A's product with `H^T` only the few columns that H touches
-    /// are needed, and the result is symmetric: half of it is computed, from the same numbers as the full form.
+    /// `P <- P - P H^T (H P H^T + R)^-1 H P`, half of it, as the result is symmetric. No variance is taken for finer than the
+    /// arithmetic: so none ends below zero, whatever was known to hundreds of metres before and is to centimetres now.
     #[inline(never)]
     pub fn update(&mut self, row: &Row<T>) -> Option<[T; N]> {
         let s = self.product(row);
@@ -254,21 +256,13 @@ impl<T: Real, const N: usize> Covariance<T, N> {
         }
         let inverse = T::one() / innovation;
         let gain = s.map(|value| value * inverse);
-        let mut back = [T::zero(); N];
-        for &(state, h) in row.entries() {
-            let (Some(line), Some(along)) = (self.p.get(usize::from(state)), s.get(usize::from(state)))
-            else {
-                continue;
-            };
-            for ((b, p), k) in back.iter_mut().zip(line).zip(&gain) {
-                *b += h * (*p - *k * *along);
+        for (i, (line, k)) in self.p.iter_mut().zip(&gain).enumerate() {
+            let before = line.get(i).copied().unwrap_or(T::zero());
+            for (p, along) in line.iter_mut().zip(&s).take(i + 1) {
+                *p -= *k * *along;
             }
-        }
-        for (i, line) in self.p.iter_mut().enumerate() {
-            let k = gain[i];
-            let rest = row.variance * k - back[i];
-            for ((p, along), other) in line.iter_mut().zip(&s).zip(&gain).take(i + 1) {
-                *p = (*p - k * *along) + rest * *other;
+            if let Some(variance) = line.get_mut(i) {
+                *variance += rounding(before);
             }
         }
         self.mirror();
@@ -286,4 +280,9 @@ impl<T: Real, const N: usize> Covariance<T, N> {
             }
         }
     }
+}
+
+/// What a variance may be off by that was computed from one of this size, and as much again for those beside it.
+fn rounding<T: Real>(variance: T) -> T {
+    T::default_epsilon() * T::of(2.0) * variance
 }
