@@ -12,7 +12,6 @@ mod whole;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::commands::kept::Kept;
@@ -85,17 +84,13 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let planned = planned(&args.flights, scenes.len());
     let bar = progress::bar(planned.iter().sum::<u64>() + rows as u64, "flying");
     let kept = args.keep_paths.as_deref().map(Kept::new);
-    let flights: Vec<_> = (scenes.iter().zip(&args.scenes).zip(planned))
-        .flat_map(|(scene, count)| (args.seed..args.seed + count).map(move |seed| (scene, seed)))
-        .collect();
-    let flights = flights
-        .into_par_iter()
-        .map(|((scene, name), seed)| {
-            let flown = flown::fly((scene, name), &config, seed, kept.as_ref())?;
+    let mut flights = Vec::new();
+    for ((scene, name), count) in scenes.iter().zip(&args.scenes).zip(planned) {
+        for seed in args.seed..args.seed + count {
+            flights.push(flown::fly((scene, name), &config, seed, kept.as_ref())?);
             bar.inc(1);
-            Ok(flown)
-        })
-        .collect::<anyhow::Result<Vec<_>>>()?;
+        }
+    }
     let whole = wanted(Part::Flights)
         .then(|| whole::fly(&flights, &bar))
         .transpose()?;
