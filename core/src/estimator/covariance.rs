@@ -282,7 +282,7 @@ impl<T: Real, const N: usize> Covariance<T, N> {
     }
 }
 
-/// What a variance may be off by that was computed from one of this size, and as much again for those beside it.
+/// Rounding error of a variance that was computed from one of this size: a unit in its last place, and as much again for its covariances.
 fn rounding<T: Real>(variance: T) -> T {
     T::default_epsilon() * T::of(2.0) * variance
 }
