@@ -60,7 +60,7 @@ pub(super) struct Seen<'a, const K: usize> {
 }
 
 impl<const N: usize> Surfaces<N> {
-    /// Learns from the verdicts of a sweep. From one that is not consistent nothing is learnt.
+    /// Learns from the verdicts of a sweep.
     pub fn learn<const K: usize>(
         &mut self,
         association: &Association<K>,
@@ -68,29 +68,27 @@ impl<const N: usize> Surfaces<N> {
         config: &AssociationConfig,
     ) -> Learned<N> {
         let mut points = Vec::new();
-        if association.consistent {
-            let pose = sweep.pose.relative_to(sweep.transmitter.sigma_m);
-            for (index, (path, verdict)) in sweep.paths.iter().zip(&association.verdicts).enumerate() {
-                let seen = Seen {
-                    sweep,
-                    pose,
-                    config,
-                    index,
-                    measured: Measurement::of(path, verdict.neighbourhood, &pose, &config.errors),
-                    probabilities: path.probabilities,
-                };
-                match verdict.decision {
-                    Decision::Explained | Decision::Tentative => {
-                        self.take(&seen, verdict);
-                        self.wait(&seen, verdict, &mut points);
-                    }
-                    Decision::New => self.bear_single(&seen),
-                    Decision::Unexplained => self.bear_pair(&seen),
-                    Decision::Ambiguous => {}
+        let pose = sweep.pose.relative_to(sweep.transmitter.sigma_m);
+        for (index, (path, verdict)) in sweep.paths.iter().zip(&association.verdicts).enumerate() {
+            let seen = Seen {
+                sweep,
+                pose,
+                config,
+                index,
+                measured: Measurement::of(path, verdict.neighbourhood, &pose, &config.errors),
+                probabilities: path.probabilities,
+            };
+            match verdict.decision {
+                Decision::Explained | Decision::Tentative => {
+                    self.take(&seen, verdict);
+                    self.wait(&seen, verdict, &mut points);
                 }
+                Decision::New => self.bear_single(&seen),
+                Decision::Unexplained => self.bear_pair(&seen),
+                Decision::Ambiguous => {}
             }
-            self.count_against(association, sweep, config);
         }
+        self.count_against(association, sweep, config);
         let merged = self.merge();
         let changes = self.update_status();
         self.release(&mut points);
@@ -206,11 +204,9 @@ impl<const N: usize> Surfaces<N> {
             return;
         };
         let held = verdict.departure_held > 0.5;
-        let third = verdict.chain.len() == MOST_REFLECTIONS;
         let in_beams = seen.sweep.transmitter.leaves_in_beams(&predicted.departure);
         let outlier = seen.measured.departure.is_some() && in_beams && !held;
-        // So many threes fit by chance that one without its departure is no point.
-        if verdict.chain.is_empty() || outlier || (third && !held) {
+        if verdict.chain.is_empty() || outlier {
             return;
         }
         let path = seen.waiting(verdict.chain.clone());

@@ -34,7 +34,6 @@ pub mod chain;
 mod clutter;
 mod config;
 mod hypotheses;
-mod joint;
 mod learn;
 mod likelihood;
 mod measurement;
@@ -60,7 +59,6 @@ use heapless::Vec;
 
 use self::clutter::clutter;
 use self::hypotheses::{Scene, weigh_all};
-use self::joint::Joint;
 use self::prior::known;
 use self::verdict::claim_once;
 use crate::estimator::Transmitter;
@@ -93,21 +91,7 @@ pub fn associate<const N: usize, const K: usize>(
         let _fits = verdicts.push(verdict);
     }
     claim_once(&mut verdicts);
-    let joint = joint_of(&scene, &measured, &verdicts);
-    let consistent = joint.is_consistent(config);
-    for verdict in verdicts
-        .iter_mut()
-        .filter(|verdict| !consistent && verdict.is_explained())
-    {
-        verdict.decision = Decision::Ambiguous;
-    }
-    Association {
-        verdicts,
-        consistent,
-        chi_square: joint.chi_square as f32,
-        degrees: joint.degrees,
-        left_out,
-    }
+    Association { verdicts, left_out }
 }
 
 /// The paths as measurements, with what stands beside each.
@@ -123,19 +107,4 @@ fn measurements<const N: usize, const K: usize>(
             path.probabilities,
         )
     }))
-}
-
-/// All explained paths together.
-fn joint_of<const N: usize, const K: usize>(
-    scene: &Scene<'_, N>,
-    measured: &Vec<(Measurement, Option<Probabilities>), K>,
-    verdicts: &Vec<Verdict, K>,
-) -> Joint {
-    let mut joint = Joint::new(scene);
-    for ((path, _), verdict) in measured.iter().zip(verdicts) {
-        if verdict.decision == Decision::Explained {
-            let _exists = joint.take(scene, path, &verdict.chain);
-        }
-    }
-    joint
 }

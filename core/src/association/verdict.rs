@@ -1,4 +1,4 @@
-//! What a path is, by the posterior of its hypotheses; then one chain for one path, and a check of the whole sweep.
+//! What a path is, by the posterior of its hypotheses; then one chain for one path.
 
 use heapless::Vec;
 
@@ -48,13 +48,6 @@ pub struct Verdict {
 pub struct Association<const K: usize> {
     /// One verdict for each path, in its order.
     pub verdicts: Vec<Verdict, K>,
-    /// Whether all explained paths agree on one error of the pose. If not, nothing of this sweep reaches map, pose or surfaces, and what was
-    /// explained is ambiguous.
-    pub consistent: bool,
-    /// Joint normalised innovation squared of the explained paths, pose error shared, and its degrees of freedom.
-    pub chi_square: f32,
-    /// Degrees of freedom of that.
-    pub degrees: u32,
     /// What there was no time for.
     pub left_out: LeftOut,
 }

@@ -183,7 +183,6 @@ fn what_was_learnt_from_a_poor_attitude_gives_way_to_a_good_one() {
                 }
             }
             let (association, _) = sweep(&mut surfaces, &link, &pose, &paths, k);
-            assert!(association.consistent, "{seed}: sweep {k}");
             // The wall that was learnt explains its path from the first good sweep on; that it is one is sure a few sweeps later.
             let decision = association.verdicts[1].decision;
             let explains = matches!(decision, Decision::Explained | Decision::Tentative);
@@ -283,34 +282,6 @@ fn a_chain_explains_one_path_of_a_sweep() {
         [(Decision::Ambiguous, &[id][..]), (Decision::Explained, &[id][..])]
     );
     assert_eq!(learned.points.len(), 1);
-}
-
-#[test]
-fn paths_that_ask_for_different_poses_teach_nothing() {
-    let mut surfaces = with_ground(0.0);
-    confirmed(&mut surfaces, &facade(), 60.0);
-    let before = surfaces.clone();
-    let link = link(0);
-    let mut pose = link.pose();
-    // The clock is known to half a metre: either path alone may be off by one, both not in different ways.
-    pose.covariance[(6, 6)] = 0.25;
-    let mut straight = link.path(&[], 0.0).expect("exists");
-    let mut single = link.path(&[facade()], 0.9).expect("exists");
-    for (off_m, is_consistent) in [(0.0, true), (1.0, false)] {
-        straight.c_tau_m += off_m;
-        single.c_tau_m -= off_m;
-        let paths = Paths::from_slice(&[straight, single]).expect("two");
-        let mut surfaces = before.clone();
-        let (association, learned) = sweep(&mut surfaces, &link, &pose, &paths, 1);
-        assert_eq!(
-            association.consistent, is_consistent,
-            "{}",
-            association.chi_square
-        );
-        assert_eq!(association.degrees, 6);
-        assert_eq!(association.verdicts[0].is_line_of_sight(), is_consistent);
-        assert_eq!(learned.points.is_empty(), !is_consistent);
-    }
 }
 
 #[test]
