@@ -13,9 +13,9 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::layout::{ATTITUDE, CLOCK_OFFSET, POSITION};
-use super::level::CARRIED_NS;
 use super::measurement::{LEAST_RANGE_M, PathMeasurement, Transmitter};
 use super::sweep_measurement::SweepVerdict;
+use super::tilt::CARRIED_NS;
 use super::window::WINDOW;
 use super::{Filter, attitude};
 use crate::geometry::Real;

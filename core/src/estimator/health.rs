@@ -35,8 +35,6 @@ pub struct Counters {
     pub accepted: u32,
     /// Line-of-sight sweeps rejected by the gate.
     pub rejected: u32,
-    /// Line-of-sight sweeps held back until a neighbour agrees.
-    pub held: u32,
     /// Reflections taken in.
     pub reflections: u32,
     /// Reflections rejected or not matched to a plane.
@@ -53,7 +51,7 @@ pub struct Counters {
     pub refixes: u32,
     /// Sweeps whose first path proves the pose wrong: shorter than the straight way.
     pub contrary: u32,
-    /// Starts and re-fixes that the magnetic heading contradicts.
+    /// Starts and re-fixes that the magnetic heading contradicts, and starts that the tilt at rest does.
     pub starts_refused: u32,
     /// Clock steps taken over.
     pub clock_steps: u32,

@@ -50,8 +50,6 @@ pub struct PathMeasurement {
     pub aoa: Direction<Body, f64>,
     /// Standard deviation of that along any tangent, rad.
     pub aoa_sigma_rad: f64,
-    /// Standard deviation that its elevation has beside, rad: what a ground bounce that was not told apart adds.
-    pub aoa_rise_sigma_rad: f64,
     /// Angle of departure, when it was measured.
     pub departure: Option<FaceDirection>,
     /// How fast it grows, when that was measured.
@@ -292,17 +290,12 @@ impl Model {
         let u = Direction::<Body, f64>::from_vector(nominal.attitude.tr_mul(&l)).ok()?;
         let (e1, e2) = u.tangents();
         let shift = self.array_shift(&u, nominal);
-        let up = nominal.attitude.tr_mul(&Vector3::z());
-        let rise = (up - u.vector() * u.vector().dot(&up))
-            .try_normalize(1e-3)
-            .unwrap_or_default()
-            * path.aoa_rise_sigma_rad;
         for (i, e) in [e1, e2].iter().enumerate() {
             let seen = e.dot(&(path.aoa.vector() - u.vector()));
             let expected = shift.error.get(i).copied().unwrap_or(0.0);
             let mut row = Row::new(
                 seen - expected,
-                squared(path.aoa_sigma_rad, self.noise.aoa_rad, gmt_angle) + rise.dot(e) * rise.dot(e),
+                squared(path.aoa_sigma_rad, self.noise.aoa_rad, gmt_angle),
             );
             let world = nominal.attitude * e;
             let moved = across * world;

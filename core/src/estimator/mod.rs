@@ -50,7 +50,6 @@ mod delta_range;
 mod gate;
 mod health;
 mod layout;
-mod level;
 mod measurement;
 mod nominal;
 mod pose;
@@ -63,6 +62,7 @@ mod start;
 mod start_covariance;
 mod sweep;
 mod sweep_measurement;
+mod tilt;
 mod timing;
 mod watch;
 mod window;
@@ -76,7 +76,6 @@ pub use layout::{
     ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, FACE_BIAS,
     GYRO_BIAS, GYRO_MATRIX, MOUNTING, PLANES, POSITION, TWO_WAY_BIAS, VELOCITY, planes, states,
 };
-pub use level::LevelYaw;
 pub use measurement::{
     Bounces, FaceDirection, MappedPlane, Model, PathMeasurement, ReflectedPath, Transmitter,
 };
@@ -90,9 +89,8 @@ pub use watch::{Step, Watch};
 
 use self::contrary::{Doubt, Magnetic};
 use self::delta_range::Lengths;
-use self::gate::Innovation;
-use self::level::Level;
 use self::scalar::Pending;
+use self::tilt::RestTilt;
 use self::timing::Suspect;
 use self::window::Window;
 use crate::geometry::{Body, Direction, Position, Real, Rotation};
@@ -151,12 +149,8 @@ pub struct Filter<T: Real, const N: usize> {
     acquired: u32,
     /// What rest before the flight has shown.
     rest: Option<Alignment>,
-    level: Option<Level>,
-    last_innovation: Option<Innovation>,
+    rest_tilt: Option<RestTilt>,
     contested: u32,
-    /// Sweeps held back in a row.
-    held: u32,
-    sure: bool,
     /// Whether the contradiction began small, while the filter was unsure of itself or long without sight.
     doubtful: bool,
     /// Whether the contradiction began in sight, and small: sweeps and inertial data part from each other, as they do when ranges
@@ -167,8 +161,6 @@ pub struct Filter<T: Real, const N: usize> {
     last_line_ns: u64,
     last_aid_ns: u64,
     suspect_clock: Option<Suspect>,
-    /// Last exchange that contradicted the ones before or after it, ns.
-    last_stray_ns: Option<u64>,
     doubt: Doubt,
     magnetic: Option<Magnetic>,
     resets: u32,
@@ -204,18 +196,14 @@ impl<T: Real, const N: usize> Filter<T, N> {
             clock_known: false,
             acquired: 0,
             rest: None,
-            level: None,
-            last_innovation: None,
+            rest_tilt: None,
             contested: 0,
-            held: 0,
-            sure: false,
             doubtful: false,
             parted: false,
             last_sight_ns: time_ns,
             last_line_ns: time_ns,
             last_aid_ns: time_ns,
             suspect_clock: None,
-            last_stray_ns: None,
             doubt: Doubt::default(),
             magnetic: None,
             resets: 0,

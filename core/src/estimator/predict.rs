@@ -195,7 +195,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     #[inline(never)]
     fn coasted(&mut self, until_ns: u64, accel: f64, gyro: f64) {
         self.window.clear();
-        self.level = None;
+        self.rest_tilt = None;
         self.inertial_trouble(until_ns);
         let dt = until_ns.saturating_sub(self.nominal.time_ns) as f64 * 1e-9;
         self.tell(Step::Stands);

@@ -1,8 +1,8 @@
 //! Scalar measurements: two-way timing, magnetic heading. They wait until the horizon passes their time stamps.
 
 use super::layout::ATTITUDE;
-use super::level::CARRIED_NS;
 use super::row::Row;
+use super::tilt::CARRIED_NS;
 use super::{Filter, Gates};
 use crate::geometry::Real;
 

@@ -1,6 +1,6 @@
 //! Start-up and hard re-fix: the pose from a window of sweeps, everything else kept.
 
-use super::gate::{APART_SIGMAS, Innovation};
+use super::gate::APART_SIGMAS;
 use super::layout::{
     ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ARRAYS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, FACE_BIAS,
     FACES, GYRO_BIAS, GYRO_MATRIX, MOUNTING, POSITION, TWO_WAY_BIAS, VELOCITY,
@@ -43,7 +43,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if !self.running {
             self.forget_accel_bias(self.config.priors.accel_bias_m_per_s2);
         }
-        self.set_level(rest);
+        self.set_tilt(rest);
     }
 
     /// From now on nothing is known of the accelerometer's bias but what rest has shown: its part along the vertical of then. Across that it
@@ -90,9 +90,15 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let Some(solution) = self.window.solve(START_FIXES, None) else {
             return false;
         };
-        self.running = self.is_acceptable(&solution);
-        if self.running {
-            self.set_pose(gmt, &solution);
+        if !self.is_acceptable(&solution) {
+            return false;
+        }
+        let carried = self.nominal.attitude;
+        self.set_pose(gmt, &solution);
+        self.running = self.take_rest_tilt(&carried);
+        if !self.running {
+            self.nominal.attitude = carried;
+            self.counters.starts_refused = self.counters.starts_refused.saturating_add(1);
         }
         self.running
     }
@@ -163,8 +169,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.nominal.position_m = solution.position_m;
         self.nominal.velocity_m_per_s = solution.velocity_m_per_s;
         self.set_window_covariance(gmt, solution, given);
-        (self.contested, self.held) = (0, 0);
-        self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
+        self.contested = 0;
     }
 
     /// Whether an attitude is not one that would be lost at once, nor contradicted by the magnetic heading.
@@ -191,13 +196,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.window.clear();
         self.slots.clear();
         self.running = false;
-        self.level = None;
+        self.rest_tilt = None;
         self.clock_known = false;
         self.suspect_clock = None;
-        self.last_stray_ns = None;
         self.acquired = 0;
-        self.last_innovation = None;
-        (self.contested, self.held) = (0, 0);
+        self.contested = 0;
         self.resets = self.resets.saturating_add(1);
         self.health.starting = true;
         self.set_priors();

@@ -9,7 +9,6 @@
 
 use super::Filter;
 use super::layout::{ACCEL_BIAS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, GYRO_BIAS, MOUNTING, POSITION};
-use super::level::ARRIVAL_SIGMA_RAD;
 use super::measurement::{LEAST_RANGE_M, Transmitter};
 use super::window::{Cause, SIGHT_SCATTER_RAD, Solution};
 use crate::geometry::Real;
@@ -19,6 +18,9 @@ use nalgebra::Vector3;
 /// Measured: of the errors of 5629 lines of sight in 44 flights of `real` (tuning seeds), departures that claim 4 mrad or less, two fifths of
 /// the square last; half of these are left after ten seconds.
 pub(super) const LASTING_S: f64 = 10.0;
+/// Standard deviation of an angle of arrival by the arrays' calibration, rad: their states learn it only later.
+/// Derived: slope and tilt of an array in the error budget, 1.7 and 1.75 mrad, in squares.
+const ARRIVAL_SIGMA_RAD: f64 = 2.5e-3;
 
 impl<T: Real, const N: usize> Filter<T, N> {
     /// Sets the covariance of place and velocity at the last fix of a window, and of the attitude unless that was `given`.

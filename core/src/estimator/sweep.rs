@@ -2,15 +2,14 @@
 
 use super::Filter;
 use super::claim::Claim;
-use super::gate::{Innovation, chi_square};
-use super::layout::{ATTITUDE, POSITION, VELOCITY};
-use super::measurement::{LEAST_RANGE_M, MappedPlane, PATH_ROWS, PathMeasurement, PathRows, Transmitter};
+use super::gate::chi_square;
+use super::layout::{ATTITUDE, POSITION};
+use super::measurement::{MappedPlane, PATH_ROWS, PathMeasurement, PathRows, Transmitter};
 use super::row::Row;
 use super::sweep_measurement::{SweepMeasurement, SweepVerdict};
 use super::watch::Step;
 use super::window::WINDOW;
 use crate::geometry::Real;
-use nalgebra::Vector3;
 
 /// Without aid from outside for this long, the pose is dead reckoning, ns.
 /// Given: what the state is called; nothing is reckoned with it.
@@ -25,10 +24,6 @@ const SMALL: f64 = 4.0;
 /// Derived: of sweeps twice a second, two without one.
 pub(super) const BLIND_AFTER_NS: u64 = 1_200_000_000;
 
-/// Rows of delay and arrival, before those of departure.
-/// Derived: delay, and two of arrival.
-const ARRIVAL_ROWS: usize = 3;
-
 /// Chi-square of three and of five rows that one sight in twenty is beyond.
 /// Derived: quantiles of the chi-square.
 const USUAL: (f64, f64) = (7.81, 11.07);
@@ -40,7 +35,6 @@ impl SweepVerdict {
         match self {
             Self::NoSight => "no line of sight",
             Self::Accepted => "taken",
-            Self::Held => "held until the next sweep agrees",
             Self::Rejected => "contradicts the filter",
             Self::Refixed => "set anew",
             Self::Started => "set for the first time",
@@ -53,16 +47,6 @@ impl SweepVerdict {
     pub fn is_taken(self) -> bool {
         matches!(self, Self::Accepted | Self::Refixed | Self::Started)
     }
-}
-
-/// Whether a departure is half a beam off or more. No position error of a pose that is sure of its place does that, a sidelobe of another beam
-/// does: arrival and delay then stand without it.
-fn is_of_another_beam<T: Real>(rows: &[Row<T>], half_beam: &[f64; 2]) -> bool {
-    let departure = rows.get(ARRIVAL_ROWS..).unwrap_or(&[]);
-    departure
-        .iter()
-        .zip(half_beam)
-        .any(|(row, half_beam)| row.residual.to_f64().abs() > *half_beam)
 }
 
 impl<T: Real, const N: usize> Filter<T, N> {
@@ -127,9 +111,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if !self.running {
             let gmt = &beacon.taken;
             self.push_fix(gmt, path);
-            let yaw = sweep.level_yaw.as_ref();
-            let started = self.has_clock()
-                && (yaw.is_some_and(|yaw| self.start_level(gmt, path, yaw)) || self.try_start(gmt));
+            let started = self.has_clock() && self.try_start(gmt);
             return if started {
                 SweepVerdict::Started
             } else {
@@ -144,60 +126,33 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if self.sigma(ATTITUDE) > gates.attitude_lost_rad && self.try_refix(gmt) {
             return SweepVerdict::Refixed;
         }
-        let mut path = *path;
-        let Some((mut rows, mut gate, mut chi2)) = weighed else {
+        let Some((mut rows, gate, mut chi2)) = weighed else {
             return SweepVerdict::Rejected;
         };
         if chi2 > gate
             && self.delay_stepped(&rows)
-            && let Some(again) = self.rows(gmt, &path, &[])
+            && let Some(again) = self.rows(gmt, path, &[])
         {
             rows = again;
             chi2 = chi_square(&self.covariance, &rows);
         }
-        if chi2 > gate
-            && self.sigma(POSITION) < gates.trusted_m
-            && is_of_another_beam(&rows, &self.model.radio.half_beam)
-        {
-            rows.truncate(ARRIVAL_ROWS);
-            path.departure = None;
-            (gate, chi2) = (gates.three, chi_square(&self.covariance, &rows));
-        }
         self.ratios.line_of_sight = (chi2 / gate) as f32;
-        let Some(innovation) = self.innovation(gmt, &path) else {
-            return SweepVerdict::Rejected;
-        };
-        let range = (gmt.position_m - self.nominal.position_m - innovation.offset_m).norm();
-        let agrees = self
-            .last_innovation
-            .is_some_and(|before| before.agrees(&innovation, self.sigma(VELOCITY), range));
-        let sigma = self.sigma(POSITION);
-        let blind = sweep.time_ns.saturating_sub(self.last_line_ns) > BLIND_AFTER_NS;
         // Whether the filter was sure of itself when the contradiction began: what grows while it rejects does not count.
         if self.contested == 0 {
-            self.sure = sigma < gates.trusted_m;
+            let blind = sweep.time_ns.saturating_sub(self.last_line_ns) > BLIND_AFTER_NS;
+            let sure = self.sigma(POSITION) < gates.trusted_m;
             let small = chi2 < SMALL * gate;
-            self.doubtful = small && (blind || !self.sure);
+            self.doubtful = small && (blind || !sure);
             let in_sight = sweep.time_ns.saturating_sub(self.last_sight_ns) <= BLIND_AFTER_NS;
-            self.parted = small && self.sure && in_sight;
+            self.parted = small && sure && in_sight;
         }
-        self.last_innovation = Some(innovation);
         if chi2 <= gate {
             self.contested = 0;
-            // After an outage almost any place is possible: one sweep is no proof, a consistent fix elsewhere may be a lie.
-            let sure_enough = self.sure || agrees || sweep.self_consistent && blind;
-            if !sure_enough && self.held < gates.refix_after {
-                self.counters.held = self.counters.held.saturating_add(1);
-                self.held = self.held.saturating_add(1);
-                return SweepVerdict::Held;
-            }
             let usual = if rows.len() == PATH_ROWS { USUAL.1 } else { USUAL.0 };
             if chi2 < usual {
                 self.refute_timing(gmt);
             }
             self.take_rows(&rows);
-            self.held = 0;
-            self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
             self.counters.accepted = self.counters.accepted.saturating_add(1);
             return SweepVerdict::Accepted;
         }
@@ -207,35 +162,6 @@ impl<T: Real, const N: usize> Filter<T, N> {
             return SweepVerdict::Refixed;
         }
         SweepVerdict::Rejected
-    }
-
-    /// How a path differs from the filter; a lost attitude is left out of it.
-    fn innovation(&self, gmt: &Transmitter, path: &PathMeasurement) -> Option<Innovation> {
-        let place = self.model.place(&self.nominal, gmt, path, &[])?;
-        let turn_rad = if self.sigma(ATTITUDE) > self.gates().attitude_lost_rad {
-            Vector3::zeros()
-        } else {
-            let seen = self.nominal.attitude * self.model.corrected(&path.aoa, &self.nominal);
-            seen - (gmt.position_m - place).try_normalize(LEAST_RANGE_M)?
-        };
-        let range_m = (gmt.position_m - place).norm();
-        // Without a departure the arrival tells the place, and no turn.
-        let (across_sigma_rad, turn_sigma_rad) = match &path.departure {
-            Some(departure) => {
-                let left = departure.sigma_along(&((place - gmt.position_m) / range_m));
-                (left, left.map(|sigma| libm::hypot(path.aoa_sigma_rad, sigma)))
-            }
-            None => (Vector3::repeat(path.aoa_sigma_rad), Vector3::zeros()),
-        };
-        Some(Innovation {
-            time_ns: self.nominal.time_ns,
-            offset_m: place - self.nominal.position_m,
-            turn_rad,
-            sigma: [
-                across_sigma_rad.map(|sigma| libm::hypot(range_m * sigma, path.c_tau_sigma_m)),
-                turn_sigma_rad,
-            ],
-        })
     }
 
     /// Patience is over: the last sweeps set the pose, if they agree. There is more of it than any run of equal outliers is long; but what

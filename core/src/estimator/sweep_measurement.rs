@@ -1,6 +1,5 @@
 //! What a sweep brings to the filter, and what becomes of it.
 
-use super::level::LevelYaw;
 use super::measurement::{PathMeasurement, ReflectedPath, Transmitter};
 
 /// What a sweep brought.
@@ -14,12 +13,8 @@ pub struct SweepMeasurement<'a> {
     pub stop: u32,
     /// The line-of-sight path, if the link state says so.
     pub line_of_sight: Option<PathMeasurement>,
-    /// That it is the line of sight shows in the path itself, whatever the position is thought to be.
-    pub self_consistent: bool,
     /// Without one: the first path, when it is as strong as through free space, but not from where the pose has the GMT.
     pub contrary: Option<PathMeasurement>,
-    /// Yaw of the level attitude ([`super::Filter::level`]), if something tells it before the start.
-    pub level_yaw: Option<LevelYaw>,
     /// Reflected paths whose surfaces are known, strongest first. They correct the pose without line of sight.
     pub reflections: &'a [ReflectedPath],
     /// All paths, whatever they met.
@@ -35,8 +30,6 @@ pub enum SweepVerdict {
     NoSight,
     /// Taken in.
     Accepted,
-    /// Possible, but the filter is too unsure to tell: kept until the next sweep agrees.
-    Held,
     /// Not taken in: it contradicts the filter.
     Rejected,
     /// The pose was set anew from the last sweeps.

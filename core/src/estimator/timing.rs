@@ -18,9 +18,6 @@ const STEP_AGREEMENT_M: f64 = 1.0;
 /// The same of exchanges that have told a rate of their own.
 /// Derived: four standard deviations of the difference of two.
 const LINE_AGREEMENT_M: f64 = 0.5;
-/// Exchanges stray as long as one has strayed within this, ns: what the strays of a shadow have done to the clock shows in that time.
-/// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
-const STRAYING_NS: u64 = 10_000_000_000;
 /// A constant error of timing beyond this is a lie.
 /// Derived: ten times what radios have, m.
 const TIMING_OFF_M: f64 = 0.3;
@@ -34,10 +31,6 @@ const STRAY_M: f64 = 1.5;
 /// As many exchanges in agreement contradict the clock.
 /// Derived: A single one may be right after an outlier that a silence has let pass (docs/localization.md, "When the GMT lies").
 const CONTRADICTION: u32 = 2;
-
-/// Lines of sight among the exchanges of a contradiction that refute them where exchanges stray.
-/// Derived: half of the sweeps. There, sights are poor, too, and one that passes by chance says nothing.
-const REFUTED_STRAYING: u32 = 3;
 
 /// A step that timing alone has told leaves the clock no less sure than it is long, up to this, m.
 /// Numerical: single precision holds no more beside the centimetres of an exchange.
@@ -61,8 +54,8 @@ pub(super) struct Suspect {
     first: (u64, f64),
     /// Rate of the last two, m/s.
     rate_m_per_s: Option<f64>,
-    /// Lines of sight in between that have agreed with the clock.
-    refuted: u32,
+    /// A line of sight in between has agreed with the clock.
+    refuted: bool,
 }
 
 impl Suspect {
@@ -95,9 +88,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             if let Some(doubt_m) = self.unresolved_m(time_ns, offset_m, row.residual.to_f64()) {
                 self.doubt_timing_by(doubt_m);
             }
-            if self.suspect_clock.take().is_some() {
-                self.last_stray_ns = Some(time_ns);
-            }
+            self.suspect_clock = None;
             self.acquired = self.acquired.saturating_add(1);
             self.apply_or_stray(&row);
             self.health.clock_contested = self.timing_is_off();
@@ -122,14 +113,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
             agrees.then_some((before, (apart_m, dt_s)))
         });
         let exchanges = agreeing.map_or(1, |(before, _)| before.exchanges.saturating_add(1));
-        let refuted = agreeing.map_or(0, |(before, _)| before.refuted);
+        let refuted = agreeing.is_some_and(|(before, _)| before.refuted);
         match agreeing {
             // As many as a pose that is contradicted rides out. Either the clock has stepped or the timing's own error has.
             Some((before, _)) if exchanges >= self.gates().refix_after => {
-                // Where exchanges stray, those have led the clock off that the gate let pass.
-                let strayed = (self.last_stray_ns)
-                    .is_some_and(|stray_ns| time_ns.saturating_sub(stray_ns) < STRAYING_NS);
-                let refuted = refuted >= if strayed { REFUTED_STRAYING } else { 1 };
                 let (first_ns, first_m) = before.first;
                 let run_s = time_ns.saturating_sub(first_ns) as f64 * 1e-9;
                 let drift = self.nominal.clock_drift_m_per_s;
@@ -137,9 +124,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
                     .nominal
                     .delay_period
                     .wrap_m(offset_m - first_m - drift * run_s);
-                if refuted || !strayed || !self.may_have_run_by(ran_m, run_s) {
-                    self.doubt_timing_by(row.residual.to_f64());
-                }
+                self.doubt_timing_by(row.residual.to_f64());
                 if refuted {
                     // Lines of sight have said which: they know the clock.
                     self.suspect_clock = None;
@@ -152,9 +137,6 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 }
             }
             _ => {
-                if agreeing.is_none() && self.suspect_clock.is_some() {
-                    self.last_stray_ns = Some(time_ns);
-                }
                 self.suspect_clock = Some(Suspect {
                     time_ns,
                     offset_m,
@@ -168,14 +150,6 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 });
             }
         }
-    }
-
-    /// Whether the clock may have run by this, m, beside its rate, in this time, s: as fast as its ramp has made it since a line of sight
-    /// tied it last. What runs faster is a lie, or may be.
-    fn may_have_run_by(&self, ran_m: f64, run_s: f64) -> bool {
-        let since_s = self.nominal.time_ns.saturating_sub(self.last_sight_ns) as f64 * 1e-9;
-        let most_m_per_s = self.config.priors.clock_ramp_m_per_s2 * since_s;
-        ran_m.abs() <= most_m_per_s * run_s + LINE_AGREEMENT_M
     }
 
     /// Whether the timing's own error is one that no radio has, or may be.
@@ -246,7 +220,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if let Some(suspect) = &mut self.suspect_clock
             && gate * variance < suspect.contradicts_m * suspect.contradicts_m
         {
-            suspect.refuted = suspect.refuted.saturating_add(1);
+            suspect.refuted = true;
             self.counters.timing_refuted = self.counters.timing_refuted.saturating_add(1);
         }
     }
@@ -287,9 +261,6 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let density = |variance: f64| libm::exp(-0.5 * residual * residual / variance) / libm::sqrt(variance);
         let (own, stray) = ((1.0 - share) * density(innovation), share * density(wide));
         let own = own / (own + stray);
-        if own < 0.5 {
-            self.last_stray_ns = Some(self.nominal.time_ns);
-        }
         // The gain is `along` times the mean of both inverses; their scatter is what not knowing costs.
         let inverse = own / innovation + (1.0 - own) / wide;
         let apart = residual * (1.0 / innovation - 1.0 / wide);

@@ -122,14 +122,6 @@ impl<const STATES: usize> Localizer<STATES> {
         }
     }
 
-    /// Attitude of unknown yaw, before the filter's start.
-    pub(super) fn level(&self) -> Option<Matrix3<f64>> {
-        match self {
-            Self::Filter(filter) => filter.level(),
-            Self::Baseline(_) => None,
-        }
-    }
-
     /// An angle of arrival without the arrays' errors, as far as they are known.
     pub(super) fn corrected(&self, aoa: &Direction<Body>) -> Direction<Body> {
         match self {

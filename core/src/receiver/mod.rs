@@ -40,7 +40,6 @@ mod config;
 mod departure;
 mod estimated;
 mod gain;
-mod level;
 mod localizer;
 mod mapping;
 mod paths;
@@ -63,7 +62,6 @@ pub use rules::Rules;
 use nalgebra::Vector3;
 
 use self::clock::TwoWayClock;
-use self::level::LevelFix;
 use self::localizer::Localizer;
 use self::sweep::Open;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
@@ -154,7 +152,6 @@ pub struct Receiver<'m, R: Radio, const VOXELS: usize, const STATES: usize = { s
     last_heading_ns: u64,
     localizer: Localizer<STATES>,
     surfaces: Surfaces<SURFACES>,
-    level_fix: Option<LevelFix>,
     open: Option<Open>,
     last_beacon: Option<(u64, Beacon)>,
     clock: TwoWayClock,
@@ -173,7 +170,6 @@ impl<'m, R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'m, R, VOX
             rest: Some(RestAlignment::new(config.rest)),
             last_heading_ns: 0,
             surfaces: config.no_surfaces(),
-            level_fix: None,
             localizer: Localizer::new(&config.localization, radio.model()),
             radio,
             open: None,

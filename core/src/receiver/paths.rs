@@ -65,13 +65,6 @@ fn beneath(point_m: &Vector3<f64>, ground_z_m: f64) -> Vector3<f64> {
     Vector3::new(point_m.x, point_m.y, ground_z_m + ground_z_m - point_m.z)
 }
 
-/// Share of the difference between line of sight and ground bounce by which the former errs, standard deviation: all that the bounce's
-/// amplitude allows where the two are one path, and nothing when the bounce's way is so much longer that they are told apart.
-fn mixed(longer_m: f64) -> f64 {
-    let apart = longer_m / TOLD_APART_M;
-    MIXED * libm::exp(-apart * apart)
-}
-
 /// Standard deviation of the upper direction cosine of departure where the bounce leaves this much further down. The beams see both as one path as long as
 /// the band does not tell them apart, which takes longer here: a beam's amplitude is read at the delay of the path alone.
 fn drawn_down(further_down: f64) -> f64 {
@@ -81,41 +74,17 @@ fn drawn_down(further_down: f64) -> f64 {
 /// Half of the difference between two paths.
 /// Derived: what the weaker one may pull an estimate by that takes them for one.
 const MIXED: f64 = 0.5;
-/// Two paths are told apart when their lengths differ by more than this, m: a sixth of what the band resolves.
-/// Measured: the errors of 1348 lines of sight in flight decided: 13 mrad (nine of ten) where the bounce is 0.25 m longer, 7 at 0.35 m,
-/// none beyond 0.5 m.
-const TOLD_APART_M: f64 = 0.235;
 /// Beams tell two departures apart that differ by more than this, direction cosine: a third of a beam.
 /// Measured: of 5600 lines of sight in 44 flights of `real` (tuning seeds) half err in elevation by less than 14 mrad where the bounce leaves 0.15 further
 /// down, 7.5 at 0.22, 4.3 at 0.27, 2.9 at 0.32, and 1.6 from 0.5 on, where nothing but the beams' own errors is left; in azimuth 1.1 to 1.9 everywhere.
 const BEAMS_APART: f64 = 0.085;
 
-/// What the ground bounce adds to the errors of a line of sight that it is not told apart from, standard deviations.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Bounce {
-    /// Of the length, m.
-    length_m: f64,
-    /// Of the elevation that it comes from, rad.
-    arrival_rad: f64,
-    /// Of the upper direction cosine in which it left, by the beams.
-    departure: f64,
-}
-
-impl Bounce {
-    /// Of a line of sight between two points over flat ground.
-    fn between(gmt_m: &Vector3<f64>, uav_m: &Vector3<f64>, ground_z_m: f64) -> Self {
-        let image_m = beneath(gmt_m, ground_z_m);
-        let range_m = (gmt_m - uav_m).norm();
-        let way_m = (image_m - uav_m).norm();
-        let share = mixed(way_m - range_m);
-        let up = (uav_m.z - gmt_m.z) / range_m;
-        let down = (image_m.z - uav_m.z) / way_m;
-        Self {
-            length_m: share * (way_m - range_m),
-            arrival_rad: share * (image_m - gmt_m).norm() / range_m,
-            departure: drawn_down(up - down),
-        }
-    }
+/// Standard deviation that the ground bounce adds to the upper direction cosine in which a line of sight left, by the beams, between two points
+/// over flat ground.
+fn drawn_by_bounce(gmt_m: &Vector3<f64>, uav_m: &Vector3<f64>, ground_z_m: f64) -> f64 {
+    let sine_up = |from: &Vector3<f64>| (uav_m.z - from.z) / (uav_m - from).norm();
+    // The way to the image leaves as far down as the image looks up.
+    drawn_down(sine_up(gmt_m) + sine_up(&beneath(gmt_m, ground_z_m)))
 }
 
 impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS, STATES> {
@@ -223,7 +192,6 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
             c_tau_sigma_m: libm::sqrt(f64::from(covariance.m11.max(0.0))),
             aoa: Direction::from_vector(path.aoa.vector().map(f64::from)).ok()?,
             aoa_sigma_rad: libm::sqrt(f64::from(0.5 * (covariance.m22 + covariance.m33).max(0.0))),
-            aoa_rise_sigma_rad: 0.0,
             departure: self.departure(measured, squint, gmt, 0.0),
             range_rate: measured
                 .estimated
@@ -232,8 +200,8 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
         })
     }
 
-    /// The same of the line of sight, which the ground bounce follows so closely that the two may not be told apart: then delay and
-    /// elevations are anything between those of both.
+    /// The same of the line of sight, with what its bend adds, and the ground bounce: it follows so closely that the beams may not tell in which
+    /// elevation the line of sight left.
     pub(super) fn line_measurement(
         &self,
         path: &MeasuredPath,
@@ -243,35 +211,30 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
         time_ns: u64,
     ) -> Option<PathMeasurement> {
         let mut measured = self.measurement(path, squint, gmt)?;
-        let bounce = self.bounce(path, measured.departure.as_ref(), gmt, time_ns);
-        measured.departure = self.departure(path, squint, gmt, bounce.departure);
+        let drawn = self.drawn_by_bounce(path, measured.departure.as_ref(), gmt, time_ns);
+        measured.departure = self.departure(path, squint, gmt, drawn.unwrap_or(0.0));
         measured.aoa_sigma_rad = libm::hypot(measured.aoa_sigma_rad, bend.angle_rad);
-        measured.aoa_rise_sigma_rad = bounce.arrival_rad;
-        let late_m = libm::hypot(bend.length_m, bounce.length_m);
-        measured.c_tau_sigma_m = libm::hypot(measured.c_tau_sigma_m, late_m);
+        measured.c_tau_sigma_m = libm::hypot(measured.c_tau_sigma_m, bend.length_m);
         if let Some(departure) = &mut measured.departure {
             departure.sigma = departure.sigma.map(|sigma| libm::hypot(sigma, bend.angle_rad));
         }
         Some(measured)
     }
 
-    /// What the ground bounce adds to the errors of a line of sight that left so; nothing where ground, clock or departure are not known.
-    fn bounce(
+    /// [`drawn_by_bounce`] of a line of sight that left so; `None` where ground, clock or departure are not known.
+    fn drawn_by_bounce(
         &self,
         line: &MeasuredPath,
         departure: Option<&FaceDirection>,
         gmt: &Transmitter,
         time_ns: u64,
-    ) -> Bounce {
-        let left = departure.and_then(|departure| left(&self.radio.model().faces, departure, gmt));
-        let (Some(left), Some(ground_z_m), Some(offset_m)) =
-            (left, self.config.accept.point.ground_z_m, self.offset_m(time_ns))
-        else {
-            return Bounce::default();
-        };
+    ) -> Option<f64> {
+        let left = left(&self.radio.model().faces, departure?, gmt)?;
+        let ground_z_m = f64::from(self.config.accept.point.ground_z_m?);
+        let offset_m = self.offset_m(time_ns)?;
         let range_m = length_m(line.estimated.path.c_tau_m, offset_m, &self.delay_period()).max(1.0);
         let uav_m = gmt.position_m + left.vector() * range_m;
-        Bounce::between(&gmt.position_m, &uav_m, f64::from(ground_z_m))
+        Some(drawn_by_bounce(&gmt.position_m, &uav_m, ground_z_m))
     }
 
     pub(super) fn face(&self, beam: u16) -> usize {
@@ -284,28 +247,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_bounce_is_mixed_with_the_line_of_sight_until_the_band_tells_them_apart() {
-        assert!((mixed(0.0) - 0.5).abs() < 1e-12);
-        assert!(mixed(0.1) > mixed(0.2) && mixed(0.2) > mixed(0.35));
-        // What flights showed at 65 and at 46 m: 46 and 65 mrad between the two arrivals, errors of 8 and 4 mrad.
-        assert!((mixed(0.25) * 46.0 - 7.4).abs() < 0.2 && (mixed(0.35) * 65.0 - 3.5).abs() < 0.2);
-        assert!(mixed(0.6) < 1e-3);
-    }
-
-    #[test]
     fn a_low_line_of_sight_leaves_with_its_bounce_and_a_high_one_alone() {
         let gmt_m = Vector3::new(0.0, 0.0, 1.5);
         let at =
-            |away_m: f64, height_m: f64| Bounce::between(&gmt_m, &Vector3::new(away_m, 0.0, height_m), 0.0);
+            |away_m: f64, height_m: f64| drawn_by_bounce(&gmt_m, &Vector3::new(away_m, 0.0, height_m), 0.0);
         // What flights showed at 60 m, half of the errors: 14 mrad of elevation; at 45 m 7 and less; half of a normal error is within 0.67 of its
         // standard deviation.
-        let [low, higher, high] =
-            [at(60.0, 4.5), at(45.0, 5.5), at(40.0, 12.0)].map(|bounce| 0.67 * bounce.departure);
+        let [low, higher, high] = [at(60.0, 4.5), at(45.0, 5.5), at(40.0, 12.0)].map(|drawn| 0.67 * drawn);
         assert!((8e-3..14e-3).contains(&low), "{low}");
         assert!((4e-3..8e-3).contains(&higher), "{higher}");
         assert!(high < 1e-3, "{high}");
-        // The band tells them apart long before.
-        assert!(at(45.0, 5.5).length_m < 0.02 && at(45.0, 5.5).arrival_rad < 1e-2);
     }
 
     #[test]

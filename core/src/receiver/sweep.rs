@@ -180,10 +180,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
         stop: u32,
         bearing: Option<&Bearing>,
     ) -> Localized {
-        let level = self.level_start(measured, gmt, open.time_ns);
-        let sight = self
-            .line_of_sight(measured, open.time_ns)
-            .or(level.map(|(first, _)| Sight::straight(first)));
+        let sight = self.line_of_sight(measured, open.time_ns);
         let association = match self.localizer.expected() {
             Some(pose) if sight.map_or(self.config.map_aided, |sight| !sight.expected) => {
                 let classified = self.classify(measured, &pose, &self.localizer.plausible(open.time_ns, gmt));
@@ -212,11 +209,6 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
         let contrary = contrary
             .and_then(|index| measured.get(index))
             .and_then(|path| self.line_measurement(path, &Bend::default(), None, gmt, open.time_ns));
-        let departure = line_of_sight.and_then(|path| path.departure);
-        let self_consistent = line
-            .and_then(|index| measured.get(index))
-            .zip(departure)
-            .is_some_and(|(path, left)| self.is_self_consistent(path, &left, gmt, open.time_ns));
         // There is room for every path.
         let measurements: Vec<_, PATHS> = gather(
             measured
@@ -237,9 +229,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
                 gmt: *gmt,
                 stop,
                 line_of_sight,
-                self_consistent,
                 contrary,
-                level_yaw: level.map(|(_, yaw)| yaw),
                 reflections: &reflections,
                 paths: &measurements,
                 delta_ranges: self.config.delta_ranges,

@@ -42,7 +42,6 @@ fn path(towards: Vector3<f64>, off_m_per_s: f64) -> PathMeasurement {
         c_tau_sigma_m: 0.01,
         aoa: Direction::from_vector(towards).expect("a direction"),
         aoa_sigma_rad: 1e-3,
-        aoa_rise_sigma_rad: 0.0,
         departure: None,
         range_rate: Some(RangeRate {
             m_per_s: folded as f32,
@@ -63,9 +62,7 @@ fn sweep(paths: &[PathMeasurement]) -> SweepMeasurement<'_> {
         },
         stop: 0,
         line_of_sight: None,
-        self_consistent: false,
         contrary: None,
-        level_yaw: None,
         reflections: &[],
         paths,
         delta_ranges: true,

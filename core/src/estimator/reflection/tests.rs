@@ -44,7 +44,6 @@ fn flight(walls: &[MappedPlane], late_m: f64) -> (Filter61, ReflectedPath) {
         c_tau_sigma_m: 0.01,
         aoa: Direction::from_vector(way).expect("apart"),
         aoa_sigma_rad: 1e-4,
-        aoa_rise_sigma_rad: 0.0,
         range_rate: None,
         departure: None,
     };

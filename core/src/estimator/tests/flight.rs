@@ -50,7 +50,6 @@ pub(super) fn path(time_ns: u64) -> PathMeasurement {
         c_tau_sigma_m: 0.01,
         aoa: Direction::from_vector(state.attitude.tr_mul(&way)).expect("apart"),
         aoa_sigma_rad: 1e-4,
-        aoa_rise_sigma_rad: 0.0,
         range_rate: None,
         departure: Some(FaceDirection {
             face: 0,
@@ -66,8 +65,6 @@ pub(super) fn measurement(time_ns: u64, path: PathMeasurement) -> SweepMeasureme
         gmt: gmt(),
         stop: (time_ns / SWEEP_NS / 2) as u32,
         line_of_sight: Some(path),
-        self_consistent: false,
-        level_yaw: None,
         contrary: None,
         reflections: &[],
         paths: &[],

@@ -63,7 +63,6 @@ fn path() -> PathMeasurement {
         c_tau_sigma_m: 0.01,
         aoa: Direction::from_zenith_azimuth(1.7, 0.3).expect("angles"),
         aoa_sigma_rad: 1e-3,
-        aoa_rise_sigma_rad: 0.0,
         range_rate: None,
         departure: Some(FaceDirection {
             face: 2,
@@ -299,29 +298,4 @@ fn a_step_of_metres_lands_where_the_path_points() {
     };
     assert!(after(false) > 0.2, "{}", after(false));
     assert!(after(true) < 0.02, "{}", after(true));
-}
-
-#[test]
-fn an_unresolved_bounce_widens_the_elevation_of_an_arrival_and_nothing_else() {
-    let model = Model::new(RadioModel::default(), RadioNoise::default());
-    // Level, so that the tangents at a level direction are level and upright.
-    let level = Nominal {
-        attitude: rotation(&Vector3::new(0.0, 0.0, 0.4)),
-        ..state()
-    };
-    let variances = |aoa_rise_sigma_rad: f64| -> heapless::Vec<f64, 5> {
-        let mut path = path();
-        path.aoa = seen(&level, &gmt().position_m);
-        path.aoa_rise_sigma_rad = aoa_rise_sigma_rad;
-        let rows = model.rows::<f64>(&level, &gmt(), &path, &[]).expect("apart");
-        rows.iter().map(|row| row.variance).collect()
-    };
-    let grown: heapless::Vec<f64, 5> = variances(0.01)
-        .iter()
-        .zip(&variances(0.0))
-        .map(|(with, without)| with - without)
-        .collect();
-    assert!((grown[1] + grown[2] - 1e-4).abs() < 1e-9, "{grown:?}");
-    assert!(grown[1].min(grown[2]) < 1e-9, "{grown:?}");
-    assert!(grown[0] == 0.0 && grown[3] == 0.0 && grown[4] == 0.0);
 }
