@@ -149,13 +149,6 @@ impl<const N: usize> Surfaces<N> {
                 .iter()
                 .zip(&predicted.points)
                 .filter(|(other, _)| *other == id);
-            // A wall is only known where it was seen: nothing is learnt far from there.
-            if met
-                .clone()
-                .any(|(_, point)| surface.outside_m(point) > config.reach_m)
-            {
-                continue;
-            }
             if !seen.sweep.held.contains(id)
                 && let Some(plane) = updated(plane, of, &innovation, &covariance)
             {

@@ -77,6 +77,4 @@ pub struct TestRatios {
     pub reflection: f32,
     /// Two-way timing.
     pub two_way: f32,
-    /// Magnetic heading.
-    pub heading: f32,
 }

@@ -8,7 +8,7 @@
 //! ```text
 //! increments --> history ......... head (present pose)
 //!                   |
-//!                horizon (state, covariance) <-- sweeps, two-way timing, magnetic heading, at their time stamps
+//!                horizon (state, covariance) <-- sweeps, two-way timing, at their time stamps
 //! ```
 //!
 //! A sweep's path is taken in whole or not at all (`gate`). A filter that contradicts several sweeps in a row which
@@ -89,7 +89,7 @@ pub use watch::{Step, Watch};
 
 use self::contrary::{Doubt, Magnetic};
 use self::delta_range::Lengths;
-use self::scalar::Pending;
+use self::scalar::Exchange;
 use self::tilt::RestTilt;
 use self::timing::Suspect;
 use self::window::Window;
@@ -130,7 +130,7 @@ pub struct Filter<T: Real, const N: usize> {
     covariance: Covariance<T, N>,
     slots: heapless::Vec<Slot, MAX_PLANES>,
     history: heapless::Deque<ImuStep, HISTORY>,
-    pending: heapless::Deque<Pending, 8>,
+    pending: heapless::Deque<Exchange, 8>,
     head: Nominal,
     window: Window,
     beacon: BeaconMonitor,

@@ -6,7 +6,7 @@ use super::layout::{
     ACCEL_BIAS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, FACE_BIAS, GYRO_BIAS, POSITION, VELOCITY,
 };
 use super::nominal::Nominal;
-use super::scalar::Pending;
+use super::scalar::Exchange;
 use super::watch::Step;
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::geometry::Real;
@@ -65,15 +65,15 @@ impl<T: Real, const N: usize> Filter<T, N> {
             let due = self
                 .pending
                 .front()
-                .map(Pending::time_ns)
+                .map(|exchange| exchange.time_ns)
                 .filter(|&due| due <= time_ns);
             let from_m = self.nominal.position_m;
             self.inertial_to(due.unwrap_or(time_ns));
             self.moved_m += self.nominal.position_m - from_m;
             match due {
                 Some(_) => {
-                    if let Some(pending) = self.pending.pop_front() {
-                        self.take(pending);
+                    if let Some(Exchange { time_ns, offset_m }) = self.pending.pop_front() {
+                        self.take_two_way(time_ns, offset_m);
                     }
                 }
                 None => break,

@@ -140,7 +140,7 @@ pub struct Config<'m, Description = RadioConfig> {
     pub imu: ImuConfig,
     /// Alignment at rest.
     pub rest: RestConfig,
-    /// The earth's field, for the heading without line of sight; `None` leaves the magnetometer unused.
+    /// The earth's field, whose heading a start must not contradict; `None` leaves the magnetometer unused.
     pub magnetic_field: Option<MagneticField>,
     /// Pose.
     pub localization: Localization<'m>,

@@ -85,12 +85,6 @@ impl<const STATES: usize> Localizer<STATES> {
         }
     }
 
-    pub(super) fn heading(&mut self, time_ns: u64, yaw_rad: f32, sigma_rad: f32) {
-        if let Self::Filter(filter) = self {
-            let _counted = filter.heading(time_ns, f64::from(yaw_rad), f64::from(sigma_rad));
-        }
-    }
-
     /// Takes note of the magnetic field.
     pub(super) fn magnetic(&mut self, time_ns: u64, field: &MagneticField, seen_ut: &Vector3<f32>) {
         if let Self::Filter(filter) = self {

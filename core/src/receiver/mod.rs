@@ -66,7 +66,7 @@ use self::localizer::Localizer;
 use self::sweep::Open;
 use crate::constants::SPEED_OF_LIGHT_M_PER_S;
 use crate::estimator::{Counters as FilterCounters, Health, Pose, states};
-use crate::geometry::{Gmt, Real, Rotation, World};
+use crate::geometry::{Gmt, Rotation, World};
 use crate::inertial::{Imu, ImuCounters, ImuSample, RestAlignment, RestStatus};
 use crate::map::PointCloud;
 use crate::paths::BeamReport;
@@ -80,10 +80,6 @@ pub const PATHS: usize = 9;
 /// Surfaces that are kept.
 /// Capacity: those of a street are a dozen, and as many may be in doubt.
 pub const SURFACES: usize = 32;
-/// Headings are no more frequent than this, ns.
-/// Derived: their error hardly changes in between.
-const HEADING_INTERVAL_NS: u64 = 1_000_000_000;
-
 /// What the GMT says about itself after a sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beacon {
@@ -149,7 +145,6 @@ pub struct Receiver<'m, R: Radio, const VOXELS: usize, const STATES: usize = { s
     memory: Memory<'m, R, VOXELS>,
     imu: Imu,
     rest: Option<RestAlignment>,
-    last_heading_ns: u64,
     localizer: Localizer<STATES>,
     surfaces: Surfaces<SURFACES>,
     open: Option<Open>,
@@ -168,7 +163,6 @@ impl<'m, R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'m, R, VOX
             memory,
             imu: Imu::new(config.imu),
             rest: Some(RestAlignment::new(config.rest)),
-            last_heading_ns: 0,
             surfaces: config.no_surfaces(),
             localizer: Localizer::new(&config.localization, radio.model()),
             radio,
@@ -200,30 +194,13 @@ impl<'m, R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'m, R, VOX
         }
     }
 
-    /// A sample of the magnetometer, uT in body axes. Its heading must agree with a start; a running
-    /// filter uses it only after a while without line of sight.
+    /// A sample of the magnetometer, uT in body axes. Its heading must agree with a start.
     pub fn magnetometer(&mut self, time_ns: u64, field_ut: &Vector3<f32>) {
         self.elapse(time_ns);
         let Some(field) = &self.config.magnetic_field else {
             return;
         };
         self.localizer.magnetic(time_ns, field, field_ut);
-        let Some(pose) = self.localizer.expected() else {
-            return;
-        };
-        let tilt_sigma_rad = libm::sqrtf(
-            0.5 * (pose.attitude_covariance_rad2.m11 + pose.attitude_covariance_rad2.m22).max(0.0),
-        );
-        let since_ns = time_ns.saturating_sub(self.last_heading_ns);
-        // A disturbed field gives no heading: iron is near.
-        if since_ns >= HEADING_INTERVAL_NS
-            && let Ok(heading) = field.heading(field_ut, &pose.attitude, tilt_sigma_rad)
-        {
-            self.last_heading_ns = time_ns;
-            let r = pose.attitude.matrix();
-            let yaw_rad = r.m21.atan2_libm(r.m11) + heading.yaw_error_rad;
-            self.localizer.heading(time_ns, yaw_rad, heading.sigma_rad);
-        }
     }
 
     /// A two-way timing exchange: UAV clock less GMT clock, s.

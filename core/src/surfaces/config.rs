@@ -20,7 +20,7 @@ pub struct SurfaceConfig {
     /// of a confirmed surface, or of a new one, known worse (standard deviation): of two surfaces it could be either.
     /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub same_m: f32,
-    /// Nothing is learnt of a surface further than this outside what was seen of it, m: a wall is only known where it was seen.
+    /// Two pieces of a plane are one surface when no more than this lies between what was seen of them, m.
     /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub reach_m: f32,
     /// Motion of the transmitter, or of the point of reflection, that makes what the network says of a path independent, m.

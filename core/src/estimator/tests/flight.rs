@@ -227,27 +227,6 @@ fn a_single_wrong_path_is_rejected_and_a_run_of_five_is_ridden_out() {
 }
 
 #[test]
-fn the_heading_is_used_only_without_sight() {
-    let mut filter = flown(6_000_000_000, 0, |_, _, _| ());
-    let wrong_yaw = 0.5 * 6.0 + 0.3;
-    let sigma = |filter: &Filter49| filter.covariance().at(ATTITUDE + 2, ATTITUDE + 2);
-    let _ = filter.heading(6_000_000_000, wrong_yaw, 0.1);
-    let before = sigma(&filter);
-    filter.advance_to(6_000_000_001);
-    assert!(sigma(&filter) >= before);
-    for now in (6_000_000_000..30_000_000_000).step_by(STEP_NS as usize) {
-        filter.increment(&increment(now));
-    }
-    filter.advance_to(29_990_000_000);
-    filter.covariance.add(ATTITUDE + 2, 0.1);
-    let before = sigma(&filter);
-    let yaw = 0.5 * 29.995;
-    let _ = filter.heading(29_995_000_000, yaw, 0.1);
-    filter.advance_to(30_000_000_000);
-    assert!(sigma(&filter) < 0.5 * before);
-}
-
-#[test]
 fn what_the_sensor_is_turned_by_is_taken_out() {
     // Half a degree: 85 mm/s^2 of gravity, and 4 mrad/s of the turn, about the wrong axes.
     let mounting = Vector3::new(0.008, -0.006, 0.007);
