@@ -225,7 +225,6 @@ fn digest(association: &Association<PATHS>) -> u64 {
             digest.add_bits(number);
         }
     }
-    digest.add_bits(association.chi_square);
     digest.add(u64::from(association.left_out.unweighed));
     digest.value()
 }

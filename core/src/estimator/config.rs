@@ -166,7 +166,7 @@ pub struct Gates {
     /// Chi-square of a scalar.
     /// Derived: one honest scalar in 15 800 is beyond: four standard deviations.
     pub one: f64,
-    /// Position sigma (norm, m) up to which the place is known: about it paths are linearised.
+    /// Position sigma (norm, m) up to which a sweep without a consistent neighbour is believed.
     /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub trusted_m: f64,
     /// Position sigma (norm, m) above which the filter counts as lost.

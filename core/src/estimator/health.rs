@@ -35,6 +35,8 @@ pub struct Counters {
     pub accepted: u32,
     /// Line-of-sight sweeps rejected by the gate.
     pub rejected: u32,
+    /// Line-of-sight sweeps held back until a neighbour agrees.
+    pub held: u32,
     /// Reflections taken in.
     pub reflections: u32,
     /// Reflections rejected or not matched to a plane.

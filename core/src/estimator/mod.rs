@@ -89,6 +89,7 @@ pub use watch::{Step, Watch};
 
 use self::contrary::{Doubt, Magnetic};
 use self::delta_range::Lengths;
+use self::gate::Innovation;
 use self::scalar::Exchange;
 use self::tilt::RestTilt;
 use self::timing::Suspect;
@@ -150,7 +151,11 @@ pub struct Filter<T: Real, const N: usize> {
     /// What rest before the flight has shown.
     rest: Option<Alignment>,
     rest_tilt: Option<RestTilt>,
+    last_innovation: Option<Innovation>,
     contested: u32,
+    /// Sweeps held back in a row.
+    held: u32,
+    sure: bool,
     /// Whether the contradiction began small, while the filter was unsure of itself or long without sight.
     doubtful: bool,
     /// Whether the contradiction began in sight, and small: sweeps and inertial data part from each other, as they do when ranges
@@ -197,7 +202,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
             acquired: 0,
             rest: None,
             rest_tilt: None,
+            last_innovation: None,
             contested: 0,
+            held: 0,
+            sure: false,
             doubtful: false,
             parted: false,
             last_sight_ns: time_ns,

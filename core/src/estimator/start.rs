@@ -1,6 +1,6 @@
 //! Start-up and hard re-fix: the pose from a window of sweeps, everything else kept.
 
-use super::gate::APART_SIGMAS;
+use super::gate::{APART_SIGMAS, Innovation};
 use super::layout::{
     ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ARRAYS, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, FACE_BIAS,
     FACES, GYRO_BIAS, GYRO_MATRIX, MOUNTING, POSITION, TWO_WAY_BIAS, VELOCITY,
@@ -169,7 +169,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.nominal.position_m = solution.position_m;
         self.nominal.velocity_m_per_s = solution.velocity_m_per_s;
         self.set_window_covariance(gmt, solution, given);
-        self.contested = 0;
+        (self.contested, self.held) = (0, 0);
+        self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
     }
 
     /// Whether an attitude is not one that would be lost at once, nor contradicted by the magnetic heading.
@@ -200,7 +201,8 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.clock_known = false;
         self.suspect_clock = None;
         self.acquired = 0;
-        self.contested = 0;
+        self.last_innovation = None;
+        (self.contested, self.held) = (0, 0);
         self.resets = self.resets.saturating_add(1);
         self.health.starting = true;
         self.set_priors();

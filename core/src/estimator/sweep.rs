@@ -2,14 +2,15 @@
 
 use super::Filter;
 use super::claim::Claim;
-use super::gate::chi_square;
-use super::layout::{ATTITUDE, POSITION};
-use super::measurement::{MappedPlane, PATH_ROWS, PathMeasurement, PathRows, Transmitter};
+use super::gate::{Innovation, chi_square};
+use super::layout::{ATTITUDE, POSITION, VELOCITY};
+use super::measurement::{LEAST_RANGE_M, MappedPlane, PATH_ROWS, PathMeasurement, PathRows, Transmitter};
 use super::row::Row;
 use super::sweep_measurement::{SweepMeasurement, SweepVerdict};
 use super::watch::Step;
 use super::window::WINDOW;
 use crate::geometry::Real;
+use nalgebra::Vector3;
 
 /// Without aid from outside for this long, the pose is dead reckoning, ns.
 /// Given: what the state is called; nothing is reckoned with it.
@@ -35,6 +36,7 @@ impl SweepVerdict {
         match self {
             Self::NoSight => "no line of sight",
             Self::Accepted => "taken",
+            Self::Held => "held until the next sweep agrees",
             Self::Rejected => "contradicts the filter",
             Self::Refixed => "set anew",
             Self::Started => "set for the first time",
@@ -137,22 +139,40 @@ impl<T: Real, const N: usize> Filter<T, N> {
             chi2 = chi_square(&self.covariance, &rows);
         }
         self.ratios.line_of_sight = (chi2 / gate) as f32;
+        let Some(innovation) = self.innovation(gmt, path) else {
+            return SweepVerdict::Rejected;
+        };
+        let range = (gmt.position_m - self.nominal.position_m - innovation.offset_m).norm();
+        let agrees = self
+            .last_innovation
+            .is_some_and(|before| before.agrees(&innovation, self.sigma(VELOCITY), range));
+        let sigma = self.sigma(POSITION);
+        let blind = sweep.time_ns.saturating_sub(self.last_line_ns) > BLIND_AFTER_NS;
         // Whether the filter was sure of itself when the contradiction began: what grows while it rejects does not count.
         if self.contested == 0 {
-            let blind = sweep.time_ns.saturating_sub(self.last_line_ns) > BLIND_AFTER_NS;
-            let sure = self.sigma(POSITION) < gates.trusted_m;
+            self.sure = sigma < gates.trusted_m;
             let small = chi2 < SMALL * gate;
-            self.doubtful = small && (blind || !sure);
+            self.doubtful = small && (blind || !self.sure);
             let in_sight = sweep.time_ns.saturating_sub(self.last_sight_ns) <= BLIND_AFTER_NS;
-            self.parted = small && sure && in_sight;
+            self.parted = small && self.sure && in_sight;
         }
+        self.last_innovation = Some(innovation);
         if chi2 <= gate {
             self.contested = 0;
+            // After an outage almost any place is possible: one sweep is no proof, a consistent fix elsewhere may be a lie.
+            let sure_enough = self.sure || agrees || sweep.self_consistent && blind;
+            if !sure_enough && self.held < gates.refix_after {
+                self.counters.held = self.counters.held.saturating_add(1);
+                self.held = self.held.saturating_add(1);
+                return SweepVerdict::Held;
+            }
             let usual = if rows.len() == PATH_ROWS { USUAL.1 } else { USUAL.0 };
             if chi2 < usual {
                 self.refute_timing(gmt);
             }
             self.take_rows(&rows);
+            self.held = 0;
+            self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
             self.counters.accepted = self.counters.accepted.saturating_add(1);
             return SweepVerdict::Accepted;
         }
@@ -162,6 +182,35 @@ impl<T: Real, const N: usize> Filter<T, N> {
             return SweepVerdict::Refixed;
         }
         SweepVerdict::Rejected
+    }
+
+    /// How a path differs from the filter; a lost attitude is left out of it.
+    fn innovation(&self, gmt: &Transmitter, path: &PathMeasurement) -> Option<Innovation> {
+        let place = self.model.place(&self.nominal, gmt, path, &[])?;
+        let turn_rad = if self.sigma(ATTITUDE) > self.gates().attitude_lost_rad {
+            Vector3::zeros()
+        } else {
+            let seen = self.nominal.attitude * self.model.corrected(&path.aoa, &self.nominal);
+            seen - (gmt.position_m - place).try_normalize(LEAST_RANGE_M)?
+        };
+        let range_m = (gmt.position_m - place).norm();
+        // Without a departure the arrival tells the place, and no turn.
+        let (across_sigma_rad, turn_sigma_rad) = match &path.departure {
+            Some(departure) => {
+                let left = departure.sigma_along(&((place - gmt.position_m) / range_m));
+                (left, left.map(|sigma| libm::hypot(path.aoa_sigma_rad, sigma)))
+            }
+            None => (Vector3::repeat(path.aoa_sigma_rad), Vector3::zeros()),
+        };
+        Some(Innovation {
+            time_ns: self.nominal.time_ns,
+            offset_m: place - self.nominal.position_m,
+            turn_rad,
+            sigma: [
+                across_sigma_rad.map(|sigma| libm::hypot(range_m * sigma, path.c_tau_sigma_m)),
+                turn_sigma_rad,
+            ],
+        })
     }
 
     /// Patience is over: the last sweeps set the pose, if they agree. There is more of it than any run of equal outliers is long; but what

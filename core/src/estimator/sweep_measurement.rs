@@ -13,6 +13,8 @@ pub struct SweepMeasurement<'a> {
     pub stop: u32,
     /// The line-of-sight path, if the link state says so.
     pub line_of_sight: Option<PathMeasurement>,
+    /// That it is the line of sight shows in the path itself, whatever the position is thought to be.
+    pub self_consistent: bool,
     /// Without one: the first path, when it is as strong as through free space, but not from where the pose has the GMT.
     pub contrary: Option<PathMeasurement>,
     /// Reflected paths whose surfaces are known, strongest first. They correct the pose without line of sight.
@@ -30,6 +32,8 @@ pub enum SweepVerdict {
     NoSight,
     /// Taken in.
     Accepted,
+    /// Possible, but the filter is too unsure to tell: kept until the next sweep agrees.
+    Held,
     /// Not taken in: it contradicts the filter.
     Rejected,
     /// The pose was set anew from the last sweeps.

@@ -25,9 +25,9 @@ pub(super) const SUSPECT_S: f64 = 2.6;
 /// Fixes kept.
 /// Capacity: memory of the window.
 pub(super) const WINDOW: usize = 6;
-/// A fix further than this from the common line is wrong, m.
+/// A fix further than this from the common line is wrong, m; and two sweeps agree within it.
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
-const LINE_TOLERANCE_M: f64 = 0.5;
+pub(super) const LINE_TOLERANCE_M: f64 = 0.5;
 /// An angle of arrival further than this from the common attitude is wrong, rad: 3 degrees.
 /// Derived: what a gyroscope's bias of 0.5 deg/s turns the body by in the two seconds of five fixes, thrice.
 const SIGHT_TOLERANCE_RAD: f64 = 0.052;

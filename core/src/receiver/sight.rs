@@ -13,10 +13,11 @@
 
 use super::bend::{Bend, UNREFLECTED_DB};
 use super::config::Localization;
+use super::localizer::left;
 use super::paths::{Excess, MeasuredPath};
 use super::receive::length_m;
 use crate::array::half_wave_dipole;
-use crate::estimator::{Pose, Transmitter};
+use crate::estimator::{FaceDirection, Pose, Transmitter};
 use crate::geometry::{Direction, World};
 use crate::link_state::{LinkState, PaperClassifier};
 use crate::path::{Departure, Path};
@@ -172,6 +173,36 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
             / (4.0 * core::f32::consts::PI * (length_m as f32).max(1.0));
         let free_space_db = 20.0 * libm::log10f((spread * dipoles).max(f32::MIN_POSITIVE));
         Some(gain_db - free_space_db)
+    }
+
+    /// Whether a path proves by itself that it is the line of sight: it has lost no more than through free space, and it comes,
+    /// with an attitude that is known, from just where it left for. A wave that is turned so little by a reflection has made
+    /// no detour.
+    pub(super) fn is_self_consistent(
+        &self,
+        path: &MeasuredPath,
+        departure: &FaceDirection,
+        gmt: &Transmitter,
+        time_ns: u64,
+    ) -> bool {
+        let (Some(pose), Some(offset_m), Some(left)) = (
+            self.localizer.expected(),
+            self.offset_m(time_ns),
+            left(&self.radio.model().faces, departure, gmt),
+        ) else {
+            return false;
+        };
+        let Ok(direction) = Direction::from_vector(left.vector().map(|c| c as f32)) else {
+            return false;
+        };
+        let [x, z] = departure.sigma;
+        let left = Departure {
+            direction,
+            sigma_rad: x.max(z) as f32,
+        };
+        let period = self.delay_period();
+        self.is_unreflected(path, length_m(path.estimated.path.c_tau_m, offset_m, &period))
+            && self_consistent(path, &left, &pose)
     }
 }
 

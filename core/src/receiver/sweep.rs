@@ -209,6 +209,11 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
         let contrary = contrary
             .and_then(|index| measured.get(index))
             .and_then(|path| self.line_measurement(path, &Bend::default(), None, gmt, open.time_ns));
+        let departure = line_of_sight.and_then(|path| path.departure);
+        let self_consistent = line
+            .and_then(|index| measured.get(index))
+            .zip(departure)
+            .is_some_and(|(path, left)| self.is_self_consistent(path, &left, gmt, open.time_ns));
         // There is room for every path.
         let measurements: Vec<_, PATHS> = gather(
             measured
@@ -229,6 +234,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
                 gmt: *gmt,
                 stop,
                 line_of_sight,
+                self_consistent,
                 contrary,
                 reflections: &reflections,
                 paths: &measurements,

@@ -286,13 +286,12 @@ const STATES: [LinkState; 4] = [
     LinkState::FirstOrder,
     LinkState::HigherOrder,
 ];
-/// In the order of the wire format. Code 2 was sent by receivers that took some sights in with a wider covariance, code 3 by those that held some
-/// until the next agreed.
+/// In the order of the wire format. Code 2 was sent by receivers that took some sights in with a wider covariance.
 const VERDICTS: [SweepVerdict; 9] = [
     SweepVerdict::NoSight,
     SweepVerdict::Accepted,
     SweepVerdict::Accepted,
-    SweepVerdict::NoSight,
+    SweepVerdict::Held,
     SweepVerdict::Rejected,
     SweepVerdict::Refixed,
     SweepVerdict::Started,
@@ -368,6 +367,7 @@ mod tests {
         let numbers = [
             (SweepVerdict::NoSight, 0),
             (SweepVerdict::Accepted, 1),
+            (SweepVerdict::Held, 3),
             (SweepVerdict::Rejected, 4),
             (SweepVerdict::Refixed, 5),
             (SweepVerdict::Started, 6),
@@ -379,6 +379,6 @@ mod tests {
             assert_eq!(VERDICTS[usize::from(number)], verdict);
         }
         // Retired, and still understood.
-        assert_eq!(VERDICTS[2..4], [SweepVerdict::Accepted, SweepVerdict::NoSight]);
+        assert_eq!(VERDICTS[2], SweepVerdict::Accepted);
     }
 }

@@ -62,6 +62,7 @@ fn sweep(paths: &[PathMeasurement]) -> SweepMeasurement<'_> {
         },
         stop: 0,
         line_of_sight: None,
+        self_consistent: false,
         contrary: None,
         reflections: &[],
         paths,

@@ -65,6 +65,7 @@ pub(super) fn measurement(time_ns: u64, path: PathMeasurement) -> SweepMeasureme
         gmt: gmt(),
         stop: (time_ns / SWEEP_NS / 2) as u32,
         line_of_sight: Some(path),
+        self_consistent: false,
         contrary: None,
         reflections: &[],
         paths: &[],
