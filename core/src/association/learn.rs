@@ -61,6 +61,8 @@ pub(super) struct Seen<'a, const K: usize> {
 
 impl<const N: usize> Surfaces<N> {
     /// Learns from the verdicts of a sweep.
+    // As its question, never inlined.
+    #[inline(never)]
     pub fn learn<const K: usize>(
         &mut self,
         association: &Association<K>,

@@ -68,7 +68,9 @@ use crate::surfaces::Surfaces;
 
 /// Which surfaces made these paths? `paths`: those of one sweep, strongest first; `transmitter`: where it is and how its mast stands, its error
 /// counts as the UAV's does.
+// Its frame is gone when the surfaces learn: never inlined.
 #[must_use]
+#[inline(never)]
 pub fn associate<const N: usize, const K: usize>(
     paths: &Vec<ReceivedPath, K>,
     pose: &PoseEstimate,
