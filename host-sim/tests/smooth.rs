@@ -37,7 +37,7 @@ fn a_smoothed_flight_is_nearer_to_the_truth_and_on_board_nothing_changes() {
     let directory = tempfile::tempdir().expect("a directory");
     let at = directory.path();
     let fly = [
-        "fly", "--world", "budget", "--scene", "outdoor", "--seed", "1", "--steps", "60",
+        "fly", "--world", "budget", "--scene", "outdoor", "--seed", "1", "--steps", "100",
     ];
     good(
         at,

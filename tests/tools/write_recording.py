@@ -36,7 +36,7 @@ SCENE = {
 }
 GMT_M = np.array([0.0, 0.0, 1.5])
 FIELD = {"strength_ut": 48.0, "inclination_deg": 65.0, "declination_deg": 3.0}
-REST_S, FLIGHT_S, PERIOD_S = 3.0, 15.0, 0.5
+REST_S, FLIGHT_S, PERIOD_S = 3.0, 20.0, 0.5
 # The UAV's clock: what it is ahead of the GMT's at first, s, and its rate.
 CLOCK_S, DRIFT = -1.4e-6, 2e-7
 

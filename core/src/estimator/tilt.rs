@@ -20,8 +20,8 @@ use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::geometry::Real;
 use crate::inertial::Alignment;
 
-/// Gyroscope and accelerometer carry an attitude on for this long, ns: the tilt after rest, and the heading without a line of sight,
-/// beyond which the magnetic one is better than none (docs/localization.md, "The model").
+/// Gyroscope and accelerometer carry an attitude on for this long, ns: the tilt after rest, and that of a start, which the magnetic heading is asked about
+/// as long (docs/localization.md, "Starts").
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 pub(super) const CARRIED_NS: u64 = 10_000_000_000;
 /// What a body has turned there and back before a start, rad: the gyroscope's scale and misalignment err by their part of that, and of the turn

@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Sweeps, beams and beam squint symbols that the script writes.
-const SWEEPS: u64 = 30;
+const SWEEPS: u64 = 40;
 const BEAMS: u64 = 72;
 const SYMBOLS: u64 = 33;
 
