@@ -26,7 +26,7 @@ use crate::receiver::{Radio, Receiver};
 /// Paths within this of the first one are one with it: images that the arrays' errors make, the ground bounce, m. The
 /// strongest is taken.
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
-pub(super) const AT_ONCE_M: f64 = 0.45;
+const AT_ONCE_M: f64 = 0.45;
 /// Standard deviation of the position, norm, from which on it does not tell whether a path is direct, m.
 /// Derived: where a pose counts as lost.
 pub(super) const PLACED_M: f32 = 3.0;
@@ -141,7 +141,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
     }
 
     /// Whether a path of this length came nearly as strong as through free space, and no stronger.
-    pub(super) fn is_unreflected(&self, path: &MeasuredPath, length_m: f64) -> bool {
+    fn is_unreflected(&self, path: &MeasuredPath, length_m: f64) -> bool {
         self.over_free_space_db(path, length_m)
             .is_some_and(|over_db| over_db.abs() < UNREFLECTED_DB)
     }
@@ -207,10 +207,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
 }
 
 /// Index of the strongest of the paths that came first.
-pub(super) fn first_of(
-    lengths_m: impl Iterator<Item = f64> + Clone,
-    measured: &[MeasuredPath],
-) -> Option<usize> {
+fn first_of(lengths_m: impl Iterator<Item = f64> + Clone, measured: &[MeasuredPath]) -> Option<usize> {
     let first_m = lengths_m.clone().min_by(f64::total_cmp)?;
     lengths_m
         .zip(measured)
