@@ -79,7 +79,7 @@ pub use layout::{
 pub use measurement::{
     Bounces, FaceDirection, MappedPlane, Model, PathMeasurement, ReflectedPath, Transmitter,
 };
-pub use nominal::{Nominal, rotation};
+pub use nominal::Nominal;
 pub use pose::{ClockEstimate, Pose};
 pub use row::{ROW_CAPACITY, Row};
 pub use scalar::TimingVerdict;

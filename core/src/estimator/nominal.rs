@@ -145,7 +145,7 @@ impl Nominal {
 }
 
 /// Rotation matrix of a rotation vector, rad (Rodrigues).
-pub fn rotation(angle_rad: &Vector3<f64>) -> Matrix3<f64> {
+pub(super) fn rotation(angle_rad: &Vector3<f64>) -> Matrix3<f64> {
     let square = angle_rad.norm_squared();
     // sin a / a and (1 - cos a) / a^2: nested series up to 0.1 rad, which is exact to round-off and every step of a sound
     // flight; a fifth of the instructions.

@@ -42,8 +42,6 @@ pub struct RestConfig {
     pub rate_bias_rad_per_s: f32,
     /// Largest difference of the specific force from gravity that is believed, m/s^2.
     pub gravity_error_m_per_s2: f32,
-    /// Standard deviation of the accelerometer's bias, m/s^2: it becomes that of the tilt.
-    pub accel_bias_m_per_s2: f32,
     /// Standard deviation of the gyroscope's bias as it moves during the alignment, rad/s.
     pub gyro_wander_rad_per_s: f32,
     /// Standard deviation of what the accelerometer shows of gravity at rest and no longer in flight, m/s^2: 0.15 mg/K over 20 K (data sheet).
@@ -61,7 +59,6 @@ impl Default for RestConfig {
             force_drift_m_per_s2: 0.01,
             rate_bias_rad_per_s: 2.0 * DPS,
             gravity_error_m_per_s2: 0.1 * G,
-            accel_bias_m_per_s2: 0.02 * G,
             gyro_wander_rad_per_s: 0.002 * DPS,
             accel_wander_m_per_s2: 0.003 * G,
         }
@@ -75,11 +72,9 @@ pub struct Alignment {
     pub gyro_bias_rad_per_s: Vector3<f32>,
     /// Its standard deviation, rad/s per axis.
     pub gyro_bias_sigma_rad_per_s: Vector3<f32>,
-    /// Direction of up in body axes, unit length.
+    /// Direction of up in body axes, unit length. Nearly all of its error is the accelerometer's bias, with which it stays correlated:
+    /// `tilt = bias / g`.
     pub up: Vector3<f32>,
-    /// Standard deviation of that direction about each horizontal axis, rad. Nearly all of it is the accelerometer's
-    /// bias, with which the error stays correlated: `tilt = bias / g`.
-    pub tilt_sigma_rad: f32,
     /// What the accelerometer shows along `up` beyond standard gravity, m/s^2: its bias there, scale and local gravity included.
     pub accel_bias_up_m_per_s2: f32,
     /// Its standard deviation later in the flight, m/s^2.
@@ -280,14 +275,12 @@ impl RestAlignment {
         let force = self.forces.mean;
         // Not zero: it differs little from gravity.
         let length = libm::sqrtf(force.x * force.x + force.y * force.y + force.z * force.z);
-        let bias = config.accel_bias_m_per_s2;
         let scatter = self.forces.variance;
         let noise = scatter.x.max(scatter.y).max(scatter.z) / total;
         Alignment {
             gyro_bias_rad_per_s: self.rates.mean,
             gyro_bias_sigma_rad_per_s: self.rates.variance.map(|v| libm::sqrtf(v / total + wander)),
             up: force / length,
-            tilt_sigma_rad: libm::sqrtf(bias * bias + noise) / G,
             accel_bias_up_m_per_s2: length - G,
             accel_bias_up_sigma_m_per_s2: libm::sqrtf(
                 config.accel_wander_m_per_s2 * config.accel_wander_m_per_s2 + noise,

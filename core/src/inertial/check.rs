@@ -50,7 +50,6 @@ impl RestConfig {
             ("force_drift_m_per_s2", self.force_drift_m_per_s2),
             ("rate_bias_rad_per_s", self.rate_bias_rad_per_s),
             ("gravity_error_m_per_s2", self.gravity_error_m_per_s2),
-            ("accel_bias_m_per_s2", self.accel_bias_m_per_s2),
             ("gyro_wander_rad_per_s", self.gyro_wander_rad_per_s),
             ("accel_wander_m_per_s2", self.accel_wander_m_per_s2),
         ];

@@ -148,7 +148,7 @@ fn an_attitude_that_is_off_shows_in_the_rates() {
     for axis in 0..3 {
         filter.covariance.reset(ATTITUDE + axis, 1e-4);
     }
-    let turned = crate::estimator::rotation(&Vector3::new(0.0, 0.0, 0.01));
+    let turned = crate::estimator::nominal::rotation(&Vector3::new(0.0, 0.0, 0.01));
     let paths = TOWARDS.map(|towards| {
         let seen = turned.transpose() * towards;
         PathMeasurement {

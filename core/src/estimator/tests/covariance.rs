@@ -7,6 +7,7 @@ use std::vec::Vec;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use super::super::gate::chi_square;
+use super::super::nominal::rotation;
 use super::super::*;
 
 const N: usize = states(1);

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::super::nominal::rotation;
 use super::super::*;
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::geometry::{Gmt, World};

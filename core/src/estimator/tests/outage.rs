@@ -4,6 +4,7 @@ extern crate std;
 
 use nalgebra::Vector3;
 
+use super::super::nominal::rotation;
 use super::super::*;
 use super::flight::{STEP_NS, SWEEP_NS, error_m, flown, fly, increment, measurement, path, seen_from, truth};
 

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::super::nominal::rotation;
 use super::super::*;
 use crate::geometry::{Gmt, Plane, World};
 

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::super::nominal::rotation;
 use super::super::*;
 use super::flight::{STEP_NS, SWEEP_NS, fly_from, increment, truth};
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
@@ -16,7 +17,6 @@ fn alignment(attitude: &Matrix3<f64>, bias: Vector3<f64>, turned: Vector3<f64>) 
         gyro_bias_rad_per_s: Vector3::zeros(),
         gyro_bias_sigma_rad_per_s: Vector3::repeat(1e-5),
         up: felt.normalize(),
-        tilt_sigma_rad: 0.02,
         accel_bias_up_m_per_s2: felt.norm() - STANDARD_GRAVITY_M_PER_S2 as f32,
         accel_bias_up_sigma_m_per_s2: 0.03,
         time_ns: 0,
