@@ -5,7 +5,8 @@
 //! and from how far beside it comes. A bent wave places the UAV as the line of sight does, only less precisely by its angles.
 //!
 //! Knife edge: J(nu) = 6.9 + 20 log10(sqrt((nu - 0.1)^2 + 1) + nu - 0.1) dB (Recommendation ITU-R P.526, for nu > -0.78), the detour is
-//! lambda nu^2 / 4, and an edge at a share `s` of a way of length r turns the wave at its near end by nu sqrt(lambda (1 - s) / (2 s r)).
+//! lambda nu^2 / 4, and an edge at a share `s` of a way of length r turns the wave at its near end by nu sqrt(lambda (1 - s) / (2 s r)). How the edge lies
+//! nobody knows: along each of two tangents the square is half of that.
 
 /// A path that came straight may have lost this much more than through free space, dB.
 /// Derived: A reflection costs 8 dB at normal incidence (docs/signal-model.md, "Waveform and link budget") and less the more it grazes;
@@ -24,7 +25,7 @@ const HELD_UP_M: f64 = 0.03;
 /// Standard deviations of a bent wave beside those of the line of sight; zeros where it is not bent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Bend {
-    /// Of either end's direction along any tangent, rad.
+    /// Of either end's direction along a tangent, rad.
     pub(super) angle_rad: f64,
     /// Of the length, m.
     pub(super) length_m: f64,
@@ -41,7 +42,7 @@ impl Bend {
         }
         let nu = fresnel_parameter(f64::from(-over_db));
         Some(Self {
-            angle_rad: nu * libm::sqrt(MEAN_LEVER * wavelength_m / (2.0 * range_m.max(1.0))),
+            angle_rad: nu * libm::sqrt(MEAN_LEVER * wavelength_m / (4.0 * range_m.max(1.0))),
             length_m: HELD_UP_M + 0.25 * wavelength_m * nu * nu,
         })
     }
@@ -75,8 +76,8 @@ mod tests {
         assert_eq!(bend(-5.0), Some(Bend::default()));
         assert_eq!(bend(-26.0), None);
         let (shallow, deep) = (bend(-9.0).expect("bent"), bend(-20.0).expect("bent"));
-        // 0.3 degrees and 1.9: an edge in the middle of the way bends by three quarters of that.
-        assert!((shallow.angle_rad - 0.0051).abs() < 5e-4 && (deep.angle_rad - 0.033).abs() < 2e-3);
+        // 0.2 degrees and 1.3: an edge in the middle of the way bends by as much, 0.2 and 1.4 degrees, in one direction.
+        assert!((shallow.angle_rad - 0.0036).abs() < 4e-4 && (deep.angle_rad - 0.0233).abs() < 1.5e-3);
         assert!(shallow.length_m < 0.031 && (deep.length_m - 0.043).abs() < 2e-3);
     }
 }
