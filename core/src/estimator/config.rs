@@ -25,10 +25,11 @@ pub struct ProcessNoise {
     pub accel_scale: f64,
     /// White noise of the gyroscope, rad per root s.
     pub gyro_rad: f64,
-    /// Random walk of the gyroscope bias, rad/s per root s: the sensor's own is half of it, the rest follows its temperature.
+    /// Random walk of the gyroscope bias, rad/s per root s: the sensor's own is a third of it, the rest follows its temperature.
     /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
     pub gyro_bias_rad_per_s: f64,
-    /// Random walk of the accelerometer bias, m/s^2 per root s.
+    /// Random walk of the accelerometer bias, m/s^2 per root s: mostly what warmth does to it.
+    /// Derived: 50 ug/K of bias, and 100 ppm/K of scale along the one axis of three that feels gravity, are 76 ug/K; a sensor warms by 10 K in 120 s.
     pub accel_bias_m_per_s2: f64,
     /// White frequency noise of the clock, m per root s.
     pub clock_offset_m: f64,
@@ -60,8 +61,8 @@ impl Default for ProcessNoise {
             accel_m_per_s: 3.1e-3,
             accel_scale: 0.003,
             gyro_rad: 1.5 * 2.8e-3 * DEG_RAD,
-            gyro_bias_rad_per_s: 2.4e-3 * DEG_RAD,
-            accel_bias_m_per_s2: 1.2 * 0.02e-3 * STANDARD_GRAVITY_M_PER_S2,
+            gyro_bias_rad_per_s: 3.4e-3 * DEG_RAD,
+            accel_bias_m_per_s2: 0.07e-3 * STANDARD_GRAVITY_M_PER_S2,
             clock_offset_m,
             clock_drift_m_per_s,
             // It reverses about once a minute: (2 ramp)^2 / 60 s.
