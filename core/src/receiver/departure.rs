@@ -72,11 +72,11 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
         let left = Direction::<World, f64>::from_vector(departure.direction.vector().map(f64::from)).ok()?;
         let left: Direction<Gmt, f64> = gmt.attitude.inverse().apply(left);
         let cosines = GmtArrays::<f64>::cosines(self.radio.model().faces.get(face)?, &left);
-        Some(FaceDirection {
+        Some(FaceDirection::of_angle(
             face,
             cosines,
-            sigma: [f64::from(departure.sigma_rad); 2],
-        })
+            f64::from(departure.sigma_rad),
+        ))
     }
 }
 

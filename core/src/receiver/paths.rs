@@ -212,12 +212,11 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
     ) -> Option<PathMeasurement> {
         let mut measured = self.measurement(path, squint, gmt)?;
         let drawn = self.drawn_by_bounce(path, measured.departure.as_ref(), gmt, time_ns);
-        measured.departure = self.departure(path, squint, gmt, drawn.unwrap_or(0.0));
+        measured.departure = self
+            .departure(path, squint, gmt, drawn.unwrap_or(0.0))
+            .map(|departure| departure.widened(bend.angle_rad));
         measured.aoa_sigma_rad = libm::hypot(measured.aoa_sigma_rad, bend.angle_rad);
         measured.c_tau_sigma_m = libm::hypot(measured.c_tau_sigma_m, bend.length_m);
-        if let Some(departure) = &mut measured.departure {
-            departure.sigma = departure.sigma.map(|sigma| libm::hypot(sigma, bend.angle_rad));
-        }
         Some(measured)
     }
 

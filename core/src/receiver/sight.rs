@@ -195,7 +195,7 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
         let Ok(direction) = Direction::from_vector(left.vector().map(|c| c as f32)) else {
             return false;
         };
-        let [x, z] = departure.sigma;
+        let [x, z] = departure.sigma_rad();
         let left = Departure {
             direction,
             sigma_rad: x.max(z) as f32,

@@ -300,3 +300,19 @@ fn a_step_of_metres_lands_where_the_path_points() {
     assert!(after(false) > 0.2, "{}", after(false));
     assert!(after(true) < 0.02, "{}", after(true));
 }
+
+#[test]
+fn a_direction_beside_a_face_moves_its_cosine_less() {
+    let sure = FaceDirection::of_angle(1, [0.8, -0.6], 0.01);
+    // Sines of the angles to row and column.
+    for (sigma, expected) in sure.sigma.iter().zip([0.006, 0.008]) {
+        assert!((sigma - expected).abs() < 1e-12, "{sigma}");
+    }
+    let both = sure.widened(0.024).sigma_rad();
+    assert!(both.iter().all(|sigma| (sigma - 0.026).abs() < 1e-12), "{both:?}");
+    // A sideways way rises with its elevation alone.
+    let along = sure.sigma_along(&Vector3::new(0.8, 0.6, 0.0));
+    assert!((along - Vector3::repeat(0.01)).norm() < 1e-12, "{along}");
+    let edge = FaceDirection::of_angle(0, [1.0, 0.0], 0.01).sigma_rad();
+    assert!((edge[0] - 0.01).abs() < 1e-12, "{edge:?}");
+}
