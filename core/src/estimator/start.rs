@@ -8,15 +8,11 @@ use super::layout::{
 use super::measurement::{PathMeasurement, Transmitter};
 use super::nominal::Nominal;
 use super::watch::Step;
-use super::window::{SIGHT_SCATTER_RAD, Solution};
+use super::window::{SIGHT_SCATTER_RAD, START_FIXES, Solution};
 use super::{Covariance, Filter};
 use crate::geometry::Real;
 use crate::inertial::Alignment;
 use nalgebra::{Matrix3, Vector3};
-
-/// Fixes that a start needs.
-/// Derived: three tell a motion that bends, two more which of them is wrong.
-pub(super) const START_FIXES: usize = 5;
 
 /// Mean square of the change of a face's cosine with the mast's tilt.
 /// Derived: that of the cosine of the angle off the face's normal, over its 120 degrees.
@@ -112,7 +108,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// Fixes position and velocity anew when the last `fixes` sweeps agree, and the attitude when it is not one that they allow, by theirs or by
     /// their sights: theirs is the poorer one, known to degrees.
     pub(super) fn try_refix_contested(&mut self, gmt: &Transmitter, fixes: usize) -> bool {
-        let whole = self.window.solve(fixes, None);
+        let whole = self.window.solve_most(fixes, None);
         let stands = whole.is_none_or(|whole| self.attitude_stands(&whole));
         stands && self.try_refix_position(gmt, fixes) || whole.is_some_and(|whole| self.refix(gmt, &whole))
     }
@@ -136,7 +132,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// Fixes position and velocity anew when the last `fixes` sweeps agree with each other and with the attitude.
     #[inline(never)]
     fn try_refix_position(&mut self, gmt: &Transmitter, fixes: usize) -> bool {
-        let Some(solution) = self.window.solve(fixes, Some(&self.nominal.attitude)) else {
+        let Some(solution) = self.window.solve_most(fixes, Some(&self.nominal.attitude)) else {
             return false;
         };
         let off = solution.sight_off_rad * solution.sight_off_rad;

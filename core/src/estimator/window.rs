@@ -6,7 +6,8 @@
 //! increments hold the same force seen in the body. That pair of directions and the line of sight, seen from both ends,
 //! give the attitude (triad); what is left of the fixes is a straight line, which gives position and velocity.
 //!
-//! The fixes judge each other: a wrong path among them bends the line, and nothing is given until it has left.
+//! The fixes judge each other: a wrong path among them bends the line, and nothing is given until it has left. A re-fix has one more than a start
+//! takes, and does without the one that is wrong.
 
 mod bend;
 mod error;
@@ -25,6 +26,9 @@ pub(super) const SUSPECT_S: f64 = 2.6;
 /// Fixes kept.
 /// Capacity: memory of the window.
 pub(super) const WINDOW: usize = 6;
+/// Fixes that a start needs.
+/// Derived: three tell a motion that bends, two more which of them is wrong.
+pub(super) const START_FIXES: usize = 5;
 /// A fix further than this from the common line is wrong, m; and two sweeps agree within it.
 /// Tuned: `cslam campaign` with tuning seeds (docs/flights.md).
 pub(super) const LINE_TOLERANCE_M: f64 = 0.5;
@@ -208,6 +212,25 @@ impl Window {
     /// the last fix: it would be the pose of a time that is over.
     /// With `known`, the attitude R_wb at the last fix, only position and velocity are found, which three fixes do well.
     pub(super) fn solve(&self, count: usize, known: Option<&Matrix3<f64>>) -> Option<Solution> {
+        self.solve_without(None, count, known)
+    }
+
+    /// The same where all but one of them agree, if these are as many as a start takes: where many paths come at once every fifth line of sight is
+    /// drawn aside, and that many in a row are rarely all sound.
+    pub(super) fn solve_most(&self, count: usize, known: Option<&Matrix3<f64>>) -> Option<Solution> {
+        let older = if count > START_FIXES { count - 1 } else { 0 };
+        self.solve(count, known)
+            .or_else(|| (0..older).find_map(|index| self.solve_without(Some(index), count, known)))
+    }
+
+    /// Without that one of the last `count` fixes.
+    #[inline(never)]
+    fn solve_without(
+        &self,
+        left_out: Option<usize>,
+        count: usize,
+        known: Option<&Matrix3<f64>>,
+    ) -> Option<Solution> {
         let skipped = self.fixes.len().checked_sub(count)?;
         if count < 3 || self.current.dt_s > 0.0 {
             return None;
@@ -215,11 +238,24 @@ impl Window {
         let gravity = Vector3::z() * -STANDARD_GRAVITY_M_PER_S2;
         // Motion from the first of the fixes to each.
         let mut motion = heapless::Vec::<(Segment, Fix), WINDOW>::new();
-        for fix in self.fixes.iter().skip(skipped) {
+        let mut since_left_out = Segment::empty();
+        for (index, fix) in self.fixes.iter().skip(skipped).enumerate() {
+            let since_previous = since_left_out.then(&fix.since_previous);
+            if left_out == Some(index) {
+                since_left_out = since_previous;
+                continue;
+            }
+            since_left_out = Segment::empty();
             let since = motion
                 .last()
-                .map_or(Segment::empty(), |(before, _)| before.then(&fix.since_previous));
-            let _ = motion.push((since, *fix));
+                .map_or(Segment::empty(), |(before, _)| before.then(&since_previous));
+            let _ = motion.push((
+                since,
+                Fix {
+                    since_previous,
+                    ..*fix
+                },
+            ));
         }
         let (last, _) = motion.last()?;
         let times = Times::over(&motion);

@@ -277,3 +277,35 @@ fn a_drift_that_is_found_late_is_no_velocity() {
     assert!((solution.position_m - position(2.0)).norm() < 2e-3);
     assert!((solution.velocity_m_per_s - velocity(2.0)).norm() < 5e-3);
 }
+
+#[test]
+fn a_window_of_six_does_without_the_one_that_is_wrong() {
+    let wrong = |which: &'static [u32]| {
+        move |step: u32, place: Vector3<f64>| {
+            let aside = if which.contains(&step) { 3.0 } else { 0.0 };
+            place + Vector3::new(0.0, aside, -aside)
+        }
+    };
+    let steps = [0, 1, 2, 3, 4, 5];
+    for which in [&[0_u32] as &[u32], &[2], &[4]] {
+        let window = window(&steps, wrong(which));
+        assert!(window.solve(6, None).is_none(), "{which:?}");
+        let solution = window.solve_most(6, None).expect("five agree");
+        assert!(
+            (solution.position_m - position(2.5)).norm() < 0.05,
+            "{solution:?}"
+        );
+        let error = solution.attitude * attitude(2.5).transpose() - Matrix3::identity();
+        assert!(error.norm() < 0.02, "{error}");
+        assert!(window.solve_most(6, Some(&attitude(2.5))).is_some(), "{which:?}");
+        // Five, a start's number, have none to spare.
+        assert_eq!(window.solve_most(5, None).is_some(), which == [0], "{which:?}");
+    }
+    // Two that are wrong are too many, and of a wrong last one the pose would be.
+    for which in [&[1_u32, 3] as &[u32], &[5]] {
+        assert!(
+            window(&steps, wrong(which)).solve_most(6, None).is_none(),
+            "{which:?}"
+        );
+    }
+}
