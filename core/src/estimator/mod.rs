@@ -47,6 +47,7 @@ mod config;
 mod contrary;
 mod covariance;
 mod delta_range;
+mod face_direction;
 mod gate;
 mod health;
 mod layout;
@@ -71,14 +72,13 @@ pub(crate) use beacon::GMT_PACE_M_PER_S;
 pub use beacon::{BeaconLimits, BeaconMonitor, BeaconVerdict, Setup};
 pub use config::{FilterConfig, Gates, Priors, ProcessNoise, RadioNoise};
 pub use covariance::{Covariance, Transition};
+pub use face_direction::FaceDirection;
 pub use health::{Counters, Health, TestRatios};
 pub use layout::{
     ACCEL_BIAS, ARRAY_AXIS, ARRAY_SLOPE, ATTITUDE, CLOCK_DRIFT, CLOCK_OFFSET, CLOCK_RAMP, FACE_BIAS,
     GYRO_BIAS, GYRO_MATRIX, MOUNTING, PLANES, POSITION, TWO_WAY_BIAS, VELOCITY, planes, states,
 };
-pub use measurement::{
-    Bounces, FaceDirection, MappedPlane, Model, PathMeasurement, ReflectedPath, Transmitter,
-};
+pub use measurement::{Bounces, MappedPlane, Model, PathMeasurement, ReflectedPath, Transmitter};
 pub use nominal::Nominal;
 pub use pose::{ClockEstimate, Pose};
 pub use row::{ROW_CAPACITY, Row};
