@@ -4,11 +4,13 @@
 #[macro_use]
 mod output;
 
+pub use cslam_channel::synthesis as channel;
+pub use cslam_channel::{input, paths, random};
+
 pub mod accuracy;
 pub mod allan;
 pub mod beam_squint;
 pub mod campaign;
-pub mod channel;
 pub mod cli;
 mod commands;
 pub mod config;
@@ -20,7 +22,6 @@ pub mod flight_files;
 pub mod flight_log;
 #[cfg(feature = "ground")]
 pub mod ground;
-pub mod input;
 mod interrupt;
 pub mod kept_flight;
 pub mod library;
@@ -31,10 +32,8 @@ pub mod measurement;
 pub mod movers;
 pub mod npy;
 pub mod path_flight;
-pub mod paths;
 pub mod progress;
 pub mod radio;
-pub mod random;
 pub mod raw_flight;
 pub mod recording;
 pub mod report;

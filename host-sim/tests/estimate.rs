@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{Body, Direction, Rotation, World};
-use cslam_host_sim::paths::{self, Link, LinkPath};
+use cslam_host_sim::paths::{Link, LinkPath};
 use cslam_host_sim::{sigmf, statistics};
 use serde_json::Value;
 
@@ -48,7 +48,7 @@ fn links(count: usize) -> Vec<Link> {
         let p = &l.paths;
         p.len() >= 2 && (0..p.len()).all(|i| (0..i).all(|k| clear(&p[i], &p[k])))
     };
-    let all = paths::bundled().expect("sound");
+    let all = cslam_host_sim::path_flight::bundled().expect("sound");
     let taken: Vec<Link> = all.iter().filter(sound).take(count).cloned().collect();
     assert_eq!(taken.len(), count);
     taken

@@ -62,7 +62,7 @@ fn pointers(source: &str) -> Vec<(String, Option<String>)> {
 #[test]
 fn sources_point_to_pages_and_sections_that_exist() {
     let mut sources = Vec::new();
-    for folder in ["core", "firmware", "checks", "host-sim", "tests"] {
+    for folder in ["core", "firmware", "checks", "channel", "host-sim", "tests"] {
         sources.extend(files(&root().join(folder), &[".rs", ".toml"]));
     }
     let (mut wrong, mut seen) = (Vec::new(), 0);
@@ -132,10 +132,11 @@ fn links_of_documents_lead_somewhere() {
 
 /// Files and folders of the project that a page names between backticks: `core/src/map`.
 fn named_sources(page: &str) -> Vec<&str> {
-    const CRATES: [&str; 7] = [
+    const CRATES: [&str; 8] = [
         "core/",
         "firmware/",
         "checks/",
+        "channel/",
         "host-sim/",
         "tests/",
         "capi/",

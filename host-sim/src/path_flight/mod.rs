@@ -4,10 +4,12 @@
 //! normal errors, drawn from a stream of their own per sweep; the receiver sees only the erroneous values and knows only their
 //! standard deviations. A [measured](crate::paths::are_measured) list is taken as it is.
 
+mod bundled;
 mod log;
 mod receiver;
 mod times;
 
+pub use bundled::bundled;
 pub use log::{Flown, log};
 pub use receiver::{Answer, Answered, ListMap, ListReceiver, Methods};
 pub use times::Times;
@@ -104,7 +106,6 @@ fn normal_vector(stream: &mut Stream) -> Vector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::paths::bundled;
     use crate::statistics::rms;
 
     #[test]

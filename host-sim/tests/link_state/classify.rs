@@ -16,7 +16,7 @@ fn lines(output: &str) -> Vec<Value> {
 
 #[test]
 fn every_link_of_the_reference_list_is_classified() {
-    let links = paths::bundled().expect("sound");
+    let links = cslam_host_sim::path_flight::bundled().expect("sound");
     let best = lines(&good(&["classify", "--json", "--paths", &fixture()]));
     assert_eq!(best.len(), links.len());
     let [mut heard, mut right, mut accepted, mut first] = [0.0; 4];
@@ -61,7 +61,7 @@ fn every_link_of_the_reference_list_is_classified() {
 fn measurements_without_departure_gain_and_truth_are_classified() {
     let directory = tempfile::tempdir().expect("temporary");
     let file = directory.path().join("measured.jsonl");
-    let mut links = paths::bundled().expect("sound");
+    let mut links = cslam_host_sim::path_flight::bundled().expect("sound");
     links.iter_mut().flat_map(|l| &mut l.paths).for_each(|p| {
         (p.gain, p.aod_zenith_rad, p.aod_azimuth_rad) = (None, None, None);
         (p.first_vertex, p.last_vertex) = (None, None);
@@ -84,7 +84,7 @@ fn measurements_without_departure_gain_and_truth_are_classified() {
     }
     assert!(right / heard > 0.75, "{right} of {heard}");
     // The same as with the angles of departure and not used.
-    let mut with = paths::bundled().expect("sound");
+    let mut with = cslam_host_sim::path_flight::bundled().expect("sound");
     with.iter_mut()
         .flat_map(|l| &mut l.paths)
         .for_each(|p| p.gain = None);

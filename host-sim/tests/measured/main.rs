@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use cslam_core::geometry::{Body, Direction, Matrix3, Rotation, World};
-use cslam_host_sim::paths::{self, Link};
+use cslam_host_sim::paths::Link;
 use cslam_host_sim::random::Stream;
 use serde_json::{Value, json};
 
@@ -56,7 +56,7 @@ fn lines(output: &Output) -> Vec<Value> {
 /// Links of the bundled list with an error of the size that their covariance says, heard at odd times by a turned UAV.
 fn measured() -> Vec<Link> {
     let mut stream = Stream::new(11, 0);
-    let mut links = paths::bundled().expect("sound");
+    let mut links = cslam_host_sim::path_flight::bundled().expect("sound");
     links.truncate(300);
     for (index, link) in links.iter_mut().enumerate() {
         link.time_s = Some(2.0 + 0.375 * index as f64);

@@ -15,7 +15,7 @@ use crate::evaluation::downlink;
 use crate::flight_log::Header;
 use crate::input::InputError;
 use crate::link_state::judge::Judge;
-use crate::path_flight::{self, ListMap, ListReceiver, Methods, Times, as_measured, measure};
+use crate::path_flight::{self, ListMap, ListReceiver, Methods, Times, as_measured, bundled, measure};
 use crate::paths::{self, Link};
 use crate::progress;
 use crate::scene::Scene;
@@ -41,7 +41,7 @@ pub(super) fn run(
 ) -> anyhow::Result<Flown> {
     // The surfaces behind a list are known for the bundled one, or when they are named.
     let (list_name, mut links, list_scene) = if file.as_os_str() == BUNDLED {
-        (BUNDLED_SCENE.to_owned(), paths::bundled()?, Some(BUNDLED_SCENE))
+        (BUNDLED_SCENE.to_owned(), bundled()?, Some(BUNDLED_SCENE))
     } else {
         (file.display().to_string(), paths::read(file)?, None)
     };
