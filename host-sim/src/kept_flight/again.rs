@@ -6,6 +6,7 @@ use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_firmware::app::Estimated;
 
 use super::error_free::ErrorFree;
+use super::flight::Blocked;
 use crate::flight_log::PoseTruth;
 use crate::input::InputError;
 use crate::paths::Link;
@@ -27,6 +28,8 @@ pub(super) struct Again<'a> {
     pub(super) estimated: &'a [Estimated],
     /// The same: what is there in truth.
     pub(super) links: &'a [Link],
+    /// What is heard where the line of sight is blocked.
+    pub(super) blocked: Option<&'a Blocked>,
     /// The part that is heard; all when absent.
     pub(super) heard: Option<Span>,
     /// What has no errors.
@@ -50,7 +53,9 @@ impl Source for Again<'_> {
         let [sound, faulty] = [self.sound, self.faulty].map(|world| world.flight().sweep_truth(sweep));
         // All delays are read on the UAV's clock.
         let later_m = (faulty.clock_offset_s - sound.clock_offset_s) * SPEED_OF_LIGHT_M_PER_S;
-        let kept = self.estimated.get(sweep as usize).cloned();
+        let blocked = self.blocked.filter(|blocked| blocked.span.contains(sound.time_s));
+        let estimated = blocked.map_or(self.estimated, |blocked| &blocked.estimated);
+        let kept = estimated.get(sweep as usize).cloned();
         let link = self.links.get(sweep as usize);
         let estimated = kept.zip(link).map(|(estimated, link)| {
             let estimated = ErrorFree::paths(self.error_free, estimated, &sound, link);

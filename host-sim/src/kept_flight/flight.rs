@@ -39,6 +39,27 @@ pub struct KeptFlight<'s> {
     links: Vec<Link>,
 }
 
+/// The paths of a flight whose line of sight is blocked for a while.
+#[derive(Clone, Debug)]
+pub struct Blocked {
+    /// When: this or a longer while.
+    pub(super) span: Span,
+    /// Of sweeps 0, 1, 2 ...
+    pub(super) estimated: Arc<[Estimated]>,
+}
+
+impl Blocked {
+    /// The same for the first part of it: after these seconds the line of sight is back.
+    #[must_use]
+    pub fn for_s(&self, length_s: f64) -> Self {
+        let to_s = self.span.to_s.min(self.span.from_s + length_s);
+        Self {
+            span: Span { to_s, ..self.span },
+            ..self.clone()
+        }
+    }
+}
+
 /// What is other than when the flight was flown from its samples.
 #[derive(Clone, Debug, Default)]
 pub struct Changes {
@@ -46,6 +67,8 @@ pub struct Changes {
     pub faults: FaultsConfig,
     /// Times without the path that is the line of sight.
     pub without_sight: Vec<Span>,
+    /// What is heard where the line of sight is blocked.
+    pub blocked: Option<Blocked>,
     /// The part of the flight in which the receiver is on; all of it when absent.
     pub heard: Option<Span>,
     /// What of the measurements is put right by the truth.
@@ -62,6 +85,19 @@ impl<'s> KeptFlight<'s> {
         Self::fly_through(world, scene, config, seed)
     }
 
+    /// Flies it from its samples once more, with the line of sight blocked in a span of time: what is estimated then.
+    ///
+    /// # Errors
+    /// [`crate::input::InputError`] naming a sweep that cannot be flown.
+    pub fn blocked(&self, span: Span) -> anyhow::Result<Blocked> {
+        let world = World::new(self.scene, self.config.clone(), self.seed)?;
+        let world = world.blocked(span.from_s..span.to_s);
+        Ok(Blocked {
+            estimated: estimated(&world, self.seed)?.into(),
+            span,
+        })
+    }
+
     /// The same through a world that is there already: that of this scene, configuration and seed.
     ///
     /// # Errors
@@ -72,17 +108,7 @@ impl<'s> KeptFlight<'s> {
         config: WorldConfig,
         seed: u64,
     ) -> anyhow::Result<Self> {
-        let receiver = Config {
-            pilots: Pilots::EverySweep,
-            ..board_config()?
-        };
-        let keeper = Keeper::new(&world);
-        with_receiver(at_site(receiver, &world), |receiver| {
-            let swept = |swept: &Swept<'_>| keeper.swept(swept);
-            raw_flight::fly(&keeper, receiver, header(&world, seed), &NEVER, swept, |_, _| ())?;
-            Ok(())
-        })?;
-        let estimated = keeper.estimated()?;
+        let estimated = estimated(&world, seed)?;
         let links = (0..world.sweeps()).into_par_iter();
         let links = links.map(|sweep| world.link(&world.flight().sweep_truth(sweep)));
         let links = links.collect();
@@ -226,9 +252,25 @@ impl<'s> KeptFlight<'s> {
             estimated: &self.estimated,
             links: &self.links,
             heard: changes.heard,
+            blocked: changes.blocked.as_ref(),
             error_free: &changes.error_free,
         }
     }
+}
+
+/// What our methods estimate in a world, from its samples.
+fn estimated(world: &World<'_>, seed: u64) -> anyhow::Result<Vec<Estimated>> {
+    let receiver = Config {
+        pilots: Pilots::EverySweep,
+        ..board_config()?
+    };
+    let keeper = Keeper::new(world);
+    with_receiver(at_site(receiver, world), |receiver| {
+        let swept = |swept: &Swept<'_>| keeper.swept(swept);
+        raw_flight::fly(&keeper, receiver, header(world, seed), &NEVER, swept, |_, _| ())?;
+        Ok(())
+    })?;
+    Ok(keeper.estimated()?)
 }
 
 /// Paths without those that the changes leave out.

@@ -13,7 +13,7 @@ mod straight;
 
 pub use error_free::ErrorFree;
 pub use errors::{PoseErrors, pose_errors};
-pub use flight::{Changes, KeptFlight};
+pub use flight::{Blocked, Changes, KeptFlight};
 pub use lies::{LieFigures, SHOWN_SIGMAS, fly_lie};
 pub use outages::{OutageEnd, fly_outage, outage_start_s};
 pub use phases::{Phase, PhasedSweep, STARTING_S, fly_phases};

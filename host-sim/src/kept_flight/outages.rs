@@ -1,9 +1,9 @@
-//! Planned outages: the line of sight is taken out of a flight that has it.
+//! Planned outages: the line of sight is blocked in a flight that has it.
 
 use cslam_core::receiver::{Config, Localization};
 use nalgebra::Vector3;
 
-use super::{Changes, KeptFlight, pose_errors};
+use super::{Blocked, Changes, KeptFlight, pose_errors};
 use crate::flight_log::FlightLog;
 use crate::raw_flight::Swept;
 use crate::recording::Span;
@@ -45,23 +45,18 @@ pub fn outage_start_s(flight: &KeptFlight<'_>, length_s: f64) -> Option<f64> {
         .map(|k| (k as f64 + 0.5) * period_s)
 }
 
-/// Flies without line of sight from `start_s` on for `length_s`, with a receiver that is configured so, and smooths the flight where there is a
-/// filter.
+/// Flies with the line of sight blocked, with a receiver that is configured so, and smooths the flight where there is a filter.
 ///
 /// # Errors
 /// What stops a receiver from being built.
 pub fn fly_outage(
     flight: &KeptFlight<'_>,
     receiver: Config<'static>,
-    start_s: f64,
-    length_s: f64,
+    blocked: &Blocked,
 ) -> anyhow::Result<OutageEnd> {
-    let span = Span {
-        from_s: start_s,
-        to_s: start_s + length_s,
-    };
+    let span = blocked.span;
     let changes = Changes {
-        without_sight: vec![span],
+        blocked: Some(blocked.clone()),
         ..Changes::default()
     };
     let mut end = OutageEnd::default();

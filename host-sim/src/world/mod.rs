@@ -13,6 +13,8 @@ mod scene;
 mod surroundings;
 mod words;
 
+use std::ops::Range;
+
 use cslam_core::array::half_wave_dipole;
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_core::geometry::{GeometryError, Rotation};
@@ -46,6 +48,8 @@ pub struct World<'s, const ARRAYS: usize = 4, const ELEMENTS: usize = 8, const C
     ground_z_m: f64,
     flight: SensedFlight,
     simulator: Simulator<ARRAYS, ELEMENTS, CHANNELS>,
+    /// When nothing comes straight, s.
+    blocked_s: Range<f64>,
 }
 
 /// What one sweep of the transmit beams left at the receiver, and the truth behind it.
@@ -147,6 +151,7 @@ impl<'s, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
             ground_z_m: ground_z_m(scene),
             flight,
             simulator,
+            blocked_s: 0.0..0.0,
         })
     }
 
@@ -175,6 +180,7 @@ impl<'s, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
             ground_z_m: 0.0,
             flight,
             simulator,
+            blocked_s: 0.0..0.0,
         })
     }
 
@@ -203,9 +209,22 @@ impl<'s, const ARRAYS: usize, const ELEMENTS: usize, const CHANNELS: usize>
         self.ground_z_m
     }
 
+    /// The same world with the line of sight blocked for a while, s: whatever else arrives does so as before.
+    #[must_use]
+    pub fn blocked(self, during_s: Range<f64>) -> Self {
+        Self {
+            blocked_s: during_s,
+            ..self
+        }
+    }
+
     /// The paths between the two ends.
     pub fn link(&self, truth: &Truth) -> Link {
-        self.medium.link(truth)
+        let mut link = self.medium.link(truth);
+        if self.blocked_s.contains(&truth.time_s) {
+            link.paths.retain(|path| !path.is_line_of_sight());
+        }
+        link
     }
 
     /// Traces, synthesises and digitises a sweep.

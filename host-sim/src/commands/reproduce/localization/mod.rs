@@ -82,7 +82,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let rows = rows + usize::from(wanted(Part::Starts)) + usize::from(wanted(Part::Phases));
     let rows = rows + usize::from(wanted(Part::Limits)) * limits::COUNT;
     let planned = planned(&args.flights, scenes.len());
-    let bar = progress::bar(planned.iter().sum::<u64>() + rows as u64, "flying");
+    let blocked = if lengths.is_empty() {
+        0
+    } else {
+        planned.iter().sum()
+    };
+    let bar = progress::bar(planned.iter().sum::<u64>() + blocked + rows as u64, "flying");
     let kept = args.keep_paths.as_deref().map(Kept::new);
     let mut flights = Vec::new();
     for ((scene, name), count) in scenes.iter().zip(&args.scenes).zip(planned) {

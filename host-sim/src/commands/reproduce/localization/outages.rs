@@ -1,4 +1,4 @@
-//! Planned outages: the line of sight is taken out of flights that have it.
+//! Planned outages: the line of sight is blocked in flights that have it, from samples.
 
 use indicatif::ProgressBar;
 use rayon::prelude::*;
@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::rows::ROWS;
 use crate::kept_flight::{KeptFlight, OutageEnd, fly_outage, outage_start_s};
+use crate::recording::Span;
 use crate::statistics::{median, quantile};
 
 /// Columns.
@@ -72,22 +73,35 @@ impl Line {
     }
 }
 
-/// Flies each row over all flights, with outages of these lengths, s.
+/// Flies each row over all flights, with outages of these lengths, s. All that begin at one place of a flight are parts of the longest, which is flown
+/// from its samples once.
 pub(super) fn fly(
     flights: &[KeptFlight<'_>],
     lengths_s: &[f64],
     bar: &ProgressBar,
 ) -> anyhow::Result<Vec<Line>> {
+    let longest = |flight| {
+        let started = |length_s: &f64| Some((outage_start_s(flight, *length_s)?, *length_s));
+        lengths_s
+            .iter()
+            .filter_map(started)
+            .max_by(|(_, a), (_, b)| a.total_cmp(b))
+    };
+    let mut planned = Vec::new();
+    for flight in flights {
+        if let Some((from_s, length_s)) = longest(flight) {
+            let to_s = from_s + length_s;
+            planned.push((flight, length_s, flight.blocked(Span { from_s, to_s })?));
+        }
+        bar.inc(1);
+    }
     let mut lines = Vec::new();
     for &length_s in lengths_s {
-        let planned: Vec<_> = flights
-            .iter()
-            .filter_map(|flight| outage_start_s(flight, length_s).map(|start_s| (flight, start_s)))
-            .collect();
         for row in ROWS {
             let ends = planned
                 .par_iter()
-                .map(|(flight, start_s)| fly_outage(flight, row.receiver()?, *start_s, length_s))
+                .filter(|(_, longest_s, _)| *longest_s >= length_s)
+                .map(|(flight, _, blocked)| fly_outage(flight, row.receiver()?, &blocked.for_s(length_s)))
                 .collect::<anyhow::Result<Vec<_>>>()?;
             bar.inc(1);
             lines.push(Line::of(length_s, row.name, &ends));
