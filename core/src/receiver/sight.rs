@@ -4,7 +4,8 @@
 //! the GMT is heard through sidelobes of any of them. Of the paths that fit the strongest is taken: artefacts stand before and behind it. None is,
 //! where a path came before it as strong as through free space. Where none is, the first path may prove itself, by its strength and by the angle between its
 //! two ends: it is the line of sight then, and the pose is wrong. The filter does not believe one such sweep, but several that agree. Two parallel walls turn a wave back into
-//! its own direction, too: what known surfaces explain proves nothing.
+//! its own direction, too: what known surfaces explain proves nothing. Nor does what fits the pose, but came weaker than straight, or nobody knows how strong: where the
+//! line of sight is blocked, the ground's bounce comes a few decimetres after it and from a few degrees below.
 //! Without such a pose it is the first path, since nothing else comes before the line of sight, if that is one: the path must have come nearly as strong as through free space and, as soon as the attitude is known, from the direction opposite to
 //! its departure; a start or a re-fix then takes several that agree.
 //!
@@ -45,6 +46,8 @@ pub(super) struct Sight {
     pub(super) bend: Bend,
     /// Whether it is where the pose puts it, or there is no pose that could tell.
     pub(super) expected: bool,
+    /// Whether it came as strong as through free space. What lost more, or nobody knows how much, may have been reflected.
+    pub(super) unreflected: bool,
 }
 
 impl Sight {
@@ -54,7 +57,13 @@ impl Sight {
             index,
             bend: Bend::default(),
             expected: true,
+            unreflected: true,
         }
+    }
+
+    /// Whether it came from where the GMT is, as strong as through free space.
+    pub(super) fn proves_itself(&self) -> bool {
+        self.expected && self.unreflected
     }
 }
 
@@ -80,11 +89,12 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
                     Some((index, path, in_world))
                         if !is_overtaken(f64::from(in_world.c_tau_m), first.map(|(_, first_m)| first_m)) =>
                     {
-                        let bend = self.bend(path, in_world, &pose, &gmt)?;
+                        let over_db = self.over_db_in_beams(path, in_world, &pose, &gmt);
                         Some(Sight {
                             index,
-                            bend,
+                            bend: self.bend(over_db, in_world)?,
                             expected: true,
+                            unreflected: over_db.is_some_and(|over_db| over_db >= -UNREFLECTED_DB),
                         })
                     }
                     _ => {
@@ -146,21 +156,25 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
             .is_some_and(|over_db| over_db.abs() < UNREFLECTED_DB)
     }
 
-    /// How a path that comes from where the GMT is was bent, by what it lost; `None` when it lost too much. Beside the GMT's beams nobody knows
-    /// a gain well enough to tell.
-    fn bend(
+    /// How much stronger than through free space a path came from where the GMT is, dB. `None` where nobody knows a gain well enough to tell: beside
+    /// the GMT's beams.
+    fn over_db_in_beams(
         &self,
         path: &MeasuredPath,
         in_world: &Path<World>,
         pose: &Pose,
         gmt: &Transmitter,
-    ) -> Option<Bend> {
-        let range_m = f64::from(in_world.c_tau_m);
-        let way = Direction::<World, f64>::from_vector(pose.position.vector() - gmt.position_m);
-        let in_beams = way.is_ok_and(|way| gmt.leaves_in_beams(way.vector()));
-        let known_db = self.over_free_space_db(path, range_m).filter(|_| in_beams);
-        known_db.map_or(Some(Bend::default()), |over_db| {
-            Bend::of(over_db, range_m, self.radio.model().waveform.wavelength_m())
+    ) -> Option<f32> {
+        let way = Direction::<World, f64>::from_vector(pose.position.vector() - gmt.position_m).ok()?;
+        gmt.leaves_in_beams(way.vector())
+            .then(|| self.over_free_space_db(path, f64::from(in_world.c_tau_m)))?
+    }
+
+    /// How a path was bent, by what it lost; not at all where that is not known, and `None` when it lost too much.
+    fn bend(&self, over_db: Option<f32>, in_world: &Path<World>) -> Option<Bend> {
+        let wavelength_m = self.radio.model().waveform.wavelength_m();
+        over_db.map_or(Some(Bend::default()), |over_db| {
+            Bend::of(over_db, f64::from(in_world.c_tau_m), wavelength_m)
         })
     }
 

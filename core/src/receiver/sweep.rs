@@ -182,18 +182,19 @@ impl<R: Radio, const VOXELS: usize, const STATES: usize> Receiver<'_, R, VOXELS,
     ) -> Localized {
         let sight = self.line_of_sight(measured, open.time_ns);
         let association = match self.localizer.expected() {
-            Some(pose) if sight.map_or(self.config.map_aided, |sight| !sight.expected) => {
+            Some(pose) if sight.map_or(self.config.map_aided, |sight| !sight.proves_itself()) => {
                 let classified = self.classify(measured, &pose, &self.localizer.plausible(open.time_ns, gmt));
                 self.associated(measured, &classified, gmt, open.time_ns)
             }
             _ => None,
         };
-        // What proves itself to be straight, against the pose, may be the wave that two parallel walls have turned back into its direction.
+        // What comes straight, against the pose, may be the wave that two parallel walls have turned back into its direction; what comes from where
+        // the GMT is, but weaker than straight, the ground's bounce.
         let is_reflected = |sight: &Sight| {
             let verdict = association
                 .as_ref()
                 .and_then(|association| association.verdicts.get(sight.index));
-            !sight.expected && verdict.is_some_and(Verdict::may_be_reflected)
+            !sight.proves_itself() && verdict.is_some_and(Verdict::may_be_reflected)
         };
         let sight = sight.filter(|sight| !is_reflected(sight));
         let line = sight.map(|sight| sight.index);
