@@ -5,8 +5,6 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::waves::Plane;
-
 /// Elements handled at a time: their sums stay in registers, and a wave is read once for all of them.
 const ELEMENTS_AT_ONCE: usize = 4;
 
@@ -20,22 +18,6 @@ pub(super) fn in_widest_lanes<R>(work: impl FnOnce() -> R) -> R {
 #[inline(always)]
 pub(super) fn with_lanes<W: WithSimd>(work: W) -> W::Output {
     Arch::new().dispatch(work)
-}
-
-/// As many samples of a plane as there are lanes, real and imaginary parts: the ones with this place.
-#[inline(always)]
-pub(super) fn at<S: Simd>(plane: &Plane, chunk: usize) -> [S::f32s; 2] {
-    [
-        S::as_simd_f32s(&plane.re).0[chunk],
-        S::as_simd_f32s(&plane.im).0[chunk],
-    ]
-}
-
-/// Puts them there.
-#[inline(always)]
-pub(super) fn put<S: Simd>(plane: &mut Plane, chunk: usize, [re, im]: [S::f32s; 2]) {
-    S::as_mut_simd_f32s(&mut plane.re).0[chunk] = re;
-    S::as_mut_simd_f32s(&mut plane.im).0[chunk] = im;
 }
 
 /// `a b`, real and imaginary parts.
@@ -95,6 +77,7 @@ mod tests {
     use cslam_core::signal::SAMPLES;
 
     use super::*;
+    use crate::synthesis::waves::Plane;
 
     /// What an array hears of two rays, in lanes.
     struct Heard<'r, const ELEMENTS: usize>(&'r [([[f32; 2]; ELEMENTS], Plane)], &'r mut [Plane]);
@@ -108,9 +91,9 @@ mod tests {
                 let rays = self
                     .0
                     .iter()
-                    .map(|(steering, plane)| (steering, at::<S>(plane, chunk)));
+                    .map(|(steering, plane)| (steering, plane.lanes::<S>(chunk)));
                 add_up(simd, rays, |element, heard| {
-                    put::<S>(&mut self.1[element], chunk, heard)
+                    self.1[element].put_lanes::<S>(chunk, heard)
                 });
             }
         }

@@ -4,7 +4,7 @@ use cslam_core::signal::SAMPLES;
 use pulp::{Simd, WithSimd};
 
 use super::C64;
-use super::lanes::{add_up, at, product, put, sum, with_lanes};
+use super::lanes::{add_up, product, sum, with_lanes};
 use super::waves::{Plane, Wave};
 
 /// Rays under this share of the strongest one's power (30 dB) take no delays of elements: those would add -58 dB.
@@ -71,22 +71,22 @@ impl<const ELEMENTS: usize> WithSimd for Mix<'_, ELEMENTS> {
             // Loops, not iterators' closures: those would not be inlined, and called for every number.
             arrived.clear();
             for (wave, gain) in self.waves.iter().zip(self.gains) {
-                let mut value = product(simd, single(gain.value), at::<S>(&wave.value, chunk));
+                let mut value = product(simd, single(gain.value), wave.value.lanes::<S>(chunk));
                 if with_slope {
                     // The slope is large and its factor small: both fit f32, and so does the product.
-                    let slope = product(simd, single(gain.slope), at::<S>(&wave.slope, chunk));
+                    let slope = product(simd, single(gain.slope), wave.slope.lanes::<S>(chunk));
                     value = sum(simd, value, slope);
                 }
                 arrived.push(value);
             }
             for l in self.late {
-                let slope = at::<S>(&self.waves[*l].slope, chunk);
+                let slope = self.waves[*l].slope.lanes::<S>(chunk);
                 arrived.push(product(simd, single(self.gains[*l].value), slope));
             }
             let rays = self.steering.iter().zip(arrived.iter().copied());
             add_up(simd, rays, |element, heard| {
                 if let Some(plane) = self.out.get_mut(element) {
-                    put::<S>(plane, chunk, heard);
+                    plane.put_lanes::<S>(chunk, heard);
                 }
             });
         }

@@ -11,7 +11,7 @@ use pulp::{Simd, WithSimd};
 
 use super::C64;
 use super::bank::Bank;
-use super::lanes::{add_up, at, put, sum, with_lanes};
+use super::lanes::{add_up, sum, with_lanes};
 use super::rays::Ray;
 use super::reception::{ElementErrors, Reception};
 use super::simulator::Simulator;
@@ -136,7 +136,7 @@ impl<const ELEMENTS: usize> WithSimd for Adding<'_, ELEMENTS> {
             });
             add_up(simd, rays, |element, more| {
                 if let Some(plane) = planes.get_mut(element) {
-                    put::<S>(plane, chunk, sum(simd, at::<S>(plane, chunk), more));
+                    plane.put_lanes::<S>(chunk, sum(simd, plane.lanes::<S>(chunk), more));
                 }
             });
         }

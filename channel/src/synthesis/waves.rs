@@ -5,6 +5,7 @@
 use std::array::from_fn;
 
 use cslam_core::signal::{SAMPLES, Waveform};
+use pulp::Simd;
 
 use super::C64;
 use super::antenna::phasor;
@@ -40,6 +41,22 @@ impl Plane {
             re: from_fn(|n| samples[n].re as f32),
             im: from_fn(|n| samples[n].im as f32),
         }
+    }
+
+    /// As many samples as there are lanes, real and imaginary parts: those of this place.
+    #[inline(always)]
+    pub(super) fn lanes<S: Simd>(&self, chunk: usize) -> [S::f32s; 2] {
+        [
+            S::as_simd_f32s(&self.re).0[chunk],
+            S::as_simd_f32s(&self.im).0[chunk],
+        ]
+    }
+
+    /// Puts them there.
+    #[inline(always)]
+    pub(super) fn put_lanes<S: Simd>(&mut self, chunk: usize, [re, im]: [S::f32s; 2]) {
+        S::as_mut_simd_f32s(&mut self.re).0[chunk] = re;
+        S::as_mut_simd_f32s(&mut self.im).0[chunk] = im;
     }
 
     /// Takes one of several blocks.

@@ -5,8 +5,8 @@ use std::borrow::Cow;
 use cslam_core::constants::SPEED_OF_LIGHT_M_PER_S;
 use cslam_firmware::app::Estimated;
 
+use super::blocked::Blocked;
 use super::error_free::ErrorFree;
-use super::flight::Blocked;
 use crate::flight_log::PoseTruth;
 use crate::input::InputError;
 use crate::paths::Link;

@@ -13,6 +13,7 @@ use cslam_firmware::app::Estimated;
 use rayon::prelude::*;
 
 use super::again::Again;
+use super::blocked::Blocked;
 use super::error_free::ErrorFree;
 use crate::config::EarthField;
 use crate::flight_log::{FlightLog, Header};
@@ -37,27 +38,6 @@ pub struct KeptFlight<'s> {
     /// Of sweeps 0, 1, 2 ...: what was estimated, and what is there in truth.
     estimated: Vec<Estimated>,
     links: Vec<Link>,
-}
-
-/// The paths of a flight whose line of sight is blocked for a while.
-#[derive(Clone, Debug)]
-pub struct Blocked {
-    /// When: this or a longer while.
-    pub(super) span: Span,
-    /// Of sweeps 0, 1, 2 ...
-    pub(super) estimated: Arc<[Estimated]>,
-}
-
-impl Blocked {
-    /// The same for the first part of it: after these seconds the line of sight is back.
-    #[must_use]
-    pub fn for_s(&self, length_s: f64) -> Self {
-        let to_s = self.span.to_s.min(self.span.from_s + length_s);
-        Self {
-            span: Span { to_s, ..self.span },
-            ..self.clone()
-        }
-    }
 }
 
 /// What is other than when the flight was flown from its samples.

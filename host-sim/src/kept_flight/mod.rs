@@ -2,6 +2,7 @@
 //! that lies, without line of sight for a while, with measurements that do not err, with another localization. The whole receiver flies, at about a hundredth of the work.
 
 mod again;
+mod blocked;
 mod error_free;
 mod errors;
 mod flight;
@@ -11,9 +12,10 @@ mod phases;
 mod starts;
 mod straight;
 
+pub use blocked::Blocked;
 pub use error_free::ErrorFree;
 pub use errors::{PoseErrors, pose_errors};
-pub use flight::{Blocked, Changes, KeptFlight};
+pub use flight::{Changes, KeptFlight};
 pub use lies::{LieFigures, SHOWN_SIGMAS, fly_lie};
 pub use outages::{OutageEnd, fly_outage, outage_start_s};
 pub use phases::{Phase, PhasedSweep, STARTING_S, fly_phases};
