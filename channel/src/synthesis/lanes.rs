@@ -8,15 +8,10 @@ use pulp::{Arch, Simd, WithSimd};
 /// Elements handled at a time: their sums stay in registers, and a wave is read once for all of them.
 const ELEMENTS_AT_ONCE: usize = 4;
 
-/// Does some work in the widest lanes, whichever of its loops the compiler makes of them. What it calls must be inlined into it.
+/// Does some work in the widest lanes: work that is written in lanes, or a closure, of whose loops the compiler makes what it can. What either calls
+/// must be inlined into it.
 #[inline(always)]
-pub(super) fn in_widest_lanes<R>(work: impl FnOnce() -> R) -> R {
-    Arch::new().dispatch(work)
-}
-
-/// The same for work that is written in lanes.
-#[inline(always)]
-pub(super) fn with_lanes<W: WithSimd>(work: W) -> W::Output {
+pub(super) fn in_widest_lanes<W: WithSimd>(work: W) -> W::Output {
     Arch::new().dispatch(work)
 }
 
@@ -79,7 +74,7 @@ mod tests {
     use super::*;
     use crate::synthesis::waves::Plane;
 
-    /// What an array hears of two rays, in lanes.
+    /// What an array hears of rays, in lanes.
     struct Heard<'r, const ELEMENTS: usize>(&'r [([[f32; 2]; ELEMENTS], Plane)], &'r mut [Plane]);
 
     impl<const ELEMENTS: usize> WithSimd for Heard<'_, ELEMENTS> {
@@ -111,7 +106,7 @@ mod tests {
         };
         let rays: [([[f32; 2]; ELEMENTS], Plane); 3] = [0, 1, 2].map(ray);
         let mut heard = vec![Plane::new(); ELEMENTS];
-        with_lanes(Heard(&rays, &mut heard));
+        in_widest_lanes(Heard(&rays, &mut heard));
         for (element, heard) in heard.iter().enumerate() {
             for n in 0..SAMPLES {
                 let [mut re, mut im] = [0.0; 2];

@@ -4,7 +4,7 @@ use cslam_core::signal::SAMPLES;
 use pulp::{Simd, WithSimd};
 
 use super::C64;
-use super::lanes::{add_up, product, sum, with_lanes};
+use super::lanes::{add_up, in_widest_lanes, product, sum};
 use super::waves::{Plane, Wave};
 
 /// Rays under this share of the strongest one's power (30 dB) take no delays of elements: those would add -58 dB.
@@ -40,7 +40,7 @@ pub(crate) fn mix<const ELEMENTS: usize>(
             std::array::from_fn(|i| single(s[i] * -d[i]))
         }));
     }
-    with_lanes(Mix {
+    in_widest_lanes(Mix {
         waves,
         gains,
         steering: &all,

@@ -11,7 +11,7 @@ use pulp::{Simd, WithSimd};
 
 use super::C64;
 use super::bank::Bank;
-use super::lanes::{add_up, sum, with_lanes};
+use super::lanes::{add_up, in_widest_lanes, sum};
 use super::rays::Ray;
 use super::reception::{ElementErrors, Reception};
 use super::simulator::Simulator;
@@ -111,7 +111,7 @@ impl<'a, const ARRAYS: usize, const ELEMENTS: usize> Pieces<'a, ARRAYS, ELEMENTS
                 Some((steering, self.bank.wave(at.delay_s[j] + slot.clock_s)))
             })
             .collect();
-        with_lanes(Adding(&heard, planes));
+        in_widest_lanes(Adding(&heard, planes));
     }
 }
 
