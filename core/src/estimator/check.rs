@@ -29,6 +29,7 @@ impl FilterConfig {
                 ("radio.aoa_rad", r.aoa_rad),
                 ("radio.delay_m", r.delay_m),
                 ("radio.departure", r.departure),
+                ("radio.departure_lasting", r.departure_lasting),
                 ("radio.two_way_m", r.two_way_m),
                 ("radio.heading_rad", r.heading_rad),
                 ("radio.beacon_m", r.beacon_m),

@@ -312,10 +312,9 @@ impl Model {
                 continue;
             };
             let moved = across * axis_seen;
-            let mut row = Row::new(
-                cosine + axis_seen.dot(&l) - bias,
-                squared(*sigma, self.noise.departure, gmt_angle),
-            );
+            let lasting = self.noise.departure_lasting * self.noise.departure_lasting;
+            let variance = squared(*sigma, self.noise.departure, gmt_angle) + lasting;
+            let mut row = Row::new(cosine + axis_seen.dot(&l) - bias, variance).with_lasting(lasting);
             row.push_vector(POSITION, &moved);
             row.push(FACE_BIAS + 2 * departure.face + i, 1.0);
             let mut axis_here = axis;

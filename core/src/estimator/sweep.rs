@@ -274,7 +274,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let mut dx = [T::zero(); N];
         for row in rows {
             let rest = row.residual - row.dot(&dx);
-            if let Some(gain) = self.covariance.update(row) {
+            if let Some(gain) = self.covariance.update(&row.as_new()) {
                 for (x, k) in dx.iter_mut().zip(&gain) {
                     *x += *k * rest;
                 }

@@ -108,6 +108,7 @@ struct RadioNoiseKeys {
     aoa_rad: f64,
     delay_m: f64,
     departure: f64,
+    departure_lasting: f64,
     two_way_m: f64,
     heading_rad: f64,
     beacon_m: f64,

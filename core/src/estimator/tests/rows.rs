@@ -74,6 +74,22 @@ fn path() -> PathMeasurement {
 }
 
 #[test]
+fn of_a_path_the_departure_alone_lasts() {
+    let noise = RadioNoise::default();
+    let model = Model::new(RadioModel::default(), noise);
+    let rows = model.rows::<f64>(&state(), &gmt(), &path(), &[]).expect("apart");
+    let grown: Vec<f64> = rows
+        .iter()
+        .map(|row| row.as_new().variance - row.variance)
+        .collect();
+    let lasting = 3.0 * noise.departure_lasting * noise.departure_lasting;
+    for (grown, expected) in grown.iter().zip([0.0, 0.0, 0.0, lasting, lasting]) {
+        assert!((grown - expected).abs() < 1e-12, "{grown}");
+    }
+    assert_eq!(grown.len(), 5);
+}
+
+#[test]
 fn every_derivative_is_the_difference_quotient() {
     let model = Model::new(RadioModel::default(), RadioNoise::default());
     // The shift by the arrays' errors changes with the direction; the rows leave that out (a hundredth of the whole), so
