@@ -215,7 +215,7 @@ fn after_an_outage_a_run_of_five_is_ridden_out_and_six_are_believed() {
 
 #[test]
 fn sights_after_an_outage_move_a_filter_that_seems_sure_the_sooner_the_less_they_contradict() {
-    for (aside_m, refixed_at) in [(1.15, 3), (3.0, 6)] {
+    for (aside_m, refixed_at) in [(1.3, 3), (3.0, 6)] {
         let mut verdicts = heapless::Vec::<SweepVerdict, 8>::new();
         let mut filter = flown(12_000_000_000 - SWEEP_NS, 0, |time_ns, _, sweep| {
             if time_ns > 10_000_000_000 {
