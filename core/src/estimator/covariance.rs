@@ -250,7 +250,7 @@ impl<T: Real, const N: usize> Covariance<T, N> {
     #[inline(never)]
     pub fn update(&mut self, row: &Row<T>) -> Option<[T; N]> {
         let s = self.product(row);
-        let innovation = row.dot(&s) + row.variance;
+        let innovation = row.dot(&s) + row.update_variance();
         if !(innovation.is_finite() && innovation > T::zero()) {
             return None;
         }

@@ -152,10 +152,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
     }
 
-    /// Widens the variance of a row by how improbable it is that both lengths are of one path: the gain is as much smaller (probabilistic data
-    /// association: Bar-Shalom and Tse 1975). Gives that probability.
-    fn weigh_partner(&self, row: &mut Row<T>) -> f64 {
-        let of_state = row.dot(&self.covariance.product(row));
+    /// A row with the probability that both lengths are of one path; `None` when there is next to none.
+    fn of_partner(&self, row: Row<T>) -> Option<Row<T>> {
+        let of_state = row.dot(&self.covariance.product(&row));
         let spread = (of_state + row.variance).to_f64();
         let residual = row.residual.to_f64();
         let of_same =
@@ -163,8 +162,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let of_others = EXCHANGED / (2.0 * SAME_M);
         let same = (1.0 - EXCHANGED) * of_same;
         let probability = same / (same + of_others);
-        row.variance = T::of(spread / probability) - of_state;
-        probability
+        (probability > LEAST_SAME).then(|| row.of_probability(T::of(probability), of_state))
     }
 
     /// Takes in how much the paths have grown since `before`, in which the UAV went by `moved_m`.
@@ -184,12 +182,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let mut rows = Vec::<Row<T>, MOST_PATHS>::new();
         for path in &now.paths {
             let partner = between.partner(path, &before.paths, &now.paths);
-            let Some(mut row) = partner.and_then(|partner| between.row(partner, path)) else {
+            let Some(row) = partner.and_then(|partner| between.row(partner, path)) else {
                 continue;
             };
-            let fits = self.weigh_partner(&mut row) > LEAST_SAME;
             // There is room for a row of every path.
-            if fits && rows.push(row).is_ok() {
+            if self.of_partner(row).is_some_and(|row| rows.push(row).is_ok()) {
                 self.counters.delta_ranges = self.counters.delta_ranges.saturating_add(1);
             } else {
                 self.counters.delta_ranges_rejected = self.counters.delta_ranges_rejected.saturating_add(1);

@@ -27,6 +27,8 @@ pub struct Row<T: Real> {
     pub variance: T,
     /// What it counts for beyond that in an update, because part of it lasts from sweep to sweep.
     lasting: T,
+    /// By how much a correction may err in doubt of what the measurement is of, in units of itself.
+    doubt: T,
 }
 
 impl<T: Real> Row<T> {
@@ -38,10 +40,11 @@ impl<T: Real> Row<T> {
             residual: T::of(residual),
             variance: T::of(variance),
             lasting: T::zero(),
+            doubt: T::zero(),
         }
     }
 
-    /// So much of the variance is of an error that the next sweeps have in common. An update is to take it for one that is new each time,
+    /// So much of the variance is of an error that the next sweeps have in common. An update takes it for one that is new each time,
     /// and as much larger as it does not average out.
     #[must_use]
     pub fn with_lasting(mut self, variance: f64) -> Self {
@@ -49,12 +52,25 @@ impl<T: Real> Row<T> {
         self
     }
 
-    /// The row as an update takes it.
+    /// Variance of the measurement's error as an update is to take it.
+    pub fn update_variance(&self) -> T {
+        self.variance + self.lasting
+    }
+
+    /// The row of a measurement that is of what it seems with this probability, when the state has `of_state` of the variance of its residual: the
+    /// gain is as much smaller, and not knowing which it is leaves the state as unsure as it should (probabilistic data association: Bar-Shalom
+    /// and Tse 1975).
     #[must_use]
-    pub fn as_new(mut self) -> Self {
-        self.variance += self.lasting;
-        self.lasting = T::zero();
+    pub fn of_probability(mut self, probability: T, of_state: T) -> Self {
+        self.variance = (of_state + self.variance) / probability - of_state;
+        self.doubt = ((T::one() - probability) / probability).root();
         self
+    }
+
+    /// Standard deviation of the correction by what is not known of the measurement's origin, in units of the correction; 0 where it is of what it
+    /// seems.
+    pub fn doubt(&self) -> T {
+        self.doubt
     }
 
     /// Adds the derivative with respect to one state. A row that is full takes no more: the capacity covers every
@@ -94,22 +110,18 @@ mod tests {
     fn what_lasts_counts_in_an_update_as_often_as_sweeps_are_remembered_and_in_a_gate_once() {
         let row = Row::<f64>::new(0.0, 4e-6).with_lasting(1e-6);
         assert!((row.variance - 4e-6).abs() < 1e-18);
-        let taken = row.as_new();
-        assert!((taken.variance - 7e-6).abs() < 1e-18);
-        assert!((taken.as_new().variance - taken.variance).abs() < 1e-18);
+        assert!((row.update_variance() - 7e-6).abs() < 1e-18);
         let new = Row::<f64>::new(0.0, 4e-6);
-        assert!((new.as_new().variance - new.variance).abs() < 1e-18);
+        assert!((new.update_variance() - new.variance).abs() < 1e-18);
     }
 
     #[test]
     fn the_mean_of_what_lasts_is_claimed_as_it_errs() {
         // Four readings of a constant: the part that they share does not average out, the other does.
         let (white, lasting): (f64, f64) = (3e-6, 1e-6);
-        let taken = Row::<f64>::new(0.0, white + lasting)
-            .with_lasting(lasting)
-            .as_new();
+        let row = Row::<f64>::new(0.0, white + lasting).with_lasting(lasting);
         let (claimed, errs) = (
-            taken.variance / REMEMBERED_SWEEPS,
+            row.update_variance() / REMEMBERED_SWEEPS,
             white / REMEMBERED_SWEEPS + lasting,
         );
         assert!((claimed - errs).abs() < 1e-15);

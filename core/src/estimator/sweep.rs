@@ -274,9 +274,13 @@ impl<T: Real, const N: usize> Filter<T, N> {
         let mut dx = [T::zero(); N];
         for row in rows {
             let rest = row.residual - row.dot(&dx);
-            if let Some(gain) = self.covariance.update(&row.as_new()) {
-                for (x, k) in dx.iter_mut().zip(&gain) {
-                    *x += *k * rest;
+            if let Some(gain) = self.covariance.update(row) {
+                let correction = gain.map(|k| k * rest);
+                for (x, k) in dx.iter_mut().zip(&correction) {
+                    *x += *k;
+                }
+                if row.doubt() > T::zero() {
+                    self.covariance.spread(&correction.map(|k| k * row.doubt()));
                 }
             }
         }

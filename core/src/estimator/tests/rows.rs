@@ -81,7 +81,7 @@ fn of_a_path_the_departure_alone_lasts() {
     let lasting = 3.0 * noise.departure_lasting * noise.departure_lasting;
     assert_eq!(rows.len(), 5);
     for (row, expected) in rows.iter().zip([0.0, 0.0, 0.0, lasting, lasting]) {
-        let grown = row.as_new().variance - row.variance;
+        let grown = row.update_variance() - row.variance;
         assert!((grown - expected).abs() < 1e-12, "{grown}");
     }
 }
