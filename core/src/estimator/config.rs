@@ -92,7 +92,8 @@ pub struct RadioNoise {
     pub departure_lasting: f64,
     /// Two-way timing, m.
     pub two_way_m: f64,
-    /// Magnetic heading, rad.
+    /// Magnetic heading beside [`crate::inertial::MagneticField::disturbance_ut`], rad.
+    /// Measured: 4449 headings of right poses in 19 flights of `real` and 50 of `budget` (tuning seeds) miss by 5 to 7 deg, 4.8 of it by that field.
     pub heading_rad: f64,
     /// Up to this standard deviation, m per axis, the beacon's error is one that stays from sweep to sweep. It moves the whole
     /// solution, and shows in no measurement.
@@ -108,7 +109,7 @@ impl Default for RadioNoise {
             departure: 0.9e-3,
             departure_lasting: 0.75e-3,
             two_way_m: 0.3 * NS_M,
-            heading_rad: 8.0 * DEG_RAD,
+            heading_rad: 4.0 * DEG_RAD,
             beacon_m: 0.03,
         }
     }

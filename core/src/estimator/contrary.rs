@@ -3,9 +3,10 @@
 //! A start may be an image: a wave that a wall has turned shows a place beyond the wall, with every number in order, and a filter
 //! that believes it never looks at the true line of sight again. Two things tell. A magnetic heading, where there is one, contradicts
 //! an attitude that is that of an image. And nothing arrives before the straight way: a path as strong as through free
-//! space that is shorter than the pose allows proves the pose wrong, whatever the path is. A longer one proves nothing to a filter that
-//! is right, since the line of sight may be hidden behind a wall that reflects; only a filter that is lost, and was never confirmed, listens to
-//! it. Where the sweeps that prove a pose wrong do not tell the right one, there is none: it is sought as at the start.
+//! space that is shorter than the pose allows proves the pose wrong, whatever the path is. A longer one proves nothing,
+//! since the line of sight may be hidden behind a wall that reflects.
+//! Where the sweeps that prove a pose wrong do not tell the right one, there is none: it is sought as at the start. So it is when a pose is lost
+//! before it was confirmed.
 //!
 //! Confirmed is a pose whose lines of sight have been seen to turn: an image turns the other way, so that it would have contradicted
 //! the gyroscope by twice the angle.
@@ -19,11 +20,15 @@ use super::tilt::CARRIED_NS;
 use super::window::WINDOW;
 use super::{Filter, attitude};
 use crate::geometry::Real;
-use crate::inertial::MagneticField;
+use crate::inertial::{HeadingRefusal, MagneticField};
 
 /// A magnetic field older than this says nothing of an attitude, ns.
 /// Derived: a UAV turns by a degree in that time.
 const FIELD_AGE_NS: u64 = 100_000_000;
+
+/// Up to this standard deviation, norm of three axes, an attitude tells by the two ends of a path whether a wall has turned it, rad: 3 degrees.
+/// Derived: six standard deviations are 18 degrees, and the images of 500 starts were turned by 23 and more (tuning flights).
+const TELLS_IMAGE_RAD: f64 = 0.052;
 
 /// What speaks for the pose and what against it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -62,29 +67,35 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.running && self.doubt.confirmed
     }
 
-    /// Whether the magnetic heading does not contradict an attitude whose standard deviation is `sigma_rad`. No heading, or a
-    /// disturbed one, contradicts nothing.
-    pub(super) fn heading_allows(&mut self, turned: &Matrix3<f64>, sigma_rad: f64) -> bool {
+    /// Whether the magnetic heading does not contradict an attitude of this covariance, rad^2, by a chi-square beyond `gate`. No heading, or
+    /// a disturbed one, contradicts nothing.
+    pub(super) fn heading_allows(
+        &mut self,
+        turned: &Matrix3<f64>,
+        covariance: &Matrix3<f64>,
+        gate: f64,
+    ) -> bool {
         let (Some(magnetic), Some(attitude)) = (&self.magnetic, attitude(turned)) else {
             return true;
         };
         if self.nominal.time_ns.abs_diff(magnetic.time_ns) > FIELD_AGE_NS {
             return true;
         }
-        let heading = magnetic
-            .field
-            .heading(&magnetic.seen_ut, &attitude, sigma_rad as f32);
-        let Ok(heading) = heading else {
-            return true;
+        let covariance = covariance.map(|c| c as f32);
+        let heading = magnetic.field.heading(&magnetic.seen_ut, &attitude, &covariance);
+        let allows = match heading {
+            Ok(heading) => {
+                let (off, own) = (f64::from(heading.yaw_error_rad), f64::from(heading.sigma_rad));
+                let floor = self.config.radio.heading_rad;
+                off * off <= gate * (own * own + floor * floor)
+            }
+            Err(HeadingRefusal::Tilted) => false,
+            Err(HeadingRefusal::Disturbed | HeadingRefusal::NotFinite) => true,
         };
-        let (off, own) = (f64::from(heading.yaw_error_rad), f64::from(heading.sigma_rad));
-        let floor = self.config.radio.heading_rad;
-        let variance = own * own + floor * floor + sigma_rad * sigma_rad;
-        if off * off > self.config.gates.one * variance {
+        if !allows {
             self.counters.starts_refused = self.counters.starts_refused.saturating_add(1);
-            return false;
         }
-        true
+        allows
     }
 
     /// The pose was set: nothing speaks for it yet.
@@ -114,8 +125,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             return SweepVerdict::NoSight;
         }
         self.push_fix(gmt, path);
-        let lost = self.sigma(POSITION) > self.gates().lost_m && !self.doubt.confirmed;
-        if !(lost || self.is_early(gmt, path)) {
+        if !self.is_early(gmt, path) {
             return SweepVerdict::NoSight;
         }
         self.doubt.contrary = self.doubt.contrary.saturating_add(1);
@@ -139,13 +149,23 @@ impl<T: Real, const N: usize> Filter<T, N> {
         if !self.running || self.doubt.confirmed || age_ns > CARRIED_NS {
             return;
         }
-        let (attitude, sigma_rad) = (self.nominal.attitude, self.sigma(ATTITUDE) / libm::sqrt(3.0));
-        if self.heading_allows(&attitude, sigma_rad) {
+        let covariance = self.covariance.block(ATTITUDE, ATTITUDE).map(T::to_f64);
+        let (attitude, gate) = (self.nominal.attitude, self.config.gates.one);
+        if self.heading_allows(&attitude, &covariance, gate) {
             self.doubt.misled = 0;
             return;
         }
         self.doubt.misled = self.doubt.misled.saturating_add(1);
         if self.doubt.misled >= self.gates().refix_after {
+            self.begin_without_pose();
+        }
+    }
+
+    /// Gives up a pose that is lost before a sight has confirmed it, once its attitude does not tell an image by its two ends: it would follow
+    /// the first one, and knows nothing that a start does not find.
+    pub(super) fn give_up_lost(&mut self) {
+        let lost = self.sigma(POSITION) > self.gates().lost_m && self.sigma(ATTITUDE) > TELLS_IMAGE_RAD;
+        if self.running && lost && !self.doubt.confirmed {
             self.begin_without_pose();
         }
     }

@@ -18,6 +18,10 @@ use nalgebra::{Matrix3, Vector3};
 /// Derived: that of the cosine of the angle off the face's normal, over its 120 degrees.
 const MAST_SHARE: f64 = 0.7;
 
+/// Chi-square that one heading in twenty is beyond.
+/// Derived: the quantile .95 of the chi-square of one.
+const USUAL_HEADING: f64 = 3.84;
+
 // What is rare is never inlined here: flash is short.
 impl<T: Real, const N: usize> Filter<T, N> {
     /// Takes over the gyroscope bias found at rest. The tilt serves a start without departures only: the window finds it from
@@ -106,11 +110,15 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     /// Fixes position and velocity anew when the last `fixes` sweeps agree, and the attitude when it is not one that they allow, by theirs or by
-    /// their sights: theirs is the poorer one, known to degrees.
+    /// their sights: theirs is the poorer one, known to degrees. An attitude that sights have confirmed is not given up for what may be an image.
     pub(super) fn try_refix_contested(&mut self, gmt: &Transmitter, fixes: usize) -> bool {
         let whole = self.window.solve_most(fixes, None);
         let stands = whole.is_none_or(|whole| self.attitude_stands(&whole));
-        stands && self.try_refix_position(gmt, fixes) || whole.is_some_and(|whole| self.refix(gmt, &whole))
+        if stands && self.try_refix_position(gmt, fixes) {
+            return true;
+        }
+        let whole = whole.filter(|whole| whole.is_no_image || !self.doubt.confirmed);
+        whole.is_some_and(|whole| self.refix(gmt, &whole))
     }
 
     fn attitude_stands(&self, solution: &Solution) -> bool {
@@ -169,10 +177,16 @@ impl<T: Real, const N: usize> Filter<T, N> {
         self.last_innovation = Some(Innovation::none(self.nominal.time_ns));
     }
 
-    /// Whether an attitude is not one that would be lost at once, nor contradicted by the magnetic heading.
+    /// Whether an attitude is not one that would be lost at once, nor contradicted by the magnetic heading: little by little already where the
+    /// sights would be those of an image as well.
     pub(super) fn is_acceptable(&mut self, solution: &Solution) -> bool {
+        let gate = if solution.is_no_image {
+            self.gates().one
+        } else {
+            USUAL_HEADING
+        };
         libm::sqrt(3.0) * solution.attitude_sigma_rad < self.gates().attitude_lost_rad
-            && self.heading_allows(&solution.attitude, solution.attitude_sigma_rad)
+            && self.heading_allows(&solution.attitude, &solution.attitude_covariance(), gate)
     }
 
     /// Sets the pose.

@@ -59,6 +59,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             return SweepVerdict::TooLate;
         }
         self.advance_to(measurement.time_ns);
+        self.give_up_lost();
         self.question_start();
         let mut beacon = self.judge_beacon(measurement);
         let verdict = match &measurement.line_of_sight {

@@ -7,7 +7,8 @@
 //! give the attitude (triad); what is left of the fixes is a straight line, which gives position and velocity.
 //!
 //! The fixes judge each other: a wrong path among them bends the line, and nothing is given until it has left. A re-fix has one more than a start
-//! takes, and does without the one that is wrong.
+//! takes, and does without the one that is wrong. A wave that a wall has turned makes a window of its own, of the place's image, and only a sight
+//! that turns to the side tells the two apart.
 
 mod bend;
 mod error;
@@ -117,10 +118,22 @@ pub(super) struct Solution {
     pub(super) attitude: Matrix3<f64>,
     /// Standard deviation of the attitude about its worst axis, rad; 0 when the attitude was given.
     pub(super) attitude_sigma_rad: f64,
+    /// Whether the sights have turned by enough to tell them from those of an image, which would have parted from each other.
+    pub(super) is_no_image: bool,
     /// How far the angles of arrival are off the attitude on average, rad.
     pub(super) sight_off_rad: f64,
     /// How it errs with what it is made of.
     pub(super) errors: Errors,
+}
+
+impl Solution {
+    /// Covariance of the attitude, rad^2, world axes: its standard deviation about the sight, and what sights scatter by across.
+    pub(super) fn attitude_covariance(&self) -> Matrix3<f64> {
+        let across = SIGHT_SCATTER_RAD * SIGHT_SCATTER_RAD;
+        let about = self.attitude_sigma_rad * self.attitude_sigma_rad - across;
+        let sight = &self.errors.towards;
+        Matrix3::from_diagonal_element(across) + sight * sight.transpose() * about.max(0.0)
+    }
 }
 
 /// The last fixes and the motion between them.
@@ -293,7 +306,8 @@ impl Window {
             sight += off(entry).norm_squared() / (2.0 * times.n);
             apart += weighed(&(off(entry) - mean_off), &entry.1.sight_variance_rad2);
         }
-        if apart > chi_square_limit(2.0 * times.n - 2.0) {
+        let limit = chi_square_limit(2.0 * times.n - 2.0);
+        if apart > limit {
             return None;
         }
         // Of the fixes' three coordinates a line takes two each, and an attitude that comes from their bend one.
@@ -308,11 +322,14 @@ impl Window {
             Some(_) => 0.0,
             None => libm::sqrt(attitude_sigma_rad * attitude_sigma_rad * excess + sight),
         };
+        // An image of which no more than one in a thousand would have stayed within the limit.
+        let found = libm::sqrt(limit) + DEVIATE;
         Some(Solution {
             position_m: on_line(last.dt_s) + gravity * (0.5 * last.dt_s * last.dt_s) + first * last.position,
             velocity_m_per_s: slope + gravity * last.dt_s + first * last.velocity,
             attitude: first * last.turn,
             attitude_sigma_rad,
+            is_no_image: image_apart(&motion) > found * found,
             sight_off_rad: mean_off.norm(),
             errors,
         })
@@ -322,6 +339,23 @@ impl Window {
 /// Sum of squares, each over the variance along its axis.
 fn weighed(errors: &Vector3<f64>, variances: &Vector3<f64>) -> f64 {
     errors.component_mul(errors).component_div(variances).sum()
+}
+
+/// Chi-square of the scatter between both ends of the sights, were these an image's in an upright wall: what turns to the left turns to the right
+/// in it, and its sights part by twice as much. Up and down it turns as the straight way does.
+fn image_apart(motion: &[(Segment, Fix)]) -> f64 {
+    let mut mean = Vector3::zeros();
+    for (_, fix) in motion {
+        mean += fix.towards_gmt / motion.len() as f64;
+    }
+    let Some(side) = Vector3::z().cross(&mean).try_normalize(LEAST_NORM) else {
+        return 0.0;
+    };
+    let apart = |(_, fix): &(Segment, Fix)| {
+        let turned = 2.0 * side.dot(&(fix.towards_gmt - mean));
+        turned * turned / fix.sight_variance_rad2.dot(&side.component_mul(&side))
+    };
+    motion.iter().map(apart).sum()
 }
 
 /// Chi-square that one in a thousand of `freedom` degrees of freedom is beyond (Wilson and Hilferty).

@@ -1,11 +1,11 @@
-//! Heading from the earth's magnetic field: a weak aid.
+//! Heading from the earth's magnetic field: whether an attitude may be right.
 //!
 //! The attitude turns the measured field into world axes; by how much its horizontal part misses magnetic north there,
 //! the yaw is wrong. Iron on board and the surroundings turn the field by about 5 deg, most of it constant
-//! or slow, so averaging does not help, and with line of sight the array knows yaw twenty times better: the filter takes
-//! it only when there has been no line of sight for ten seconds, with 8 deg added (docs/localization.md, "The model").
+//! or slow, so averaging does not help, and with line of sight the array knows yaw twenty times better: nothing but a pose that is set is
+//! compared with it (docs/localization.md, "What it believes").
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::geometry::{Body, Real, Rotation, World};
 
@@ -36,7 +36,7 @@ impl MagneticField {
 pub struct Heading {
     /// By how much the yaw of the attitude is too small, rad, in (-pi, pi].
     pub yaw_error_rad: f32,
-    /// Standard deviation, rad.
+    /// Standard deviation by the field's disturbance and by the attitude, rad.
     pub sigma_rad: f32,
 }
 
@@ -44,55 +44,50 @@ pub struct Heading {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum HeadingRefusal {
-    /// The earth's field is not known.
-    NoField,
-    /// There is no attitude that the field could be turned by.
-    NoAttitude,
-    /// The last heading was given just now.
-    TooSoon,
-    /// Strength or inclination are not the earth's: iron is near.
+    /// The strength is not the earth's: iron is near.
     Disturbed,
+    /// The strength is the earth's, and the vertical part is not: the attitude is wrong.
+    Tilted,
     /// A number is not finite.
     NotFinite,
 }
 
 impl MagneticField {
-    /// The heading by a measured field (uT, body axes) with an attitude whose standard deviation about a horizontal axis is
-    /// `tilt_sigma_rad`.
+    /// The heading by a measured field (uT, body axes) with an attitude of this covariance (rad^2, world axes).
     ///
     /// # Errors
-    /// [`HeadingRefusal::Disturbed`] when strength or vertical part differ from the earth's by more than four standard
-    /// deviations; [`HeadingRefusal::NotFinite`].
+    /// [`HeadingRefusal::Disturbed`] when the strength differs from the earth's by more than four standard deviations, [`HeadingRefusal::Tilted`] when
+    /// only the vertical part does; [`HeadingRefusal::NotFinite`].
     pub fn heading(
         &self,
         field_ut: &Vector3<f32>,
         attitude: &Rotation<Body, World>,
-        tilt_sigma_rad: f32,
+        covariance_rad2: &Matrix3<f32>,
     ) -> Result<Heading, HeadingRefusal> {
         let seen = attitude.apply_vector(field_ut);
         let earth = &self.earth_ut;
         let level = |v: &Vector3<f32>| libm::sqrtf(v.x * v.x + v.y * v.y);
         let length = |v: &Vector3<f32>| libm::sqrtf(v.x * v.x + v.y * v.y + v.z * v.z);
         let (strength, horizontal) = (length(&seen), level(earth));
-        if !(strength.is_finite() && tilt_sigma_rad.is_finite()) {
+        if !(strength.is_finite() && covariance_rad2.iter().all(|c| c.is_finite())) {
             return Err(HeadingRefusal::NotFinite);
         }
-        // A tilt error swaps horizontal for vertical field.
-        let slope_ut = tilt_sigma_rad * horizontal;
-        let vertical_limit =
-            4.0 * libm::sqrtf(self.disturbance_ut * self.disturbance_ut + slope_ut * slope_ut);
-        let sound = (strength - length(earth)).abs() <= 4.0 * self.disturbance_ut
-            && (seen.z - earth.z).abs() <= vertical_limit
-            // Four standard deviations from no horizontal field at all: its direction means something.
-            && level(&seen) > 4.0 * self.disturbance_ut;
-        if !sound {
+        // A turn of the attitude by a small vector changes a component of the field by its product with the field crossed with that axis.
+        let variance = |lever: &Vector3<f32>| lever.dot(&(covariance_rad2 * lever));
+        let iron = self.disturbance_ut * self.disturbance_ut;
+        let limit = 4.0 * self.disturbance_ut;
+        // Four standard deviations from no horizontal field at all: its direction means something.
+        if (strength - length(earth)).abs() > limit || level(&seen) <= limit {
             return Err(HeadingRefusal::Disturbed);
+        }
+        let vertical = iron + variance(&earth.cross(&Vector3::z()));
+        if (seen.z - earth.z).abs() > 4.0 * libm::sqrtf(vertical) {
+            return Err(HeadingRefusal::Tilted);
         }
         let cross = seen.x * earth.y - seen.y * earth.x;
         let dot = seen.x * earth.x + seen.y * earth.y;
-        let iron = self.disturbance_ut / horizontal;
-        let tilt = tilt_sigma_rad * earth.z / horizontal;
-        let sigma = libm::sqrtf(iron * iron + tilt * tilt);
+        let across = Vector3::new(earth.y, -earth.x, 0.0) / horizontal;
+        let sigma = libm::sqrtf(iron + variance(&earth.cross(&across))) / horizontal;
         Ok(Heading {
             yaw_error_rad: cross.atan2_libm(dot),
             sigma_rad: sigma,
@@ -124,7 +119,9 @@ mod tests {
                 .apply_vector(&field().earth_ut);
             for error in [-3.0, -0.5, 0.0, 0.02, 1.0, 3.1] {
                 let believed = attitude(yaw - error, pitch, roll);
-                let heading = field().heading(&measured, &believed, 0.0).expect("clean field");
+                let heading = field()
+                    .heading(&measured, &believed, &Matrix3::zeros())
+                    .expect("clean field");
                 assert!(
                     (heading.yaw_error_rad - error).abs() < 1e-5,
                     "{heading:?}, error {error}"
@@ -135,24 +132,43 @@ mod tests {
     }
 
     #[test]
-    fn the_sigma_grows_with_the_tilt_and_the_inclination() {
+    fn the_sigma_is_that_of_the_turns_that_the_attitude_may_be_off_by() {
         let level = attitude(1.0, 0.0, 0.0);
         let measured = level.inverse().apply_vector(&field().earth_ut);
-        let sigma = |tilt: f32| field().heading(&measured, &level, tilt).expect("clean").sigma_rad;
-        // 1.7 uT over 20.3 uT, and tilt times tan 65 deg.
-        assert!(
-            (sigma(0.1) - libm::sqrtf(0.0838 * 0.0838 + 0.2145 * 0.2145)).abs() < 1e-3,
-            "{}",
-            sigma(0.1)
-        );
+        let north = field().earth_ut.xy().normalize();
+        let sigma = |axis: Vector3<f32>| {
+            let covariance = axis * axis.transpose() * 0.01;
+            let heading = field().heading(&measured, &level, &covariance);
+            heading.expect("clean").sigma_rad
+        };
+        let with = |turned: f32| libm::sqrtf(0.0838 * 0.0838 + turned * turned);
+        // 1.7 uT over 20.3 uT beside the turn itself, and tilt about magnetic north times tan 65 deg; tilt about its side is none of yaw.
+        for (axis, turned) in [
+            (Vector3::z(), 0.1),
+            (Vector3::new(north.x, north.y, 0.0), 0.2145),
+            (Vector3::new(north.y, -north.x, 0.0), 0.0),
+        ] {
+            assert!(
+                (sigma(axis) - with(turned)).abs() < 1e-3,
+                "{axis} {}",
+                sigma(axis)
+            );
+        }
     }
 
     #[test]
     fn iron_is_noticed() {
         let level = attitude(0.0, 0.0, 0.0);
-        let heading = |x, y, z| field().heading(&(field().earth_ut + Vector3::new(x, y, z)), &level, 0.01);
+        let heading = |x, y, z| {
+            field().heading(
+                &(field().earth_ut + Vector3::new(x, y, z)),
+                &level,
+                &Matrix3::from_diagonal_element(1e-4),
+            )
+        };
         assert!(heading(2.0, -2.0, 2.0).is_ok());
         assert_eq!(heading(0.0, 0.0, 9.0), Err(HeadingRefusal::Disturbed));
+        assert_eq!(heading(0.0, 8.0, 8.0), Err(HeadingRefusal::Tilted));
         assert_eq!(heading(0.0, -16.0, 0.0), Err(HeadingRefusal::Disturbed));
         assert_eq!(heading(30.0, 0.0, 0.0), Err(HeadingRefusal::Disturbed));
         assert_eq!(heading(f32::NAN, 0.0, 0.0), Err(HeadingRefusal::NotFinite));

@@ -3,8 +3,11 @@
 
 use nalgebra::Vector3;
 
+use super::super::nominal::rotation;
+use super::super::window::WINDOW;
 use super::super::*;
 use super::flight::{SWEEP_NS, error_m, fly, fly_from, measurement, path, seen_from, truth};
+use super::window::hovering;
 use crate::geometry::Body;
 use crate::inertial::MagneticField;
 
@@ -54,10 +57,14 @@ fn started(end_ns: u64, mut sight: impl FnMut(u64) -> PathMeasurement) -> Filter
     filter
 }
 
-/// Flies on to `end_ns` without line of sight, past paths that speak against the pose.
+/// Flies on to `end_ns` without line of sight, past paths that speak against the pose. The filter is kept so sure of its attitude that it is not
+/// given up when it is lost.
 fn go_on(filter: &mut Filter49, end_ns: u64, mut contrary: impl FnMut(u64) -> PathMeasurement) {
     let from_ns = filter.nominal().time_ns;
-    fly_from(filter, from_ns, end_ns, 0, |now, _, sweep| {
+    fly_from(filter, from_ns, end_ns, 0, |now, filter, sweep| {
+        for axis in 0..3 {
+            filter.covariance.reset(ATTITUDE + axis, 1e-4);
+        }
         sweep.line_of_sight = None;
         sweep.contrary = Some(contrary(now));
     });
@@ -154,6 +161,58 @@ fn the_magnetic_heading_refuses_an_image_and_lets_the_true_place_pass() {
     fly(&mut filter, 4 * SECOND_NS, 0, |now, filter, _| feel(filter, now));
     assert!(filter.is_running() && error_m(&filter) < 0.1);
     assert_eq!(filter.counters().starts_refused, 0);
+}
+
+/// Whether a start by a window in which nothing turns is acceptable with a heading that is off by so much.
+fn hovering_start_is_acceptable(off_rad: f64, is_no_image: bool) -> bool {
+    let mut filter = Filter49::new(&RadioModel::default(), FilterConfig::default(), 0);
+    let seen = rotation(&Vector3::new(0.0, 0.0, off_rad)) * earth().earth_ut.map(f64::from);
+    filter.magnetic(0, &earth(), &seen.map(|c| c as f32));
+    let mut solution = hovering().solve(WINDOW, None).expect("consistent");
+    solution.is_no_image |= is_no_image;
+    let acceptable = filter.is_acceptable(&solution);
+    assert_eq!(filter.counters().starts_refused == 0, acceptable);
+    acceptable
+}
+
+#[test]
+fn where_no_sight_turns_a_heading_that_is_usual_is_asked_for() {
+    // The heading is known to 4 and 4.5 degrees, and to what the window's attitude is: 6 or 7 together.
+    assert!(hovering_start_is_acceptable(0.15, false));
+    assert!(!hovering_start_is_acceptable(0.35, false));
+    assert!(hovering_start_is_acceptable(0.35, true));
+    assert!(!hovering_start_is_acceptable(0.6, true));
+}
+
+#[test]
+fn an_attitude_that_sights_have_confirmed_is_not_given_up_for_what_may_be_an_image() {
+    let refixed = |confirmed: bool| {
+        let mut filter = started(3 * SECOND_NS, path);
+        let gmt = measurement(0, path(0)).gmt;
+        filter.doubt.confirmed = confirmed;
+        // It is turned by a radian against that of the window.
+        filter.nominal.attitude = rotation(&Vector3::z());
+        filter.window = hovering();
+        filter.try_refix_contested(&gmt, WINDOW)
+    };
+    assert!(refixed(false) && !refixed(true));
+}
+
+#[test]
+fn a_pose_that_is_lost_before_it_was_confirmed_is_given_up() {
+    let runs = |confirmed: bool, sigma_m: f32, sigma_rad: f32| {
+        let mut filter = started(3 * SECOND_NS, path);
+        filter.doubt.confirmed = confirmed;
+        for axis in 0..3 {
+            filter.covariance.reset(POSITION + axis, sigma_m * sigma_m);
+            filter.covariance.reset(ATTITUDE + axis, sigma_rad * sigma_rad);
+        }
+        filter.give_up_lost();
+        filter.is_running()
+    };
+    assert!(!runs(false, 2.0, 0.04));
+    // One that sights have confirmed, one that is not lost, and one whose attitude tells an image.
+    assert!(runs(true, 2.0, 0.04) && runs(false, 1.0, 0.04) && runs(false, 2.0, 0.02));
 }
 
 #[test]

@@ -78,6 +78,73 @@ fn poor_window(steps: &[u32], sigma_m: f64, disturb: impl Fn(u32, Vector3<f64>) 
     window
 }
 
+/// Six fixes of a body that stays level and moves at a steady velocity from 20 m east of the GMT on.
+fn steady(velocity_m_per_s: Vector3<f64>) -> Window {
+    let mut window = Window::new();
+    let (gmt, up) = (Vector3::zeros(), Vector3::z() * STANDARD_GRAVITY_M_PER_S2);
+    for step in 0..WINDOW as u64 {
+        let place = Vector3::new(20.0, 0.0, 2.0) + velocity_m_per_s * (0.5 * step as f64);
+        let towards = (gmt - place).normalize();
+        if step > 0 {
+            window.advance(&ImuIncrement {
+                start_ns: (step - 1) * 500_000_000,
+                end_ns: step * 500_000_000,
+                delta_angle_rad: Vector3::zeros(),
+                delta_velocity_m_per_s: (up * 0.5).map(|c| c as f32),
+                delta_position_m: (up * 0.125).map(|c| c as f32),
+                removed: ImuErrors::default(),
+            });
+        }
+        window.push(
+            &clock(),
+            place,
+            &[Vector3::repeat(0.01), Vector3::zeros()],
+            towards,
+            towards,
+        );
+    }
+    window
+}
+
+/// Six fixes of a body that hovers.
+pub(super) fn hovering() -> Window {
+    steady(Vector3::zeros())
+}
+
+#[test]
+fn only_a_sight_that_turns_to_the_side_is_told_from_an_image() {
+    let told = |velocity_m_per_s| {
+        let solution = steady(velocity_m_per_s).solve(WINDOW, None);
+        solution.expect("consistent").is_no_image
+    };
+    assert!(!told(Vector3::zeros()));
+    assert!(!told(Vector3::new(5.0, 0.0, 0.0)) && !told(Vector3::new(0.0, 0.0, 3.0)));
+    assert!(!told(Vector3::new(0.0, 0.3, 0.0)) && told(Vector3::new(0.0, 3.0, 0.0)));
+}
+
+/// What turns to the left turns to the right in the image: one that turns by as much as tells it apart makes no window.
+#[test]
+fn an_image_whose_sights_turn_makes_no_window() {
+    let mut window = Window::new();
+    for fix in 0..WINDOW as u32 {
+        for k in 50 * fix.max(1) - 50..50 * fix {
+            window.advance(&increment(f64::from(k) * 0.01));
+        }
+        let t = 0.5 * f64::from(fix);
+        let mirrored = |v: Vector3<f64>| Vector3::new(v.x, 80.0 - v.y, v.z);
+        let towards = (G - mirrored(position(t))).normalize();
+        let seen = attitude(t).tr_mul(&(mirrored(G) - position(t)).normalize());
+        window.push(
+            &clock(),
+            mirrored(position(t)),
+            &[Vector3::zeros(); 2],
+            towards,
+            seen,
+        );
+    }
+    assert!(window.solve(WINDOW, None).is_none());
+}
+
 #[test]
 fn exact_fixes_give_the_exact_pose() {
     for steps in [&[0, 1, 2, 3, 4][..], &[0, 1, 3, 4, 6, 7], &[1, 2, 3]] {
