@@ -17,7 +17,7 @@ use super::layout::{ATTITUDE, CLOCK_OFFSET, POSITION};
 use super::measurement::{LEAST_RANGE_M, PathMeasurement, Transmitter};
 use super::sweep_measurement::SweepVerdict;
 use super::tilt::CARRIED_NS;
-use super::window::WINDOW;
+use super::window::{Solution, WINDOW};
 use super::{Filter, attitude};
 use crate::geometry::Real;
 use crate::inertial::{HeadingRefusal, MagneticField};
@@ -125,7 +125,10 @@ impl<T: Real, const N: usize> Filter<T, N> {
             return SweepVerdict::NoSight;
         }
         self.push_fix(gmt, path);
-        if !self.is_early(gmt, path) {
+        if !self
+            .late_sigmas(gmt, path)
+            .is_some_and(|late| late < -self.gate_sigmas())
+        {
             return SweepVerdict::NoSight;
         }
         self.doubt.contrary = self.doubt.contrary.saturating_add(1);
@@ -170,21 +173,38 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
     }
 
-    /// Whether a path is shorter than the straight way, beyond the gate of a scalar.
-    fn is_early(&self, gmt: &Transmitter, path: &PathMeasurement) -> bool {
-        let way = gmt.position_m - self.nominal.position_m;
-        let Some(l) = way.try_normalize(LEAST_RANGE_M) else {
-            return false;
+    /// Whether the last sweeps may be of an image although they agree: nothing in them tells it, and either sights have confirmed the attitude
+    /// that they contradict, or `path`, the last of them, is longer than the straight way, which proves nothing.
+    pub(super) fn may_be_image(
+        &self,
+        gmt: &Transmitter,
+        path: &PathMeasurement,
+        solution: &Solution,
+    ) -> bool {
+        let late = || {
+            self.late_sigmas(gmt, path)
+                .is_some_and(|late| late > self.gate_sigmas())
         };
+        !solution.is_no_image && (self.doubt.confirmed || late())
+    }
+
+    fn gate_sigmas(&self) -> f64 {
+        libm::sqrt(self.config.gates.one)
+    }
+
+    /// By how much a path is longer than the straight way, in standard deviations of that; `None` at the GMT.
+    fn late_sigmas(&self, gmt: &Transmitter, path: &PathMeasurement) -> Option<f64> {
+        let way = gmt.position_m - self.nominal.position_m;
+        let l = way.try_normalize(LEAST_RANGE_M)?;
         let late_m = path.c_tau_m - self.nominal.clock_offset_m - way.norm();
-        let shorter_m = -self.nominal.delay_period.wrap_m(late_m);
+        let late_m = self.nominal.delay_period.wrap_m(late_m);
         let along = self.covariance.block(POSITION, POSITION).map(T::to_f64) * l;
         let variance = l.dot(&along)
             + self.variance(CLOCK_OFFSET)
             + path.c_tau_sigma_m * path.c_tau_sigma_m
             + self.config.radio.delay_m * self.config.radio.delay_m
             + gmt.sigma_m * gmt.sigma_m;
-        shorter_m > 0.0 && shorter_m * shorter_m > self.gates().one * variance
+        Some(late_m / libm::sqrt(variance))
     }
 
     /// Forgets everything but the clock, what the sensors' errors were found to be included: a wrong pose has bent that too. The

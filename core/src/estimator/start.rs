@@ -110,14 +110,19 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     /// Fixes position and velocity anew when the last `fixes` sweeps agree, and the attitude when it is not one that they allow, by theirs or by
-    /// their sights: theirs is the poorer one, known to degrees. An attitude that sights have confirmed is not given up for what may be an image.
-    pub(super) fn try_refix_contested(&mut self, gmt: &Transmitter, fixes: usize) -> bool {
+    /// their sights: theirs is the poorer one, known to degrees. It is not given up for what may be an image's.
+    pub(super) fn try_refix_contested(
+        &mut self,
+        gmt: &Transmitter,
+        path: &PathMeasurement,
+        fixes: usize,
+    ) -> bool {
         let whole = self.window.solve_most(fixes, None);
         let stands = whole.is_none_or(|whole| self.attitude_stands(&whole));
         if stands && self.try_refix_position(gmt, fixes) {
             return true;
         }
-        let whole = whole.filter(|whole| whole.is_no_image || !self.doubt.confirmed);
+        let whole = whole.filter(|whole| !self.may_be_image(gmt, path, whole));
         whole.is_some_and(|whole| self.refix(gmt, &whole))
     }
 

@@ -179,7 +179,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
         }
         self.counters.rejected = self.counters.rejected.saturating_add(1);
         self.contested = self.contested.saturating_add(1);
-        if self.refixed(gmt) {
+        if self.refixed(gmt, path) {
             return SweepVerdict::Refixed;
         }
         SweepVerdict::Rejected
@@ -217,7 +217,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
     /// Patience is over: the last sweeps set the pose, if they agree. There is more of it than any run of equal outliers is long; but what
     /// contradicts a doubtful filter a little is believed as soon as sweeps can tell a place. An attitude that agrees with them is kept: after an outage the filter does not know its position, but still its attitude, and sweeps whose
     /// departures other paths have drawn aside contradict a filter that is right.
-    fn refixed(&mut self, gmt: &Transmitter) -> bool {
+    fn refixed(&mut self, gmt: &Transmitter, path: &PathMeasurement) -> bool {
         let fixes = if self.doubtful {
             PLACE_FIXES
         } else {
@@ -227,7 +227,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             return false;
         }
         // Of a longer patience the window keeps the end.
-        let refixed = self.try_refix_contested(gmt, (fixes as usize).min(WINDOW));
+        let refixed = self.try_refix_contested(gmt, path, (fixes as usize).min(WINDOW));
         if refixed
             && self.parted
             && !self.timing_contradicts()

@@ -185,17 +185,21 @@ fn where_no_sight_turns_a_heading_that_is_usual_is_asked_for() {
 }
 
 #[test]
-fn an_attitude_that_sights_have_confirmed_is_not_given_up_for_what_may_be_an_image() {
-    let refixed = |confirmed: bool| {
+fn an_attitude_is_not_given_up_for_what_may_be_an_image() {
+    let refixed = |confirmed: bool, longer_m: f64| {
         let mut filter = started(3 * SECOND_NS, path);
+        let mut heard = path(filter.nominal().time_ns);
+        heard.c_tau_m += longer_m;
         let gmt = measurement(0, path(0)).gmt;
         filter.doubt.confirmed = confirmed;
         // It is turned by a radian against that of the window.
         filter.nominal.attitude = rotation(&Vector3::z());
         filter.window = hovering();
-        filter.try_refix_contested(&gmt, WINDOW)
+        filter.try_refix_contested(&gmt, &heard, WINDOW)
     };
-    assert!(refixed(false) && !refixed(true));
+    assert!(refixed(false, 0.0) && !refixed(true, 0.0));
+    // Neither is one that nothing has confirmed, where the path is longer than the straight way: it proves nothing. A shorter one does.
+    assert!(!refixed(false, 10.0) && refixed(false, -10.0));
 }
 
 #[test]
