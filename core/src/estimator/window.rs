@@ -12,11 +12,13 @@
 
 mod bend;
 mod error;
+mod image;
 
 use nalgebra::{Matrix3, Vector3};
 
 use self::bend::{Bend, Times};
 pub(super) use self::error::{Cause, Errors};
+use self::image::image_apart;
 use super::nominal::{Nominal, rotation};
 use crate::constants::STANDARD_GRAVITY_M_PER_S2;
 use crate::inertial::ImuIncrement;
@@ -339,23 +341,6 @@ impl Window {
 /// Sum of squares, each over the variance along its axis.
 fn weighed(errors: &Vector3<f64>, variances: &Vector3<f64>) -> f64 {
     errors.component_mul(errors).component_div(variances).sum()
-}
-
-/// Chi-square of the scatter between both ends of the sights, were these an image's in an upright wall: what turns to the left turns to the right
-/// in it, and its sights part by twice as much. Up and down it turns as the straight way does.
-fn image_apart(motion: &[(Segment, Fix)]) -> f64 {
-    let mut mean = Vector3::zeros();
-    for (_, fix) in motion {
-        mean += fix.towards_gmt / motion.len() as f64;
-    }
-    let Some(side) = Vector3::z().cross(&mean).try_normalize(LEAST_NORM) else {
-        return 0.0;
-    };
-    let apart = |(_, fix): &(Segment, Fix)| {
-        let turned = 2.0 * side.dot(&(fix.towards_gmt - mean));
-        turned * turned / fix.sight_variance_rad2.dot(&side.component_mul(&side))
-    };
-    motion.iter().map(apart).sum()
 }
 
 /// Chi-square that one in a thousand of `freedom` degrees of freedom is beyond (Wilson and Hilferty).
