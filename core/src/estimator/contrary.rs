@@ -125,10 +125,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             return SweepVerdict::NoSight;
         }
         self.push_fix(gmt, path);
-        if !self
-            .late_sigmas(gmt, path)
-            .is_some_and(|late| late < -self.gate_sigmas())
-        {
+        if !self.late_of_gate(gmt, path).is_some_and(|late| late < -1.0) {
             return SweepVerdict::NoSight;
         }
         self.doubt.contrary = self.doubt.contrary.saturating_add(1);
@@ -181,19 +178,12 @@ impl<T: Real, const N: usize> Filter<T, N> {
         path: &PathMeasurement,
         solution: &Solution,
     ) -> bool {
-        let late = || {
-            self.late_sigmas(gmt, path)
-                .is_some_and(|late| late > self.gate_sigmas())
-        };
+        let late = || self.late_of_gate(gmt, path).is_some_and(|late| late > 1.0);
         !solution.is_no_image && (self.doubt.confirmed || late())
     }
 
-    fn gate_sigmas(&self) -> f64 {
-        libm::sqrt(self.config.gates.one)
-    }
-
-    /// By how much a path is longer than the straight way, in standard deviations of that; `None` at the GMT.
-    fn late_sigmas(&self, gmt: &Transmitter, path: &PathMeasurement) -> Option<f64> {
+    /// By how much a path is longer than the straight way, in units of the gate of a scalar; `None` at the GMT.
+    fn late_of_gate(&self, gmt: &Transmitter, path: &PathMeasurement) -> Option<f64> {
         let way = gmt.position_m - self.nominal.position_m;
         let l = way.try_normalize(LEAST_RANGE_M)?;
         let late_m = path.c_tau_m - self.nominal.clock_offset_m - way.norm();
@@ -204,7 +194,7 @@ impl<T: Real, const N: usize> Filter<T, N> {
             + path.c_tau_sigma_m * path.c_tau_sigma_m
             + self.config.radio.delay_m * self.config.radio.delay_m
             + gmt.sigma_m * gmt.sigma_m;
-        Some(late_m / libm::sqrt(variance))
+        Some(late_m / libm::sqrt(self.config.gates.one * variance))
     }
 
     /// Forgets everything but the clock, what the sensors' errors were found to be included: a wrong pose has bent that too. The

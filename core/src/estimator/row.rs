@@ -28,7 +28,7 @@ pub struct Row<T: Real> {
     /// What it counts for beyond that in an update, because part of it lasts from sweep to sweep.
     lasting: T,
     /// By how much a correction may err in doubt of what the measurement is of, in units of itself.
-    doubt: T,
+    origin_sigma: T,
 }
 
 impl<T: Real> Row<T> {
@@ -40,7 +40,7 @@ impl<T: Real> Row<T> {
             residual: T::of(residual),
             variance: T::of(variance),
             lasting: T::zero(),
-            doubt: T::zero(),
+            origin_sigma: T::zero(),
         }
     }
 
@@ -63,14 +63,14 @@ impl<T: Real> Row<T> {
     #[must_use]
     pub fn of_probability(mut self, probability: T, of_state: T) -> Self {
         self.variance = (of_state + self.variance) / probability - of_state;
-        self.doubt = ((T::one() - probability) / probability).root();
+        self.origin_sigma = ((T::one() - probability) / probability).root();
         self
     }
 
     /// Standard deviation of the correction by what is not known of the measurement's origin, in units of the correction; 0 where it is of what it
     /// seems.
-    pub fn doubt(&self) -> T {
-        self.doubt
+    pub fn origin_sigma(&self) -> T {
+        self.origin_sigma
     }
 
     /// Adds the derivative with respect to one state. A row that is full takes no more: the capacity covers every

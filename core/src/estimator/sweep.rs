@@ -280,8 +280,9 @@ impl<T: Real, const N: usize> Filter<T, N> {
                 for (x, k) in dx.iter_mut().zip(&correction) {
                     *x += *k;
                 }
-                if row.doubt() > T::zero() {
-                    self.covariance.spread(&correction.map(|k| k * row.doubt()));
+                if row.origin_sigma() > T::zero() {
+                    self.covariance
+                        .spread(&correction.map(|k| k * row.origin_sigma()));
                 }
             }
         }
