@@ -26,9 +26,13 @@ use crate::inertial::{HeadingRefusal, MagneticField};
 /// Derived: a UAV turns by a degree in that time.
 const FIELD_AGE_NS: u64 = 100_000_000;
 
+/// An image in an upright wall is turned by more than this, rad: 18 degrees.
+/// Measured: the images of 500 starts were turned by 23 and more, and the right windows that set a pose anew by 4 to 8 (tuning flights).
+const IMAGE_TURN_RAD: f64 = 0.314;
+
 /// Up to this standard deviation, norm of three axes, an attitude tells by the two ends of a path whether a wall has turned it, rad: 3 degrees.
-/// Derived: six standard deviations are 18 degrees, and the images of 500 starts were turned by 23 and more (tuning flights).
-const TELLS_IMAGE_RAD: f64 = 0.052;
+/// Derived: six standard deviations are the turn of an image.
+const TELLS_IMAGE_RAD: f64 = IMAGE_TURN_RAD / 6.0;
 
 /// What speaks for the pose and what against it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -171,14 +175,19 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     /// Whether the last sweeps may be of an image although they agree: nothing in them tells it, and either sights have confirmed the attitude
-    /// that they contradict, or `path`, the last of them, is longer than the straight way, which proves nothing.
+    /// that they contradict, or `path`, the last of them, is longer than the straight way, which proves nothing. Where they turn it about
+    /// the vertical by as much as an image is turned, they or the pose are one, and that it is the pose only a path shorter than the straight way
+    /// proves. (An image leans as well: accelerations are mirrored in it.)
     pub(super) fn may_be_image(
         &self,
         gmt: &Transmitter,
         path: &PathMeasurement,
         solution: &Solution,
     ) -> bool {
-        let late = || self.late_of_gate(gmt, path).is_some_and(|late| late > 1.0);
+        let turn = self.turn(solution);
+        let yawed_rad = libm::atan2(turn.m21 - turn.m12, turn.m11 + turn.m22).abs();
+        let allowed = if yawed_rad > IMAGE_TURN_RAD { -1.0 } else { 1.0 };
+        let late = || self.late_of_gate(gmt, path).is_some_and(|late| late > allowed);
         !solution.is_no_image && (self.doubt.confirmed || late())
     }
 

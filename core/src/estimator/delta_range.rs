@@ -154,15 +154,16 @@ impl<T: Real, const N: usize> Filter<T, N> {
 
     /// A row with the probability that both lengths are of one path; `None` when there is next to none.
     fn of_partner(&self, row: Row<T>) -> Option<Row<T>> {
-        let of_state = row.dot(&self.covariance.product(&row));
-        let spread = (of_state + row.variance).to_f64();
+        let of_state = row.dot(&self.covariance.product(&row)).to_f64();
+        let spread = of_state + row.variance.to_f64();
         let residual = row.residual.to_f64();
         let of_same =
             libm::exp(-0.5 * residual * residual / spread) / libm::sqrt(core::f64::consts::TAU * spread);
         let of_others = EXCHANGED / (2.0 * SAME_M);
         let same = (1.0 - EXCHANGED) * of_same;
         let probability = same / (same + of_others);
-        (probability > LEAST_SAME).then(|| row.of_probability(T::of(probability), of_state))
+        let alone = [residual, residual * residual];
+        (probability > LEAST_SAME).then(|| row.of_origins(probability, alone, of_state))
     }
 
     /// Takes in how much the paths have grown since `before`, in which the UAV went by `moved_m`.

@@ -27,7 +27,7 @@ pub struct Row<T: Real> {
     pub variance: T,
     /// What it counts for beyond that in an update, because part of it lasts from sweep to sweep.
     lasting: T,
-    /// By how much a correction may err in doubt of what the measurement is of, in units of itself.
+    /// Standard deviation of the residual by what is not known of the measurement's origin.
     origin_sigma: T,
 }
 
@@ -57,18 +57,18 @@ impl<T: Real> Row<T> {
         self.variance + self.lasting
     }
 
-    /// The row of a measurement that is of what it seems with this probability, when the state has `of_state` of the variance of its residual: the
-    /// gain is as much smaller, and not knowing which it is leaves the state as unsure as it should (probabilistic data association: Bar-Shalom
-    /// and Tse 1975).
+    /// The row of a measurement that is with this `probability` of what the row says, or of the like with another residual, of this `mean` and
+    /// `mean_square`, and else of nothing in the state, which has `of_state` of the variance of the residual: the gain is as much smaller, and not
+    /// knowing which it is leaves the state as unsure as it should (probabilistic data association: Bar-Shalom and Tse 1975).
     #[must_use]
-    pub fn of_probability(mut self, probability: T, of_state: T) -> Self {
-        self.variance = (of_state + self.variance) / probability - of_state;
-        self.origin_sigma = ((T::one() - probability) / probability).root();
+    pub fn of_origins(mut self, probability: f64, [mean, mean_square]: [f64; 2], of_state: f64) -> Self {
+        self.residual = T::of(mean);
+        self.variance = T::of((of_state + self.variance.to_f64()) / probability - of_state);
+        self.origin_sigma = T::of(libm::sqrt((mean_square / probability - mean * mean).max(0.0)));
         self
     }
 
-    /// Standard deviation of the correction by what is not known of the measurement's origin, in units of the correction; 0 where it is of what it
-    /// seems.
+    /// Standard deviation of the residual by what is not known of the measurement's origin; 0 where it is of what it seems.
     pub fn origin_sigma(&self) -> T {
         self.origin_sigma
     }

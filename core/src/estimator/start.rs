@@ -127,9 +127,13 @@ impl<T: Real, const N: usize> Filter<T, N> {
     }
 
     fn attitude_stands(&self, solution: &Solution) -> bool {
-        let turn = solution.attitude * self.nominal.attitude.transpose();
-        let angle_rad = ((turn.trace() - 1.0) * 0.5).acos_libm();
+        let angle_rad = ((self.turn(solution).trace() - 1.0) * 0.5).acos_libm();
         angle_rad < APART_SIGMAS * libm::hypot(solution.attitude_sigma_rad, SIGHT_SCATTER_RAD)
+    }
+
+    /// By what a window turns the attitude, world axes.
+    pub(super) fn turn(&self, solution: &Solution) -> Matrix3<f64> {
+        solution.attitude * self.nominal.attitude.transpose()
     }
 
     fn refix(&mut self, gmt: &Transmitter, solution: &Solution) -> bool {

@@ -276,13 +276,11 @@ impl<T: Real, const N: usize> Filter<T, N> {
         for row in rows {
             let rest = row.residual - row.dot(&dx);
             if let Some(gain) = self.covariance.update(row) {
-                let correction = gain.map(|k| k * rest);
-                for (x, k) in dx.iter_mut().zip(&correction) {
-                    *x += *k;
+                for (x, k) in dx.iter_mut().zip(&gain) {
+                    *x += *k * rest;
                 }
                 if row.origin_sigma() > T::zero() {
-                    self.covariance
-                        .spread(&correction.map(|k| k * row.origin_sigma()));
+                    self.covariance.spread(&gain.map(|k| k * row.origin_sigma()));
                 }
             }
         }

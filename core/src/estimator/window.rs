@@ -331,7 +331,7 @@ impl Window {
             velocity_m_per_s: slope + gravity * last.dt_s + first * last.velocity,
             attitude: first * last.turn,
             attitude_sigma_rad,
-            is_no_image: image_apart(&motion) > found * found,
+            is_no_image: image_apart(&motion, &errors.towards) > found * found,
             sight_off_rad: mean_off.norm(),
             errors,
         })

@@ -186,20 +186,31 @@ fn where_no_sight_turns_a_heading_that_is_usual_is_asked_for() {
 
 #[test]
 fn an_attitude_is_not_given_up_for_what_may_be_an_image() {
-    let refixed = |confirmed: bool, longer_m: f64| {
+    let refixed_from = |axis: Vector3<f64>, turned_rad: f64, confirmed: bool, longer_m: f64| {
         let mut filter = started(3 * SECOND_NS, path);
         let mut heard = path(filter.nominal().time_ns);
         heard.c_tau_m += longer_m;
         let gmt = measurement(0, path(0)).gmt;
         filter.doubt.confirmed = confirmed;
-        // It is turned by a radian against that of the window.
-        filter.nominal.attitude = rotation(&Vector3::z());
         filter.window = hovering();
+        let solution = filter.window.solve(WINDOW, None).expect("consistent");
+        filter.nominal.attitude = rotation(&(axis * turned_rad)) * solution.attitude;
         filter.try_refix_contested(&gmt, &heard, WINDOW)
     };
-    assert!(refixed(false, 0.0) && !refixed(true, 0.0));
+    let refixed = |turned_rad: f64, confirmed: bool, longer_m: f64| {
+        refixed_from(Vector3::z(), turned_rad, confirmed, longer_m)
+    };
+    // What turns it by less than an image is turned sets it anew, but not one that sights have confirmed.
+    assert!(refixed(0.28, false, 0.0) && !refixed(0.28, true, 0.0));
     // Neither is one that nothing has confirmed, where the path is longer than the straight way: it proves nothing. A shorter one does.
-    assert!(!refixed(false, 10.0) && refixed(false, -10.0));
+    assert!(!refixed(0.28, false, 10.0) && refixed(0.28, false, -10.0));
+    // Turned as an image is, the window's place may be the image as well as the pose: only a shorter path tells which.
+    for longer_m in [0.0, 10.0] {
+        assert!(!refixed(0.35, false, longer_m));
+    }
+    assert!(refixed(0.35, false, -10.0) && !refixed(0.35, true, -10.0));
+    // An image in an upright wall is turned about the vertical.
+    assert!(refixed_from(Vector3::new(1.0, 0.0, 0.0), 0.35, false, 0.0));
 }
 
 #[test]
