@@ -195,6 +195,27 @@ fn a_rate_of_another_path_and_of_another_period_leaves_the_velocity_as_unsure_as
     assert!(nees.iter().all(|nees| *nees < 1.3), "{nees:?}");
 }
 
+/// What two rates leave of the variance of the velocity between their directions, when the second one is off by so much.
+fn left_in_doubt(sigma_m_per_s: f32, off_m_per_s: f64) -> f64 {
+    let mut filter = flying(sigma_m_per_s);
+    filter.nominal.velocity_m_per_s = TRULY_M_PER_S;
+    take(&mut filter, &[path(TOWARDS[0], 0.0), path(TOWARDS[1], off_m_per_s)]);
+    assert_eq!(counted(&filter), (1, 0));
+    let apart = TOWARDS[1] - TOWARDS[0];
+    let velocity = filter.covariance.block(VELOCITY, VELOCITY).map(f64::from);
+    let prior = f64::from(sigma_m_per_s) * f64::from(sigma_m_per_s) * apart.norm_squared();
+    apart.dot(&(velocity * apart)) / prior
+}
+
+#[test]
+fn a_rate_that_may_be_of_another_path_or_period_leaves_its_doubt() {
+    // Half a period is seventeen standard deviations of this velocity: the next one is in no doubt. At three of them it is another path's as well.
+    assert!(left_in_doubt(0.05, 0.0) < 0.15, "{}", left_in_doubt(0.05, 0.0));
+    assert!(left_in_doubt(0.05, 0.22) > 0.6, "{}", left_in_doubt(0.05, 0.22));
+    // Here it is five, and one rate in a thousand is of either next period.
+    assert!(left_in_doubt(0.17, 0.0) > 0.1, "{}", left_in_doubt(0.17, 0.0));
+}
+
 #[test]
 fn a_rate_that_those_before_it_contradict_counts_for_little() {
     let mut filter = flying(0.12);
