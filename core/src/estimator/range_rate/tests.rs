@@ -170,36 +170,14 @@ fn a_velocity_too_unsure_to_count_periods_takes_none() {
     assert_eq!(counted(&filter), (0, 3));
 }
 
-/// A velocity that is off by quantiles of what is claimed, and one rate in ten that is anything.
-#[test]
-fn a_rate_of_another_path_and_of_another_period_leaves_the_velocity_as_unsure_as_it_is_off() {
-    let steps = 40_i32;
-    let mut nees: [f64; 2] = [0.0; 2];
-    for step in 0..steps * 10 {
-        let sigma = 0.17;
-        let share = (f64::from(step / 10) + 0.5) / f64::from(steps);
-        // Quantiles of the normal distribution, to a hundredth (its logistic approximation).
-        let off = sigma * (libm::log(share / (1.0 - share)) / 1.702);
-        let mut filter = flying(sigma as f32);
-        filter.nominal.velocity_m_per_s = TRULY_M_PER_S + Vector3::new(0.0, off, 0.0);
-        let anything = PERIOD_M_PER_S * (share * 7.0).fract();
-        let paths = [0.0, if step % 10 == 0 { anything } else { 0.0 }];
-        let paths = [path(TOWARDS[0], paths[0]), path(TOWARDS[1], paths[1])];
-        take(&mut filter, &paths);
-        let error = filter.nominal.velocity_m_per_s - TRULY_M_PER_S;
-        for (sum, axis) in nees.iter_mut().zip([1, 2]) {
-            *sum += error[axis] * error[axis] / filter.variance(VELOCITY + axis);
-        }
-    }
-    let nees = nees.map(|sum| sum / f64::from(steps * 10));
-    assert!(nees.iter().all(|nees| *nees < 1.3), "{nees:?}");
-}
-
 /// What two rates leave of the variance of the velocity between their directions, when the second one is off by so much.
 fn left_in_doubt(sigma_m_per_s: f32, off_m_per_s: f64) -> f64 {
     let mut filter = flying(sigma_m_per_s);
     filter.nominal.velocity_m_per_s = TRULY_M_PER_S;
-    take(&mut filter, &[path(TOWARDS[0], 0.0), path(TOWARDS[1], off_m_per_s)]);
+    take(
+        &mut filter,
+        &[path(TOWARDS[0], 0.0), path(TOWARDS[1], off_m_per_s)],
+    );
     assert_eq!(counted(&filter), (1, 0));
     let apart = TOWARDS[1] - TOWARDS[0];
     let velocity = filter.covariance.block(VELOCITY, VELOCITY).map(f64::from);
